@@ -25,8 +25,9 @@ from .objects.materials import load_materials
 from .objects.tool import Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
 from .robots.importer import ImportOptions
-from .robots.kept import import_arm
+from .robots.kept import import_arm, open_robot
 from .robots.recorded_arm import load_robot
+from .robots.robot import Robot
 from .settings import Settings
 from .simulation.trial import TrialRunner
 from .simulation.trial_record import TrialRecord
@@ -49,6 +50,7 @@ __all__ = [
     "Prior",
     "Ranking",
     "Reach",
+    "Robot",
     "Run",
     "Runs",
     "Settings",
@@ -67,6 +69,7 @@ __all__ = [
     "load_path",
     "load_robot",
     "load_tools",
+    "open_robot",
     "rank",
     "read_gains",
     "read_memory",

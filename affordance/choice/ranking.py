@@ -5,6 +5,7 @@ option of least expected work.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
+from affordance.plant.arm import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]
@@ -128,6 +130,7 @@ def rank(
     belief: Memory,
     settings: Settings = DEFAULT_SETTINGS,
     *,
+    robot: ArmOwner | None = None,
     num_samples: int = 10_000,
     seed: Seed = 0,
     min_feasibility: float = MIN_FEASIBILITY,
@@ -139,6 +142,7 @@ def rank(
         task: Task, such as Reach.
         belief: Belief about materials; those never met get the prior of the settings.
         settings: Settings of arm, prior and controller.
+        robot: Robot whose arm does the task; None for the arm of the settings.
         num_samples: Number of densities drawn from the belief.
         seed: Seed of the random draws: a whole number, or several.
         min_feasibility: Probability with which an option must at least be feasible to be usable.
@@ -158,6 +162,9 @@ def rank(
     check_kind("task", task, TaskCostModel, "such as Reach(load_path(PATH)) or load_hammer(PATH)")
     check_kind("belief", belief, Memory, "such as MaterialMemory.from_densities({'brass': 8500})")
     check_kind("settings", settings, Settings)
+    if robot is not None:
+        robot = check_kind("robot", robot, ArmOwner, "such as Robot.load(FOLDER)")
+        settings = replace(settings, arm=robot.directives)
     _check_sampling(num_samples, min_feasibility)
     seed = check_seed(seed)
     choice = plan_choice(options, task, settings)

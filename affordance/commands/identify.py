@@ -14,7 +14,7 @@ NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("robot", type=Path, help="URDF, SDF or MJCF file of the robot, or Drake model directives (.dmd.yaml)")
+    add("robot", type=Path, help="folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml")
     add("--tip", help="link that carries the payload, or the wrist sensor (default: the run's description)")
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, required=True, metavar="RUN", help="recording with the load")

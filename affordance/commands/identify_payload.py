@@ -30,6 +30,7 @@ from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
+from affordance.plant.load import HAND_FRAME
 from affordance.robots.recorded_arm import load_robot
 
 
@@ -126,7 +127,7 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
 
 
 def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
-    tip = arguments.tip or loaded.description.tip
+    tip = arguments.tip or loaded.description.tip or (HAND_FRAME if arguments.robot.is_dir() else "")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
     return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)

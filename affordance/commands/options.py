@@ -58,6 +58,15 @@ def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and
     parser.add_argument("--models", type=Path, default=MODELS, metavar="DIR", help=f"folder with {holds}")
 
 
+def add_robot(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--robot``, with its former names ``--models`` and ``--arm``, and the options of a robot's file."""
+    help_ = "folder that import-arm wrote, or a robot's file with --tip, imported once (default: the paper's arm)"
+    parser.add_argument("--robot", type=Path, metavar="PATH", help=help_)
+    for former in ("--models", "--arm"):
+        parser.add_argument(former, type=Path, dest="robot", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    add_arm_arguments(parser)
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Adds ``--set``, which changes settings by name."""
     parser.add_argument(
@@ -89,13 +98,16 @@ def add_run_options(
         former: Earlier names of ``--repeats``.
         seed: Default seed.
         jobs: Default number of processes; None for one a core.
-        models: Content of the folder of models, in words.
+        models: Content of the folder of models, in words; empty for a command that takes a robot.
     """
     add_repeats(parser, repeats, what, former)
     add_seed(parser, seed)
     add_jobs(parser, jobs)
     add_out(parser)
-    add_models(parser, models)
+    if models:
+        add_models(parser, models)
+    else:
+        add_robot(parser)
     add_set(parser)
 
 

@@ -13,13 +13,17 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
-from affordance.choice.hammer import load_hammer
-from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, GripBounds, weigh
-from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
-from affordance.control.timed_path import load_path
+from affordance.commands.options import (
+    add_robot,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    read_options,
+    refuse_changes,
+)
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
@@ -28,10 +32,10 @@ from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_report import Question, build_content, describe_advice, name_materials
+from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
 HELP = "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why"
-TASKS = ("hammer", "reach", "mash")
 _SAMPLES = Whole(1, 1_000_000)
 # Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
@@ -42,7 +46,7 @@ _NAME = "ranking"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("task", choices=TASKS, help="drive a nail, reach with the free end, or mash with it")
+    add("task", help="task of the robot: hammer (drive a nail), reach (with the free end) or mash (with it)")
     add(
         "--tools",
         type=Path,
@@ -52,20 +56,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
-    add("--materials", type=Path, default=MATERIALS, metavar="FILE", help="materials (default: ours)")
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--see", choices=("drawing", "pictures"), default="drawing", help="how form is known (default: drawing)")
     add("--memory", type=Path, metavar="FILE", help="densities learned before, as by identify (default: none)")
     add(
         "--by",
         choices=[each.value for each in Criterion],
-        default=Criterion.WORK.value,
-        help="what is compared: expected work, effort, highest share of a torque limit, or wrench at the grip",
+        help="what is compared: expected work, effort, highest share of a torque limit, or wrench at the grip "
+        "(default: work for the paper's arm, grip for any other)",
     )
     add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
     add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--samples", type=int, default=10_000, metavar="N", help="samples of the belief (default: 10000)")
     add("--json", action="store_true", help="print the ranking as JSON")
     add("--out", type=Path, metavar="DIR", help="folder for ranking.json, .txt, .png and .svg (default: none)")
+    add_robot(parser)
     add_seed(parser)
     add_set(parser)
 
@@ -81,17 +86,20 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_changes(arguments, ["learner"], "the memory was learned before")
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     bounds = read_grip_bounds(arguments)
-    settings = change_by_name(arguments)
-    materials = load_materials(arguments.materials)
+    robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
+    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    task = robot.load_task(arguments.task)
+    criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     known = recall(arguments.memory)
     colours = [material.colour for material in select_known(materials, tools).values()]
     advice = weigh(
         list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed),
-        load_task(arguments.task),
+        task,
         known.add_colours(list(dict.fromkeys(colours)), settings.prior),
         settings,
-        criterion=Criterion(arguments.by),
+        criterion=criterion,
         bounds=bounds,
         num_samples=arguments.samples,
         rng=np.random.default_rng(arguments.seed),
@@ -99,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
     parts = [part.looks_like for tool in tools for part in tool.components]
     question = Question(
         arguments.task,
-        "our arm",
+        robot.name,
         arguments.see,
         arguments.memory.name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
@@ -153,13 +161,6 @@ def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> lis
         if not tool.grips:
             raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
     return chosen
-
-
-def load_task(name: str) -> TaskCostModel:
-    """Loads a task by name from the models."""
-    if name == "hammer":
-        return load_hammer(MODELS / "nail.yaml")
-    return Reach(load_path(MODELS / "paths" / f"{name}.yaml"))
 
 
 def _draw(folder: Path, advice: Advice, settings: Settings, tools: Sequence[Tool], title: str) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import add_arm_arguments, add_run_options, check_bounds, read_options
+from affordance.commands.options import add_run_options, check_bounds, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import MODELS, has_studies
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
-from affordance.robots.kept import import_kept
+from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)",
     )
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
-    add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})")
+    add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})", models="")
     parser.add_argument(
         "--vision",
         choices=[source.value for source in FeatureSource],
@@ -47,10 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
-    parser.add_argument(
-        "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
-    )
-    add_arm_arguments(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
@@ -67,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     report, left_out = run_suite(
         all_there if arguments.experiment == "all" else [arguments.experiment],
         arguments.out,
-        models=_find_models(arguments),
+        models=_open_models(arguments),
         seed=arguments.seed,
         repeats=arguments.repeats,
         jobs=arguments.jobs,
@@ -90,7 +86,7 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return DEFAULT_REPEATS
     _check_experiment(arguments)
-    return find_number_of_observers(arguments.experiment, arguments.models) or DEFAULT_REPEATS
+    return find_number_of_observers(arguments.experiment, _find_shipped(arguments.robot)) or DEFAULT_REPEATS
 
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -105,24 +101,23 @@ def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     return changes
 
 
-def _find_models(arguments: argparse.Namespace) -> Path:
+def _open_models(arguments: argparse.Namespace) -> Path:
     """Finds the folder of models, importing it from a robot's file if one is given."""
-    if arguments.arm is None:
-        if arguments.tip is not None:
-            raise BadValueError("--tip", "", "is of a robot's file, which --arm must name")
-        models: Path = arguments.models
-        return models
-    if arguments.models != MODELS:
-        raise BadValueError("--arm", "", "makes a folder of models, so that --models cannot name another")
-    kept = import_kept(arguments.arm, read_options(arguments), arguments.out / "arms")
-    print(f"{arguments.arm.name}: models in {kept}")
-    return kept
+    robot = open_robot(arguments.robot, read_options(arguments), arguments.out / "arms")
+    if arguments.robot is not None and arguments.robot.is_file():
+        print(f"{arguments.robot.name}: models in {robot.folder}")
+    return robot.folder
+
+
+def _find_shipped(robot: Path | None) -> Path:
+    """Returns the folder whose protocols can be named: that of the robot, or of the program for a robot's file."""
+    return robot if robot is not None and robot.is_dir() else MODELS
 
 
 def _check_experiment(arguments: argparse.Namespace) -> None:
     """Checks that an experiment exists, or is the path of a protocol."""
     if Path(arguments.experiment).suffix in SUFFIXES:
         return
-    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(arguments.models)))
+    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(_find_shipped(arguments.robot))))
     if arguments.experiment not in known:
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))

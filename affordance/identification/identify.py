@@ -23,7 +23,7 @@ from affordance.identification.posterior.part_posterior import SeenObject, find_
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.robot_chain import ChainOwner, RobotChain
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.objects.tool import Tool
@@ -51,7 +51,7 @@ class Runs(NamedTuple):
 
 
 def identify(
-    arm: RobotChain,
+    arm: RobotChain | ChainOwner,
     runs: Runs,
     *,
     paired: bool = True,
@@ -65,7 +65,7 @@ def identify(
     """Identifies a payload from recorded runs.
 
     Args:
-        arm: Robot up to the tip that carries the payload.
+        arm: Robot up to the tip that carries the payload: that of ``load_robot``, or a ``Robot`` up to its hand.
         runs: Recordings, whose joints are matched by name.
         paired: True if the loaded run repeats the empty one; ignored without an empty run.
         gains: Gains found before with a weighed load; None to find them here.
@@ -82,7 +82,8 @@ def identify(
         BadArgumentError: An argument is of the wrong kind or out of bounds.
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
-    _check_arguments(arm, runs, gains, seen, settings)
+    arm = _find_chain(arm)
+    _check_arguments(runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
@@ -152,10 +153,21 @@ def check_reference_mass(name: str, mass: float) -> None:
     check_number(name, mass, *_MASSES, "kg")
 
 
+def _find_chain(arm: RobotChain | ChainOwner) -> RobotChain:
+    """Returns the chain of a robot, or the chain itself.
+
+    Raises:
+        BadArgumentError: The argument is something else.
+    """
+    if isinstance(arm, RobotChain):
+        return arm
+    hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
+    return arm.chain if isinstance(arm, ChainOwner) else check_kind("arm", arm, RobotChain, hint)
+
+
 def _check_arguments(
-    arm: RobotChain, runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
+    runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
 ) -> None:
-    check_kind("arm", arm, RobotChain, "load_robot(PATH, TIP) reads one")
     check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) makes one")
     check_kind("runs.loaded", runs.loaded, Run, "read_run(PATH) reads one")
     for i, run in enumerate(check_kind("runs.empty", runs.empty, Sequence, "a tuple of runs, or ()")):

@@ -26,6 +26,7 @@ from affordance.robots.importer import ImportedArm, ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.report import list_warnings, write_report
+from affordance.robots.robot import Robot
 
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the models that come with the program.
@@ -98,6 +99,29 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
             shutil.rmtree(folder)
         import_arm(path, options, folder)
     return folder
+
+
+def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> Robot:
+    """Opens a robot: that of a folder of models, or of a robot's file, which is imported once and kept.
+
+    Args:
+        path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
+        options: Options of the import of a file.
+        root: Folder that holds the cached folders.
+
+    Raises:
+        BadValueError: The path is neither, the folder holds no arm, the file or an option is invalid or incomplete,
+            or a tip is given without a file.
+        ModelFileError: The file cannot be parsed, or no home posture was found.
+    """
+    path = None if path is None else check_path("path", path)
+    if path is not None and path.is_file():
+        return Robot.load(import_kept(path, options, check_path("root", root)))
+    if options.tip:
+        raise BadValueError("--tip", "", "is of a robot's file, which --robot must name")
+    if path is not None and not path.is_dir():
+        raise BadValueError("--robot", "", f"is {str(path)!r}, which is no folder and no robot's file")
+    return Robot() if path is None else Robot.load(path)
 
 
 def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:

@@ -16,6 +16,7 @@ from affordance.exceptions import ModelFileError
 from affordance.files.constraints import StrPath, check_path
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
+from affordance.plant.arm import ARM
 from affordance.plant.load import HAND_FRAME, parse_arm
 from affordance.plant.serial_chain import read_chain
 from affordance.robots.chain import Chain, find_chain, group_bodies
@@ -29,7 +30,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     """Reads an arm from a robot's file.
 
     Args:
-        path: URDF, SDF or MJCF file, or Drake model directives (.dmd.yaml).
+        path: URDF, SDF or MJCF file, Drake model directives (.dmd.yaml), or a folder that ``import_arm`` wrote.
         tip: Link (or frame) to which the payload is fixed.
         base: Link in which gravity and poses are expressed and above which no joint moves; None to find where
             the limb begins, and from there the uppermost link that is fixed to the next.
@@ -40,6 +41,8 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
         ModelFileError: Drake cannot parse the file.
     """
     path = check_path("path", path)
+    if path.is_dir():
+        path = path / ARM.name
     is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))
     tree = _build_directives(path) if is_directives else build_tree(read_robot(path))
     chain = find_chain(tree, tip, base)

@@ -3,6 +3,7 @@
 import functools
 import logging
 from collections import OrderedDict
+from dataclasses import replace
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
@@ -16,6 +17,7 @@ from affordance.control.task import Task
 from affordance.exceptions import name_object
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
+from affordance.plant.arm import ArmOwner
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
@@ -37,18 +39,24 @@ _MEMORIES = "MaterialMemory() knows nothing yet"
 class TrialRunner:
     """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts."""
 
-    def __init__(self, settings: Settings = DEFAULT_SETTINGS, eye: Eye | None = None) -> None:
+    def __init__(
+        self, settings: Settings = DEFAULT_SETTINGS, eye: Eye | None = None, *, robot: ArmOwner | None = None
+    ) -> None:
         """Stores what all trials share.
 
         Args:
             settings: Settings of all simulations.
             eye: Function that gives the features of an object that is looked at; that of the settings if None.
+            robot: Robot whose arm holds objects; None for the arm of the settings.
 
         Raises:
-            BadArgumentError: The settings are not a Settings.
+            BadArgumentError: The settings are not a Settings, or the robot has no arm.
         """
         self._eye = eye
         self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
+        if robot is not None:
+            robot = check_kind("robot", robot, ArmOwner, "such as Robot.load(FOLDER)")
+            self.settings = replace(settings, arm=robot.directives)
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     @functools.cached_property

@@ -4,15 +4,19 @@ import json
 from pathlib import Path
 
 import pytest
+from helpers.robot_files import write_urdf
 from helpers.workshop import HAMMERS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import write_memory
+from affordance.choice.weighing import GRIP_LEVER
 from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.reporting import advice_figure
+from affordance.robots.importer import ImportOptions
+from affordance.robots.kept import import_arm
 
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 
@@ -158,3 +162,57 @@ def test_tool_without_grips_cannot_be_ranked() -> None:
     mallet = HAMMERS["mallet"]
     with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
         rank.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of models of an arm of four joints, imported from its URDF."""
+    root = tmp_path_factory.mktemp("robot")
+    options = ImportOptions("right_tool", effort={"": 30.0, "right_j3": 4.5})
+    import_arm(write_urdf(root), options, root / "two_arms", with_meshes=False, fits_tasks=False)
+    return root / "two_arms"
+
+
+def test_any_robot_is_ranked_by_what_its_gripper_must_hold(
+    robot: Path, known: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main([*ONE, *known, "--robot", str(robot), "--json", "--out", str(tmp_path / "out")]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert (content["robot"], content["by"], content["unit"]) == ("two_arms", "grip", "N")
+    assert {each["torque_share"]["joint"] for each in content["options"]} == {"right_j3"}
+    for each in content["options"]:
+        as_force = each["grip_force"]["p95"] + each["grip_moment"]["p95"] / GRIP_LEVER
+        assert (
+            max(each["grip_force"]["p95"], each["grip_moment"]["p05"] / GRIP_LEVER) < each["cost"]["value"] < as_force
+        )
+    assert (tmp_path / "out" / "ranking.png").stat().st_size > 20_000
+    assert main([*ONE, *known, "--models", str(robot), "--json", "--by", "work"]) == 0  # its former name
+    works = [each["work"]["mean"] for each in json.loads(capsys.readouterr().out)["options"]]
+    assert works == sorted(works)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["fly"], "two_arms: task: is 'fly', must be one of hammer, reach, mash"),
+        (["reach", "--tip", "right_tool"], "--tip: is of a robot's file, which --robot must name"),
+        (["hammer", "--samples", "10"], "no tool can do the task; nearest is "),
+    ],
+)
+def test_what_a_robot_cannot_do_is_one_line(
+    words: list[str], message: str, robot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["rank", *words, "--only", "mallet", "--robot", str(robot)]) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_file_of_a_robot_without_the_tip_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = str(write_urdf(tmp_path))
+    for words, message in (([], "--tip: is missing: "), (["--tip", "third_hand"], "--tip: is 'third_hand'")):
+        assert main(["rank", "reach", "--robot", path, *words, "--out", str(tmp_path / "out")]) == 2
+        said = capsys.readouterr().err
+        assert message in said
+        assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()

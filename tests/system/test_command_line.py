@@ -91,7 +91,9 @@ def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
 
 
 def test_missing_models_are_refused(tmp_path, check_refusal):
-    check_refusal(["--models", tmp_path / "nowhere"], "nowhere', which is no folder", tmp_path / "results")
+    check_refusal(
+        ["--models", tmp_path / "nowhere"], "nowhere', which is no folder and no robot's file", tmp_path / "results"
+    )
 
 
 def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
@@ -104,7 +106,7 @@ def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal)
 def test_help_explains_every_option(run):
     status, out, _ = run("--help")
     assert status == 0
-    options = ("--repeats", "--seed", "--jobs", "--out", "--models", "--vision", "--fault", "--cluster", "weight")
+    options = ("--repeats", "--seed", "--jobs", "--out", "--robot", "--vision", "--fault", "--cluster", "weight")
     for option in options:
         assert option in out
 

@@ -8,6 +8,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from pydrake.math import RigidTransform, RotationMatrix
@@ -94,6 +95,15 @@ class RobotChain:
         """Computes the torques of the arm alone from its link parameters, shape (N, num_joints), [N m]."""
         torques: Array = self.compute_link_regressors(q, v, vdot) @ self.link_parameters.ravel()
         return torques
+
+
+@runtime_checkable
+class ChainOwner(Protocol):
+    """Robot that has a chain, such as a ``Robot``."""
+
+    @property
+    def chain(self) -> RobotChain:
+        """Chain of joints and links up to the hand."""
 
 
 def build_arm(robot: RobotChain, link_parameters: Array | None = None) -> Arm:

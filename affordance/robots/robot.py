@@ -1,0 +1,108 @@
+"""Robot as one thing: its arm, its tasks and its objects, all from one folder of models."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from affordance.arrays import Array
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.tasks import list_tasks, load_task
+from affordance.exceptions import BadValueError
+from affordance.files.constraints import StrPath, check_path
+from affordance.files.model_folder import MODELS
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.plant.arm import ARM, Arm, JointLimits
+from affordance.plant.load import load_arm
+from affordance.robots.recorded_arm import load_robot
+
+
+@dataclass(frozen=True)
+class Robot:
+    """Robot of a folder of models, as ``import_arm`` writes it; the paper's arm by default.
+
+    ``identify``, ``rank`` and ``TrialRunner`` take one. Everything is read when it is asked for.
+
+    Attributes:
+        folder: Folder of models.
+    """
+
+    folder: Path = MODELS
+
+    def __post_init__(self) -> None:
+        """Checks that the folder holds an arm.
+
+        Raises:
+            BadValueError: It is no folder, or holds no arm.
+        """
+        folder = check_path("folder", self.folder)
+        if not folder.is_dir():
+            raise BadValueError(folder, "", "is no folder, must be one that import-arm wrote")
+        if not (folder / ARM.name).is_file():
+            raise BadValueError(folder, "", f"has no {ARM.name}, must be a folder that import-arm wrote")
+        object.__setattr__(self, "folder", folder)
+
+    @classmethod
+    def load(cls, folder: StrPath = MODELS) -> "Robot":
+        """Opens the robot of a folder of models; ``open_robot`` of robots.kept opens those of robots' files too.
+
+        Raises:
+            BadValueError: It is no folder, or holds no arm.
+        """
+        return cls(check_path("folder", folder))
+
+    @property
+    def name(self) -> str:
+        """Name of the folder, or "the paper's arm"."""
+        return "the paper's arm" if self.is_default else self.folder.name
+
+    @property
+    def is_default(self) -> bool:
+        """True for the paper's arm."""
+        return self.folder.resolve() == MODELS.resolve()
+
+    @property
+    def directives(self) -> Path:
+        """Drake model directives of the arm, as ``Settings.arm`` takes them."""
+        return self.folder / ARM.name
+
+    @property
+    def arm(self) -> Arm:
+        """Plant of the arm, without geometry.
+
+        Raises:
+            ModelFileError: The arm cannot be loaded.
+        """
+        return load_arm(self.directives)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints from base to hand."""
+        return tuple(self.arm.joint_names)
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joints, each (num_joints,)."""
+        return self.arm.limits
+
+    @property
+    def home(self) -> Array:
+        """Joint angles of the holding posture, (num_joints,), [rad]."""
+        return self.arm.home
+
+    @cached_property
+    def chain(self) -> RobotChain:
+        """Chain of joints and links up to the hand, by which ``identify`` identifies payloads."""
+        return load_robot(self.directives)
+
+    @property
+    def tasks(self) -> tuple[str, ...]:
+        """Names of the tasks of its folder."""
+        return list_tasks(self.folder)
+
+    def load_task(self, name: str) -> TaskCostModel:
+        """Loads one of its tasks.
+
+        Raises:
+            BadValueError: There is no such task, or its file is invalid; the message names it and the fault.
+        """
+        return load_task(self.folder, name)

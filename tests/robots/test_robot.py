@@ -1,0 +1,111 @@
+"""One robot for everything: opened once, by its folder or its file, and taken by all that need an arm."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.robot_files import write_urdf
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import Hammer
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import rank
+from affordance.choice.reach import Reach
+from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.files.model_folder import MODELS
+from affordance.identification import identify as identification
+from affordance.objects.load import load_tools
+from affordance.plant.load import load_arm
+from affordance.robots import kept
+from affordance.robots.importer import ImportOptions
+from affordance.robots.kept import import_arm, open_robot
+from affordance.robots.recorded_arm import load_robot
+from affordance.robots.robot import Robot
+from affordance.simulation.trial import TrialRunner
+
+TIP = ImportOptions("right_tool")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of models of an arm of four joints, with tasks as they come."""
+    root = tmp_path_factory.mktemp("robot")
+    import_arm(write_urdf(root), TIP, root / "models", with_meshes=False, fits_tasks=False)
+    return root / "models"
+
+
+def test_robot_is_the_papers_arm_unless_another_is_named() -> None:
+    robot = Robot()
+    assert (robot.is_default, robot.name) == (True, "the paper's arm")
+    assert robot.arm is load_arm()
+    assert open_robot(None, ImportOptions(""), "nowhere") == robot
+
+
+def test_robot_has_arm_chain_and_tasks(folder: Path) -> None:
+    robot = Robot.load(str(folder))
+    assert (robot.is_default, robot.name) == (False, "models")
+    assert robot.joint_names == robot.chain.joint_names == ("right_j1", "right_j2", "right_j3", "right_j4")
+    assert robot.limits.tau_max.tolist() == [40.0] * 4
+    assert robot.home.shape == (4,)
+    assert robot.tasks == ("hammer", "reach", "mash")
+    assert isinstance(robot.load_task("hammer"), Hammer)
+    assert isinstance(robot.load_task("mash"), Reach)
+    with pytest.raises(BadValueError, match="models: task: is 'fly', must be one of hammer, reach, mash"):
+        robot.load_task("fly")
+
+
+def test_chain_of_a_folder_is_that_of_the_robots_file(folder: Path, tmp_path: Path) -> None:
+    """The same masses and distances move, although base and hand are posed otherwise: torques of motion agree."""
+    one = load_robot(folder).with_gravity([0.0, 0.0, 0.0])
+    other = load_robot(write_urdf(tmp_path), "right_tool").with_gravity([0.0, 0.0, 0.0])
+    q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, 4))
+    np.testing.assert_allclose(one.compute_arm_torques(q, v, vdot), other.compute_arm_torques(q, v, vdot), atol=1e-9)
+
+
+def test_what_is_no_robot_is_refused(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(BadValueError, match=r"has no arm.dmd.yaml, must be a folder that import-arm wrote"):
+        Robot.load(tmp_path)
+    with pytest.raises(BadValueError, match="is no folder, must be one that import-arm wrote"):
+        Robot.load(tmp_path / "nowhere")
+    with pytest.raises(BadValueError, match="nowhere', which is no folder and no robot's file"):
+        open_robot(tmp_path / "nowhere", ImportOptions(""), tmp_path)
+    for path in (None, folder):
+        with pytest.raises(BadValueError, match="--tip: is of a robot's file, which --robot must name"):
+            open_robot(path, TIP, tmp_path)
+    with pytest.raises(AffordanceError, match=r"--tip: is missing: .* limbs end in right_4"):
+        open_robot(write_urdf(tmp_path), ImportOptions(""), tmp_path / "kept")
+    assert not (tmp_path / "kept").exists()
+
+
+def test_robots_file_is_imported_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    imports = []
+
+    def copy(path: Path, options: ImportOptions, target: Path) -> None:
+        imports.append(path.name)
+        shutil.copytree(folder, target)
+
+    monkeypatch.setattr(kept, "import_arm", copy)
+    path = write_urdf(tmp_path)
+    one, other = (open_robot(path, TIP, tmp_path / "kept") for _ in range(2))
+    assert one == other
+    assert imports == ["two_arms.urdf"]
+
+
+def test_trials_and_rankings_are_of_the_robot(folder: Path) -> None:
+    robot = Robot.load(folder)
+    tool, *_ = load_tools(MODELS / "tools" / "novel.yaml")
+    held = tool.gripped_by(tool.grips[0])
+    record = TrialRunner(robot=robot).run_hold(held, MaterialMemory(), duration=0.2)
+    assert record.q.shape[1] == 4
+    ranking = rank(list_options(tool), robot.load_task("reach"), MaterialMemory(), robot=robot, num_samples=20)
+    assert len(ranking.ranked[0].works) == 20
+    for wrong in ("robot", robot.arm):
+        with pytest.raises(BadArgumentError, match="robot: is of type"):
+            TrialRunner(robot=wrong)  # type: ignore[arg-type]
+
+
+def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
+    robot = Robot.load(folder)
+    assert identification._find_chain(robot) is robot.chain
+    assert identification._find_chain(robot.chain) is robot.chain
