@@ -8,8 +8,8 @@ others, and added to every identification as a phantom payload: a mass of unknow
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.joint_statistics import ChannelSamples
-from affordance.identification.evidence.payload_likelihood import Quadratic
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS

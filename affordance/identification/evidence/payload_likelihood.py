@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.joint_statistics import FRICTION, LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
 from affordance.objects.inertia import NUM_PARAMETERS
 
@@ -44,40 +45,6 @@ class ChannelPrior:
     friction_sd: Array
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
-
-
-@dataclass(frozen=True)
-class Quadratic:
-    """Quadratic log likelihood, log L(pi) = -pi^T H pi / 2 + b^T pi + constant.
-
-    Attributes:
-        precision: Precision matrix H, shape (10, 10); may be singular.
-        information: Information vector b, shape (10,).
-    """
-
-    precision: Array
-    information: Array
-
-    def widen(self, covariance: Array) -> "Quadratic":
-        """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
-        A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
-        precision = A @ self.precision
-        return Quadratic(0.5 * (precision + precision.T), A @ self.information)
-
-    def find_load(self, pi: Array, covariance: Array) -> Array:
-        """Finds the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
-        missing = self.information - self.precision @ pi
-        load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
-        return load
-
-    def evaluate(self, pi: Array) -> Array:
-        """Computes the value at N points, shape (N, 10), without the constant; shape (N,)."""
-        value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
-        return value
-
-    def about(self, origin: Array) -> "Quadratic":
-        """Returns the quadratic as a function of pi - origin, origin of shape (10,)."""
-        return Quadratic(self.precision, self.information - self.precision @ origin)
 
 
 class PayloadLikelihood:

@@ -13,7 +13,8 @@ from scipy.special import chdtri, gammaln, ndtri
 from scipy.stats.qmc import Sobol
 
 from affordance.arrays import Array
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic
+from affordance.belief.quadratic import Quadratic
+from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
 from affordance.identification.posterior.log_cholesky import (
     compute_jacobian,
     parameters_from_theta,

@@ -16,8 +16,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.quadratic import Quadratic
 from affordance.exceptions import AffordanceError
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
+from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, factor
 from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters
@@ -26,8 +27,6 @@ from affordance.objects.tool import PosedShape
 _MAX_ITERATIONS = 50
 _TOLERANCE = 1e-6
 _MAX_BATCHES = 50
-# Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
-_SEEN = 1e-12
 
 
 @dataclass(frozen=True)
@@ -155,7 +154,7 @@ def infer_parts(
         common = common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho)
         of_body = BodyLikelihood(likelihood, load)
         quadratic = of_body.of_body.widen(common)
-        of_rho = _restrict(quadratic.widen(discrepancy), Phi)
+        of_rho = quadratic.widen(discrepancy).restrict(Phi)
         densities = prior.densities.condition(of_rho)
         previous, rho = rho, densities.compute_mode()
         load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
@@ -173,15 +172,6 @@ def infer_parts(
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
     bodies = WeightedBodies(pi, normalise(log_weights), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, p_value)
-
-
-def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
-    """Restricts a quadratic to densities; the constant is that of the parameters that fit best."""
-    H, b = quadratic.precision, quadratic.information
-    values, vectors = np.linalg.eigh(H)
-    seen = values > _SEEN * values[-1]
-    distance = float(((vectors.T @ b)[seen] ** 2 / values[seen]).sum())
-    return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 
 
 def _draw(

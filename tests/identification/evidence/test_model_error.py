@@ -3,10 +3,10 @@ import pytest
 from helpers.generated_runs import Truth, generate_run
 from numpy.testing import assert_allclose
 
+from affordance.belief.quadratic import Quadratic
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.fitted_arm import CELL, ArmRegression
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
-from affordance.identification.evidence.payload_likelihood import Quadratic
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS
 from studies.recorded.empty_hand import weigh_empty_hand

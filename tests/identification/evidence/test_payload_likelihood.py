@@ -7,12 +7,12 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from affordance.arrays import Array
+from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.payload_likelihood import (
     BodyLikelihood,
     ChannelPrior,
     PayloadLikelihood,
-    Quadratic,
 )
 
 _CHANNELS = 3

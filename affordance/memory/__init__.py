@@ -1,0 +1,1 @@
+"""Lasting memory: a ledger of evidence, one record a trial, from which the belief of any learner is recalled."""

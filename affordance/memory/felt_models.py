@@ -1,0 +1,62 @@
+"""Models of what was felt that are no noise models: identified payloads, and densities believed earlier."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.quadratic import Quadratic
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry
+
+
+@dataclass(frozen=True)
+class PayloadQuadratic:
+    """Quadratic log likelihood of the ten parameters of an identified payload, all else integrated out.
+
+    Its features are the precision H, row by row, and the information vector b.
+    """
+
+    def num_features(self, num_joints: int) -> int:
+        """Returns the length of H and b, flattened."""
+        return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
+
+    def compute_likelihood(
+        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
+    ) -> Likelihood:
+        """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,).
+
+        The constant is that of the parameters that fit best.
+        """
+        return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
+
+
+@dataclass(frozen=True)
+class MeanDensities:
+    """Likelihood of the mean densities of materials, as an earlier version of the program remembered it.
+
+    Its features are the precision, row by row, and the information vector, of one density a part.
+    """
+
+    def num_features(self, num_joints: int) -> int:
+        """Returns the length of precision and information vector of as many densities, flattened."""
+        return num_joints * (num_joints + 1)
+
+    def compute_likelihood(
+        self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
+    ) -> Likelihood:
+        """Returns the likelihood of the densities, whatever the geometry; ``num_joints`` is their number."""
+        size = num_joints
+        precision = features[: size * size].reshape(size, size)
+        return Likelihood(precision, features[size * size :], 0.0, 0.0, size)
+
+
+def pack(quadratic: Quadratic) -> Array:
+    """Packs a quadratic as features of ``PayloadQuadratic``, shape (110,)."""
+    return np.concatenate([quadratic.precision.ravel(), quadratic.information])
+
+
+def unpack(features: Array) -> Quadratic:
+    """Unpacks the features of ``PayloadQuadratic``, shape (110,)."""
+    size = NUM_PARAMETERS**2
+    return Quadratic(features[:size].reshape(NUM_PARAMETERS, NUM_PARAMETERS), features[size:])

@@ -1,0 +1,275 @@
+"""Ledger of evidence: what robots have felt, one record a trial, and the beliefs that follow from it.
+
+Trials are added and never changed. Beliefs are recalled from them in the order of their times, whatever the order in
+which they were added: for learners with kinds by replaying all trials, for learners with one density for each colour
+from sums that are kept with the trials.
+"""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import partial
+from itertools import groupby
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from sqlalchemy import delete, func, select
+
+from affordance.arguments import Seed, check_kind, check_member
+from affordance.belief.density_belief import Prior
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
+from affordance.belief.object_belief import Memory
+from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.memory.evidence_sums import MaterialSum, SameColours, gather, sum_objects
+from affordance.memory.kept_sums import KeptSums, drop_sums, name_prior, read_sums
+from affordance.memory.stored_trials import (
+    ALL,
+    BATCH,
+    Selection,
+    find_known,
+    find_latest,
+    get_order,
+    insert_trials,
+    list_things,
+    name_things,
+    read_selected,
+    read_thing,
+    read_trial,
+)
+from affordance.memory.tables import TRIALS, check_integrity, connect, open_database
+from affordance.memory.trial_evidence import TrialEvidence
+from affordance.proprioception.fixed_point import find_fixed_point
+
+# Relative error that sums may have: they are sums of doubles, in another order.
+_ROUNDING = 1e-9
+
+
+class Ledger:
+    """Lasting memory of what robots have felt; see ``open_memory``."""
+
+    def __init__(self, place: Path | str, *, create: bool = True) -> None:
+        """Opens the database; see ``open_memory``."""
+        self.place = place
+        self._engine = open_database(place, create=create)
+
+    def __enter__(self) -> Self:
+        """Returns the ledger, which is closed at the end of the block."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None
+    ) -> None:
+        """Closes the ledger."""
+        self.close()
+
+    def __len__(self) -> int:
+        """Returns the number of trials."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            return int(connection.execute(select(func.count()).select_from(TRIALS)).scalar_one())
+
+    def __contains__(self, trial_id: str) -> bool:
+        """Returns True if a trial with this id was appended."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            return bool(find_known(connection, [trial_id]))
+
+    def __repr__(self) -> str:
+        return f"Ledger({self.place}: {len(self)} trials)"
+
+    def close(self) -> None:
+        """Closes all connections to the database."""
+        self._engine.dispose()
+
+    def append(self, trials: Sequence[TrialEvidence]) -> int:
+        """Adds trials, all or none; those that it knows already are left out.
+
+        Args:
+            trials: Evidence of the trials, in any order.
+
+        Returns: Number of trials that were new.
+
+        Raises:
+            BadArgumentError: An argument is no evidence of a trial.
+            BadValueError: The database cannot be written; nothing was changed.
+        """
+        for i, trial in enumerate(trials):
+            check_kind(f"trials[{i}]", trial, TrialEvidence)
+        unique = {trial.id: trial for trial in trials}
+        with connect(self._engine, self.place, writes=True) as connection:
+            known = find_known(connection, list(unique))
+            new = sorted((each for key, each in unique.items() if key not in known), key=get_order)
+            if not new:
+                return 0
+            is_later = get_order(new[0]) > find_latest(connection)
+            named = insert_trials(connection, new, self.place)
+            if is_later:
+                for sums in read_sums(connection).values():
+                    for thing, group in groupby(zip(named, new, strict=True), key=lambda each: each[0]):
+                        sums.add(connection, thing, [trial for _, trial in group])
+                    sums.write(connection)
+            else:  # it changes which colours and looks were met first
+                for name in sorted({trial.object_name for trial in new}):
+                    name_things(connection, name, self.place)
+                drop_sums(connection)
+            return len(new)
+
+    def recall(
+        self,
+        learner: Learner | str = Learner.DENSITY,
+        prior: Prior = Prior(),
+        *,
+        seed: Seed = 0,
+        same_colours: SameColours = (),
+    ) -> Memory:
+        """Recalls what a learner believes after all trials.
+
+        Args:
+            learner: Learner, or its name.
+            prior: Prior of materials that were never felt.
+            seed: Seed of the learner's random draws, if it makes any.
+            same_colours: Pairs of colours that are to count as one, for a learner with one density for each colour.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind.
+            BadValueError: The database cannot be read, or a record is invalid.
+        """
+        learner = check_member("learner", learner, Learner)
+        check_kind("prior", prior, Prior)
+        if learner is not Learner.DENSITY:
+            return replay(self.list_trials(), start_memory(learner, seed), prior)
+        if same_colours:
+            return self._sum(prior, same_colours).build_memory()
+        with connect(self._engine, self.place, writes=False) as connection:
+            sums = read_sums(connection, prior).get(name_prior(prior))
+        materials = self._keep_sums(prior) if sums is None else sums.materials
+        return materials.build_memory()
+
+    def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
+        """Lists trials in the order of their times, those of a selection or all.
+
+        Raises:
+            BadArgumentError: A time of the selection is no time, or the id of a trial is too short.
+            BadValueError: The database cannot be read, or a record is invalid.
+        """
+        with connect(self._engine, self.place, writes=False) as connection:
+            return list(read_selected(connection, selection, self.place))
+
+    def list_things(self) -> dict[str, int]:
+        """Lists the things that were felt, in the order in which they were first met, with the number of trials."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            return list_things(connection)
+
+    def list_thing_trials(self, thing: str) -> list[TrialEvidence]:
+        """Lists the trials of a thing in the order of their times."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            return read_thing(connection, thing, self.place)
+
+    def forget(self, selection: Selection) -> int:
+        """Forgets trials, as if they had never been.
+
+        Returns: Number of trials that were forgotten.
+
+        Raises:
+            BadArgumentError: Nothing is selected by any name, a time is no time, or the id of a trial is too short.
+            BadValueError: The database cannot be written; nothing was changed.
+        """
+        if not any(selection):
+            raise BadArgumentError("selection", "", "is empty, must name a robot, an object, a time or a trial")
+        with connect(self._engine, self.place, writes=True) as connection:
+            query = selection.narrow(select(TRIALS.c.id, TRIALS.c.object, TRIALS.c.thing))
+            rows = connection.execute(query).all()
+            forgotten = [str(row.id) for row in rows]
+            kept = list(read_sums(connection).values())
+            # Without the first trial of a colour or a thing, colours and looks are told apart anew.
+            is_founded = any(sums.was_founded_by(connection, forgotten) for sums in kept)
+            for start in range(0, len(forgotten), BATCH):
+                connection.execute(delete(TRIALS).where(TRIALS.c.id.in_(forgotten[start : start + BATCH])))
+            for name in sorted({str(row.object) for row in rows}):
+                name_things(connection, name, self.place)
+            if is_founded:
+                drop_sums(connection)
+            elif forgotten:
+                for sums in kept:
+                    sums.renew(connection, sorted({str(row.thing) for row in rows}), self.place)
+                    sums.write(connection)
+        return len(forgotten)
+
+    def merge(self, other: "Ledger") -> int:
+        """Adds the trials of another ledger that this one does not know; returns their number.
+
+        Raises:
+            BadValueError: A database cannot be read or written, or a record is invalid; nothing was changed.
+        """
+        return self.append(other.list_trials())
+
+    def verify(self) -> list[str]:
+        """Checks the database, every record, and the sums that are kept; returns what is wrong, a line each."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            if problem := check_integrity(connection):
+                return [f"the file is damaged: {problem}"]
+            rows = connection.execute(select(TRIALS.c.id, TRIALS.c.content)).all()
+            kept = list(read_sums(connection).values())
+        problems = []
+        for row in rows:
+            try:
+                read_trial(self.place, row.id, row.content)
+            except AffordanceError as error:
+                problems.append(str(error))
+        if not problems:
+            for sums in kept:
+                if not _is_same(sums.materials, self._sum(sums.prior)):
+                    problems.append(f"the sums for the prior {sums.prior} are not those of the trials")
+        return problems
+
+    def _sum(self, prior: Prior, same_colours: SameColours = ()) -> MaterialSum:
+        """Sums all trials."""
+        with connect(self._engine, self.place, writes=False) as connection:
+            things = (read_thing(connection, thing, self.place) for thing in list_things(connection))
+            return sum_objects(things, prior, same_colours)
+
+    def _keep_sums(self, prior: Prior) -> MaterialSum:
+        """Sums all trials for a prior, and keeps the sums if the database can be written."""
+        with suppress(BadValueError), connect(self._engine, self.place, writes=True) as connection:
+            drop_sums(connection, prior)
+            sums = KeptSums(MaterialSum(prior))
+            for thing in list_things(connection):
+                sums.add(connection, thing, read_thing(connection, thing, self.place))
+            sums.write(connection)
+            return sums.materials
+        return self._sum(prior)
+
+
+def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
+    """Opens a lasting memory: the ledger of what robots have felt.
+
+    Args:
+        place: Path of an SQLite file, or URL of a database (SQLAlchemy's, with its driver installed).
+        create: True to create a file that does not exist.
+
+    Raises:
+        BadArgumentError: The place is neither a path nor a text.
+        BadValueError: The file does not exist, is no database, or is that of another program or version.
+    """
+    if not isinstance(place, str | Path) or not str(place):
+        raise BadArgumentError("place", "", f"is {place!r}, must be a path or the URL of a database")
+    return Ledger(str(place) if "://" in str(place) else Path(place), create=create)
+
+
+def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Memory:
+    """Replays trials for a learner, one after the other, from a memory at the start."""
+    for trial in trials:
+        recollection = memory.recall(trial.parts, prior)
+        geometry = gather(trial.geometry, recollection.columns, recollection.densities.size)
+        compute = partial(trial.compute_likelihood, geometry)
+        find_likelihood = partial(find_fixed_point, compute_likelihood=compute)
+        memory = recollection.memory.learn(recollection.densities, find_likelihood, prior.deviation_sd).memory
+    return memory
+
+
+def _is_same(one: MaterialSum, other: MaterialSum) -> bool:
+    """Returns True if two sums are equal up to rounding."""
+    return one.colours == other.colours and all(
+        np.abs(a - b).max(initial=0.0) <= _ROUNDING * np.abs(b).max(initial=0.0)
+        for a, b in ((one.precision, other.precision), (one.information, other.information))
+    )

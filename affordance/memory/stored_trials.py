@@ -1,0 +1,187 @@
+"""Trials in the tables of a ledger: reading, adding, and telling the things that they are about.
+
+Trials of one name and one look are about one thing. A name with another look is another thing: "hammer", "hammer #2".
+"""
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from sqlalchemy import Connection, Select, func, insert, select, update
+
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.files.data_model import check_content
+from affordance.memory.tables import TRIALS
+from affordance.memory.trial_evidence import TrialEntry, TrialEvidence, read_time
+from affordance.objects.appearance import is_same_object
+
+# Trials that are read or written at a time.
+BATCH = 500
+_SHORTEST_ID = 4
+# Place of a trial among all, a text that sorts as they were made.
+_ORDER = TRIALS.c.time + TRIALS.c.id
+
+
+class Selection(NamedTuple):
+    """Selection of trials; all that are given must hold.
+
+    Attributes:
+        robot: Name of the robot.
+        object_name: Name of the object.
+        since: First time that is selected, ISO 8601, UTC unless it says otherwise.
+        until: First time that is not selected any more.
+        trial: Beginning of the id of a trial, at least four digits.
+    """
+
+    robot: str = ""
+    object_name: str = ""
+    since: str = ""
+    until: str = ""
+    trial: str = ""
+
+    def narrow(self, query: Select[Any]) -> Select[Any]:
+        """Returns a query of trials that is restricted to the selected ones.
+
+        Raises:
+            BadArgumentError: A time is no time, or the id of a trial is too short.
+        """
+        if self.trial and len(self.trial) < _SHORTEST_ID:
+            raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
+        if self.robot:
+            query = query.where(TRIALS.c.robot == self.robot)
+        if self.object_name:
+            query = query.where(TRIALS.c.object == self.object_name)
+        if self.since:
+            query = query.where(TRIALS.c.time >= read_time("since", self.since))
+        if self.until:
+            query = query.where(TRIALS.c.time < read_time("until", self.until))
+        if self.trial:
+            query = query.where(TRIALS.c.id.startswith(self.trial, autoescape=True))
+        return query
+
+
+ALL = Selection()
+
+
+def get_order(trial: TrialEvidence) -> str:
+    """Returns the place of a trial among all, a text that sorts as they were made."""
+    return trial.time + trial.id
+
+
+def find_latest(connection: Connection) -> str:
+    """Returns the place of the last trial; empty if there is none."""
+    return str(connection.execute(select(func.max(_ORDER))).scalar() or "")
+
+
+def find_known(connection: Connection, ids: Sequence[str]) -> set[str]:
+    """Finds which of some trials are there, by their ids."""
+    known: set[str] = set()
+    for start in range(0, len(ids), BATCH):
+        query = select(TRIALS.c.id).where(TRIALS.c.id.in_(ids[start : start + BATCH]))
+        known |= set(connection.execute(query).scalars())
+    return known
+
+
+def insert_trials(connection: Connection, trials: Sequence[TrialEvidence], place: Path | str) -> list[str]:
+    """Inserts trials in the order of their times; returns the thing of each, right if they are later than all."""
+    looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+    rows = []
+    for trial in trials:
+        if trial.object_name not in looks:
+            looks[trial.object_name] = _read_looks(connection, trial.object_name, place)
+        thing = _name_thing(looks[trial.object_name], trial)
+        content = json.dumps(trial.to_dict())
+        rows.append(
+            {
+                "id": trial.id,
+                "time": trial.time,
+                "robot": trial.robot,
+                "object": trial.object_name,
+                "thing": thing,
+                "content": content,
+            }
+        )
+    for start in range(0, len(rows), BATCH):
+        connection.execute(insert(TRIALS), rows[start : start + BATCH])
+    return [row["thing"] for row in rows]
+
+
+def name_things(connection: Connection, object_name: str, place: Path | str) -> None:
+    """Names the things of all trials of an object's name anew, in the order of their times."""
+    looks: list[tuple[str, TrialEvidence]] = []
+    query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.object == object_name).order_by(_ORDER)
+    for row in connection.execute(query).all():
+        thing = _name_thing(looks, read_trial(place, row.id, row.content))
+        connection.execute(update(TRIALS).where(TRIALS.c.id == row.id).values(thing=thing))
+
+
+def list_things(connection: Connection) -> dict[str, int]:
+    """Lists the things, in the order in which they were first met, with the number of trials of each."""
+    query = select(TRIALS.c.thing, func.count().label("number"), func.min(_ORDER).label("first"))
+    rows = connection.execute(query.group_by(TRIALS.c.thing).order_by("first")).all()
+    return {str(row.thing): int(row.number) for row in rows}
+
+
+def read_thing(connection: Connection, thing: str, place: Path | str) -> list[TrialEvidence]:
+    """Reads the trials of a thing, in the order of their times."""
+    query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.thing == thing).order_by(_ORDER)
+    return [read_trial(place, row.id, row.content) for row in connection.execute(query)]
+
+
+def read_selected(connection: Connection, selection: Selection, place: Path | str) -> Iterator[TrialEvidence]:
+    """Reads the selected trials, in the order of their times."""
+    query = selection.narrow(select(TRIALS.c.id, TRIALS.c.content)).order_by(TRIALS.c.time, TRIALS.c.id)
+    for row in connection.execution_options(yield_per=BATCH).execute(query):
+        yield read_trial(place, row.id, row.content)
+
+
+def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:
+    """Reads the text of a record.
+
+    Raises:
+        BadValueError: The record is invalid; the message says where and how.
+    """
+    try:
+        found = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        raise BadValueError(place, f"trial {name}", f"is not JSON: {error}") from error
+    return parse_trial(place, f"trial {name}", found)
+
+
+def parse_trial(place: Path | str, key: str, content: Any) -> TrialEvidence:
+    """Builds the evidence of a record that was read from JSON.
+
+    Args:
+        place: File or database, for messages.
+        key: Place in it, for messages.
+        content: Content of the record.
+
+    Raises:
+        BadValueError: The record is invalid; the message says where and how.
+    """
+    entry = check_content(Path(str(place)), key, content, TrialEntry)
+    try:
+        return entry.build()
+    except BadArgumentError as error:
+        where = ".".join(each for each in (key, str(error.source), error.key) if each)
+        raise BadValueError(place, where, error.problem) from error
+
+
+def _read_looks(connection: Connection, object_name: str, place: Path | str) -> list[tuple[str, TrialEvidence]]:
+    """Reads the first trial of each thing of a name, with the thing's name."""
+    first = select(func.min(_ORDER)).where(TRIALS.c.object == object_name).group_by(TRIALS.c.thing)
+    query = select(TRIALS.c.thing, TRIALS.c.id, TRIALS.c.content).where(
+        TRIALS.c.object == object_name, _ORDER.in_(first)
+    )
+    return [(row.thing, read_trial(place, row.id, row.content)) for row in connection.execute(query.order_by(_ORDER))]
+
+
+def _name_thing(looks: list[tuple[str, TrialEvidence]], trial: TrialEvidence) -> str:
+    """Returns the name of the thing that a trial is about, and adds its look if it is a new one."""
+    for thing, first in looks:
+        if is_same_object(first.parts, trial.parts):
+            return thing
+    thing = trial.object_name if not looks else f"{trial.object_name} #{len(looks) + 1}"
+    looks.append((thing, trial))
+    return thing

@@ -1,0 +1,178 @@
+"""Tables of a ledger in a database: SQLite by default, or any server that SQLAlchemy knows."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import (
+    Column,
+    Connection,
+    Engine,
+    Index,
+    MetaData,
+    String,
+    Table,
+    Text,
+    create_engine,
+    event,
+    insert,
+    inspect,
+    select,
+)
+from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+
+from affordance.exceptions import BadValueError
+from affordance.files.bounded import check_size
+
+PROGRAM, SCHEMA = "visual-inertial-affordances", "1"
+# Time that a writer waits for another, [ms].
+_PATIENCE = 30_000
+# Size of a database, a thousand times that of 10^5 trials.
+_MOST = 10**12
+_SQLITE = b"SQLite format 3\x00"
+_WRITES = "writes"
+
+_METADATA = MetaData()
+ABOUT = Table("about", _METADATA, Column("name", String(40), primary_key=True), Column("value", Text, nullable=False))
+# The ledger itself: rows are added or forgotten, never changed but for the name of the thing, which is derived.
+TRIALS = Table(
+    "trials",
+    _METADATA,
+    Column("id", String(24), primary_key=True),
+    Column("time", String(32), nullable=False),
+    Column("robot", String(200), nullable=False),
+    Column("object", String(200), nullable=False),
+    Column("thing", String(220), nullable=False),
+    Column("content", Text, nullable=False),
+    Index("by_time", "time", "id"),
+    Index("by_thing", "thing", "time", "id"),
+    Index("by_object", "object", "time", "id"),
+)
+# Sums of the trials, which can be computed anew: of each thing, and of all materials, for a prior.
+THINGS = Table(
+    "things",
+    _METADATA,
+    Column("prior", String(120), primary_key=True),
+    Column("thing", String(220), primary_key=True),
+    Column("founder", String(24), nullable=False),
+    Column("content", Text, nullable=False),
+)
+MATERIALS = Table(
+    "materials",
+    _METADATA,
+    Column("prior", String(120), primary_key=True),
+    Column("content", Text, nullable=False),
+)
+
+
+def open_database(place: Path | str, *, create: bool) -> Engine:
+    """Opens the database of a ledger, and makes its tables if it is new.
+
+    Args:
+        place: Path of an SQLite file, or URL of a database.
+        create: True to create a file that does not exist.
+
+    Raises:
+        BadValueError: The file does not exist, is no database or that of another program or version, or the server
+            cannot be reached.
+    """
+    is_url = isinstance(place, str) and "://" in place
+    if not is_url:
+        _check_file(Path(place), create)
+    try:
+        engine = create_engine(str(place) if is_url else f"sqlite:///{place}")
+    except (ArgumentError, NoSuchModuleError, ImportError) as error:
+        raise BadValueError(place, "", f"is no URL of a database that can be used here: {error}") from error
+    if engine.dialect.name == "sqlite":
+        event.listen(engine, "connect", _set_up)
+        event.listen(engine, "begin", _begin)
+    with connect(engine, place, writes=True) as connection:
+        _check_tables(connection, place)
+    return engine
+
+
+@contextmanager
+def connect(engine: Engine, place: Path | str, *, writes: bool) -> Iterator[Connection]:
+    """Runs one transaction, which is undone if anything fails.
+
+    Raises:
+        BadValueError: The database cannot be read or written; nothing was changed.
+    """
+    try:
+        with engine.connect().execution_options(**{_WRITES: writes}) as connection, connection.begin():
+            yield connection
+    except DBAPIError as error:
+        what = "written" if writes else "read"
+        raise BadValueError(place, "", f"cannot be {what}: {error.orig}; nothing was changed") from error
+
+
+def check_integrity(connection: Connection) -> str:
+    """Asks SQLite whether the file is sound; returns its complaint, empty if there is none."""
+    if connection.dialect.name != "sqlite":
+        return ""
+    found = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
+    return "" if found == "ok" else found
+
+
+def _check_file(path: Path, create: bool) -> None:
+    """Checks that a file may be a ledger.
+
+    Raises:
+        BadValueError: It does not exist, its folder does not, or it is no database.
+    """
+    if not path.exists():
+        if not create:
+            raise BadValueError(path, "", "does not exist, must be a memory that a command has written")
+        if not path.parent.is_dir():
+            raise BadValueError(path, "", f"cannot be made: there is no folder {str(path.parent)!r}")
+        return
+    check_size(path, _MOST)
+    if path.is_dir():
+        raise BadValueError(path, "", "is a folder, must be a file")
+    with path.open("rb") as file:
+        begin = file.read(len(_SQLITE))
+    if begin.lstrip()[:1] == b"{":
+        hint = "affordance memory import reads a memory of an earlier version, or an exported one"
+        raise BadValueError(path, "", f"is JSON, must be an SQLite file; {hint}")
+    if begin and begin != _SQLITE:
+        raise BadValueError(path, "", "is no SQLite file, must be a memory that a command has written")
+
+
+def _check_tables(connection: Connection, place: Path | str) -> None:
+    """Makes the tables of a new database, and checks whose those of an old one are.
+
+    Raises:
+        BadValueError: They are those of another program or of another version.
+    """
+    names = set(inspect(connection).get_table_names())
+    if not names:
+        _METADATA.create_all(connection)
+        connection.execute(
+            insert(ABOUT), [{"name": "program", "value": PROGRAM}, {"name": "schema", "value": SCHEMA}]
+        )
+        return
+    about: dict[str, str] = {}
+    if {"about", "trials"} <= names:
+        about = {str(row.name): str(row.value) for row in connection.execute(select(ABOUT))}
+    if about.get("program") != PROGRAM:
+        raise BadValueError(place, "", f"is a database of another program (tables: {', '.join(sorted(names)[:5])})")
+    if about.get("schema") != SCHEMA:
+        problem = f"is {about.get('schema')!r}, must be {SCHEMA!r}: another version of the program wrote the memory"
+        raise BadValueError(place, "schema", problem)
+
+
+def _set_up(connection: Any, _: Any) -> None:
+    """Sets a connection up: transactions begin as this module says, and what is acknowledged lies on the disk."""
+    connection.isolation_level = None
+    cursor = connection.cursor()
+    cursor.execute(f"PRAGMA busy_timeout={_PATIENCE}")
+    cursor.execute("PRAGMA journal_mode=WAL")
+    cursor.execute("PRAGMA synchronous=FULL")
+    cursor.close()
+
+
+def _begin(connection: Connection) -> None:
+    """Begins a transaction; one that writes waits for others at once, as it could not later."""
+    writes = connection.get_execution_options().get(_WRITES, False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
