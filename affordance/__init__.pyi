@@ -18,6 +18,9 @@ from .identification.identify import Runs, identify
 from .identification.posterior.payload_belief import PayloadBelief
 from .identification.recording.run import Run
 from .identification.recording.run_file import read_run
+from .memory.ledger import Ledger, open_memory
+from .memory.stored_trials import Selection
+from .memory.trial_evidence import TrialEvidence
 from .named_settings import change_settings
 from .objects.load import load_tools
 from .objects.material import Material
@@ -43,6 +46,7 @@ __all__ = [
     "ImportOptions",
     "KindMemory",
     "Learner",
+    "Ledger",
     "Material",
     "MaterialMemory",
     "ModelFileError",
@@ -53,8 +57,10 @@ __all__ = [
     "Robot",
     "Run",
     "Runs",
+    "Selection",
     "Settings",
     "Tool",
+    "TrialEvidence",
     "TrialRecord",
     "TrialRunner",
     "WeberNoise",
@@ -70,6 +76,7 @@ __all__ = [
     "load_robot",
     "load_tools",
     "open_robot",
+    "open_memory",
     "rank",
     "read_gains",
     "read_memory",

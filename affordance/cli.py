@@ -27,6 +27,7 @@ COMMANDS = (
     "settings",
     "import-arm",
     "identify",
+    "memory",
     "study",
     "doctor",
 )

@@ -59,7 +59,15 @@ def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
         BadValueError: The file cannot be read, or does not hold a memory.
     """
     path = check_path("path", path)
-    content = read_json(path)
+    return build_memory(path, read_json(path))
+
+
+def build_memory(path: Path, content: Any) -> MaterialMemory | KindMemory:
+    """Builds the memory of a file's content.
+
+    Raises:
+        BadValueError: The content is no memory.
+    """
     try:
         if _OF_KINDS in content:
             return _build_kinds(content)
@@ -68,14 +76,12 @@ def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
 
 
-def read_taught(path: StrPath) -> tuple[str, ...]:
-    """Reads the fingerprints of the runs that taught the memory of a file; none if it does not say.
+def find_taught(path: Path, content: Any) -> tuple[str, ...]:
+    """Finds the fingerprints of the runs that taught the memory of a file; none if it does not say.
 
     Raises:
-        BadValueError: The file cannot be read, or they are not a list of texts.
+        BadValueError: They are not a list of texts.
     """
-    path = check_path("path", path)
-    content = read_json(path)
     taught = content.get(_TAUGHT, []) if isinstance(content, Mapping) else []
     if not isinstance(taught, list) or not all(isinstance(each, str) for each in taught):
         raise BadValueError(path, _TAUGHT, "must be a list of texts")

@@ -42,7 +42,7 @@ class Quadratic:
         return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 
     def change_frame(self, to_here: Array) -> "Quadratic":
-        """Returns the quadratic of the parameters pi' in another frame, pi = to_here pi', to_here of shape (10, 10)."""
+        """Returns the quadratic of the parameters in another frame, from which to_here, (10, 10), leads to these."""
         precision = to_here.T @ self.precision @ to_here
         return Quadratic(0.5 * (precision + precision.T), to_here.T @ self.information)
 

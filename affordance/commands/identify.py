@@ -41,9 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
     add(
-        "--memory", type=Path, help="JSON file of learned densities, which learns from this run; new if there is none"
+        "--memory",
+        metavar="MEMORY",
+        help="lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL",
     )
-    add("--learned", type=Path, help="where the memory is written (default: back to --memory)")
+    add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
     add("--claimed", type=Path, metavar="FILE", help="payload that is set on the controller (docs/identify.md)")

@@ -11,9 +11,8 @@ from scipy.spatial.transform import Rotation
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import read_memory, read_taught, write_memory
+from affordance.belief.object_belief import Memory
 from affordance.commands.options import change_by_name, check_bounds, list_groups, refuse_changes
 from affordance.commands.payload_text import describe_payload
 from affordance.exceptions import BadValueError
@@ -28,9 +27,12 @@ from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
+from affordance.memory.identified_trial import build_identified_trial
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.plant.load import HAND_FRAME
+from affordance.objects.tool import Tool
 from affordance.robots.recorded_arm import load_robot
 
 
@@ -52,8 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
-    taught, memory = _recall(arguments.memory)
-    seen = None if arguments.object is None else _see(arguments, memory, prior)
+    memory = _recall(arguments.memory, prior)
+    tool = None if arguments.object is None else _find_tool(arguments)
+    seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
     if mass is not None:
         check_reference_mass("--reference-mass", mass)
@@ -67,6 +70,9 @@ def run(arguments: argparse.Namespace) -> int:
         deviation_sd=prior.deviation_sd,
         settings=settings,
     )
+    lesson = ""
+    if tool is not None and seen is not None and (arguments.learned or arguments.memory):
+        belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior)
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     if is_used and belief.setting is not None:
@@ -75,7 +81,6 @@ def run(arguments: argparse.Namespace) -> int:
     if claimed is not None:
         claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
         content["claimed"] = {"verdict": claim[1].verdict, **claim[1]._asdict(), **claimed._asdict()}
-    lesson = _teach(arguments, belief, loaded, taught)
     text = describe_payload(belief, claim, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
         _write(arguments.out, belief, content, text, is_used)
@@ -83,25 +88,38 @@ def run(arguments: argparse.Namespace) -> int:
     return 0 if belief.is_trusted else 3
 
 
-def _recall(path: Path | None) -> tuple[tuple[str, ...], MaterialMemory | KindMemory]:
-    """Reads which runs taught a memory, and the memory; a file that does not exist yet is a new memory."""
-    if path is None or (not path.exists() and path.parent.is_dir()):
-        return (), MaterialMemory()
-    return read_taught(path), read_memory(path)
+def _recall(place: str | None, prior: Prior) -> Memory:
+    """Recalls a memory; one that does not exist yet knows nothing."""
+    if place is None or not has_memory(place):
+        return MaterialMemory()
+    with open_memory(place) as ledger:
+        return ledger.recall(prior=prior)
 
 
-def _teach(arguments: argparse.Namespace, belief: PayloadBelief, run: Run, taught: tuple[str, ...]) -> str:
-    """Writes what the run teaches; returns a sentence about it, or none without a memory."""
-    path = arguments.learned or arguments.memory
-    if belief.seen is None or path is None:
-        return ""
-    if run.fingerprint in taught:
-        return f"{path} learns nothing: this run has taught it before"
-    if not belief.teaches and not arguments.anyway:
-        reason = "the result is not to be trusted" if belief.doubts else "the object is not what it looks like"
-        return f"{path} learns nothing: {reason} (--anyway teaches it)"
-    write_memory(path, belief.seen.memory, (*taught, run.fingerprint))
-    return f"{path} has learned them"
+def _teach(
+    arguments: argparse.Namespace,
+    belief: PayloadBelief,
+    seen: SeenObject,
+    robot: RobotChain,
+    run: Run,
+    object_name: str,
+    settings: IdentificationSettings,
+    prior: Prior,
+) -> tuple[PayloadBelief, str]:
+    """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
+    place = arguments.learned or arguments.memory
+    if belief.seen is None or not (belief.teaches or arguments.anyway):
+        reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
+        return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
+    trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
+    with open_memory(place) as ledger:
+        if arguments.learned and arguments.memory and has_memory(arguments.memory):
+            with open_memory(arguments.memory) as before:
+                ledger.merge(before)
+        is_new = ledger.append([trial])
+        memory = ledger.recall(prior=prior)
+    belief = replace(belief, seen=replace(belief.seen, memory=memory))
+    return belief, f"{place} {'has learned them' if is_new else 'learns nothing: this run has taught it before'}"
 
 
 def _place_object(run: Run, values: Sequence[float]) -> Run:
@@ -133,14 +151,15 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
     return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
 
 
-def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
+def _find_tool(arguments: argparse.Namespace) -> Tool:
+    """Finds the object that a camera saw."""
     check_number("--size-error", arguments.size_error, 0.0, 1.0)
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     named = {tool.name: tool for tool in tools}
     name = arguments.object_name or tools[0].name
     if name not in named:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(named)}")
-    return see_tool(named[name], memory, prior, arguments.size_error)
+    return named[name]
 
 
 def _write(folder: Path, belief: PayloadBelief, content: dict[str, object], text: str, is_used: bool) -> None:

@@ -129,11 +129,11 @@ def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) ->
         prior: Belief about materials never met.
         scale_sd: Relative standard deviation of the size of each part, alike in all directions.
     """
-    features = [
+    features = tuple(
         replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
         for part in measure_features(tool, VisionError(), np.random.default_rng(0))
-    ]
-    return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
+    )
+    return SeenObject(predict_object(features, memory, prior), features, *find_box(tool.components))
 
 
 def _scale(centre: Array, sd: float) -> Array:

@@ -61,17 +61,30 @@ class ObjectSum(NamedTuple):
         body = Quadratic(self.body.precision + found.precision, self.body.information + found.information)
         return self._replace(body=body)
 
+    @property
+    def materials(self) -> list[int]:
+        """Indices of the object's materials, increasing."""
+        return sorted(set(self.columns))
+
+    def build_geometry(self) -> Geometry:
+        """Builds the geometry with a column for each of the object's materials."""
+        materials = self.materials
+        return gather(self.geometry, [materials.index(column) for column in self.columns], len(materials))
+
+    def compute_own_likelihood(self, prior: Prior) -> Likelihood:
+        """Computes the likelihood of the object's own densities, for each of its materials."""
+        geometry = self.build_geometry()
+        return find_fixed_point(
+            build_broad_belief(prior, len(self.materials)),
+            lambda rho: self.body.widen(geometry.compute_covariance(rho)).restrict(geometry.Phi),
+        )
+
     def compute_likelihood(self, prior: Prior) -> Likelihood:
-        """Computes the likelihood of the mean densities of the object's materials, in increasing order of these."""
-        materials = sorted(set(self.columns))
-        geometry = gather(self.geometry, [materials.index(column) for column in self.columns], len(materials))
-        selection = np.array([[float(column == material) for material in materials] for column in self.columns])
+        """Computes the likelihood of the mean densities of the object's materials."""
+        selection = np.array([[float(column == material) for material in self.materials] for column in self.columns])
         precision, information = selection.T @ self.means[0] @ selection, selection.T @ self.means[1]
         if self.body.precision.any():
-            likelihood = find_fixed_point(
-                build_broad_belief(prior, len(materials)),
-                lambda rho: self.body.widen(geometry.compute_covariance(rho)).restrict(geometry.Phi),
-            ).marginalise_deviation(prior.deviation_sd)
+            likelihood = self.compute_own_likelihood(prior).marginalise_deviation(prior.deviation_sd)
             precision = precision + likelihood.precision
             information = information + likelihood.information_vector
         return Likelihood(precision, information, np.nan)
@@ -116,7 +129,7 @@ class MaterialSum:
 
     def add(self, of_object: ObjectSum, sign: float = 1.0) -> None:
         """Adds the evidence about an object, or with the sign -1 removes it."""
-        materials = sorted(set(of_object.columns))
+        materials = of_object.materials
         likelihood = of_object.compute_likelihood(self.prior)
         self.precision[np.ix_(materials, materials)] += sign * likelihood.precision
         self.information[materials] += sign * likelihood.information_vector

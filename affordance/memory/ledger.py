@@ -38,7 +38,7 @@ from affordance.memory.stored_trials import (
     read_thing,
     read_trial,
 )
-from affordance.memory.tables import TRIALS, check_integrity, connect, open_database
+from affordance.memory.tables import TRIALS, check_file, check_integrity, connect, open_database
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.proprioception.fixed_point import find_fixed_point
 
@@ -254,6 +254,18 @@ def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be a path or the URL of a database")
     return Ledger(str(place) if "://" in str(place) else Path(place), create=create)
+
+
+def has_memory(place: str | Path) -> bool:
+    """Returns True if there is a memory at a path, or if the place is the URL of a database.
+
+    Raises:
+        BadValueError: The file is no memory, or its folder does not exist.
+    """
+    if "://" in str(place):
+        return True
+    check_file(Path(place), create=True)
+    return Path(place).exists()
 
 
 def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Memory:

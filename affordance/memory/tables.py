@@ -79,7 +79,7 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
     """
     is_url = isinstance(place, str) and "://" in place
     if not is_url:
-        _check_file(Path(place), create)
+        check_file(Path(place), create)
     try:
         engine = create_engine(str(place) if is_url else f"sqlite:///{place}")
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
@@ -87,8 +87,14 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _set_up)
         event.listen(engine, "begin", _begin)
-    with connect(engine, place, writes=True) as connection:
-        _check_tables(connection, place)
+    try:
+        with connect(engine, place, writes=False) as connection:
+            is_new = not _check_tables(connection, place)
+        if is_new:
+            _make_tables(engine, place)
+    except BadValueError:
+        engine.dispose()
+        raise
     return engine
 
 
@@ -115,7 +121,7 @@ def check_integrity(connection: Connection) -> str:
     return "" if found == "ok" else found
 
 
-def _check_file(path: Path, create: bool) -> None:
+def check_file(path: Path, create: bool) -> None:
     """Checks that a file may be a ledger.
 
     Raises:
@@ -139,19 +145,15 @@ def _check_file(path: Path, create: bool) -> None:
         raise BadValueError(path, "", "is no SQLite file, must be a memory that a command has written")
 
 
-def _check_tables(connection: Connection, place: Path | str) -> None:
-    """Makes the tables of a new database, and checks whose those of an old one are.
+def _check_tables(connection: Connection, place: Path | str) -> bool:
+    """Checks whose tables a database has; returns False if it has none.
 
     Raises:
         BadValueError: They are those of another program or of another version.
     """
     names = set(inspect(connection).get_table_names())
     if not names:
-        _METADATA.create_all(connection)
-        connection.execute(
-            insert(ABOUT), [{"name": "program", "value": PROGRAM}, {"name": "schema", "value": SCHEMA}]
-        )
-        return
+        return False
     about: dict[str, str] = {}
     if {"about", "trials"} <= names:
         about = {str(row.name): str(row.value) for row in connection.execute(select(ABOUT))}
@@ -160,6 +162,20 @@ def _check_tables(connection: Connection, place: Path | str) -> None:
     if about.get("schema") != SCHEMA:
         problem = f"is {about.get('schema')!r}, must be {SCHEMA!r}: another version of the program wrote the memory"
         raise BadValueError(place, "schema", problem)
+    return True
+
+
+def _make_tables(engine: Engine, place: Path | str) -> None:
+    """Makes the tables of a new database, unless another process has just done so."""
+    if engine.dialect.name == "sqlite":
+        # Kept in the file, and not possible within a transaction: readers and a writer do not wait for one another.
+        with connect(engine.execution_options(isolation_level="AUTOCOMMIT"), place, writes=True) as connection:
+            connection.exec_driver_sql("PRAGMA journal_mode=WAL")
+    with connect(engine, place, writes=True) as connection:
+        if not _check_tables(connection, place):
+            _METADATA.create_all(connection)
+            about = {"program": PROGRAM, "schema": SCHEMA}
+            connection.execute(insert(ABOUT), [{"name": name, "value": value} for name, value in about.items()])
 
 
 def _set_up(connection: Any, _: Any) -> None:
@@ -167,7 +183,6 @@ def _set_up(connection: Any, _: Any) -> None:
     connection.isolation_level = None
     cursor = connection.cursor()
     cursor.execute(f"PRAGMA busy_timeout={_PATIENCE}")
-    cursor.execute("PRAGMA journal_mode=WAL")
     cursor.execute("PRAGMA synchronous=FULL")
     cursor.close()
 

@@ -20,7 +20,7 @@ from affordance.exceptions import BadArgumentError, describe_choice
 from affordance.files.atomic import to_plain
 from affordance.files.constraints import Whole
 from affordance.files.data_model import DataModel
-from affordance.memory.felt_models import MeanDensities, PayloadQuadratic
+from affordance.memory.felt_models import MeanDensities, PayloadQuadratic, unpack
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -102,7 +102,7 @@ class TrialEvidence:
         check_number("log_evidence", self.log_evidence)
         check_number("p_value", self.p_value, 0.0, 1.0)
         check_kind("model", self.model, tuple(FELT_MODELS.values()), "WeberNoise() makes one")
-        read_time("time", self.time)
+        object.__setattr__(self, "time", read_time("time", self.time))
         if not self.parts:
             raise BadArgumentError("parts", "", "is empty, must hold at least one")
         for i, part in enumerate(self.parts):
@@ -118,7 +118,8 @@ class TrialEvidence:
         if not isinstance(self.model, MeanDensities):
             precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
             check_array("features", precision, (NUM_PARAMETERS, NUM_PARAMETERS))
-            check_symmetry("features", precision)
+            if isinstance(self.model, PayloadQuadratic):  # which widens it, and makes it symmetric thereby
+                check_symmetry("features", unpack(self.features).precision)
             eigenvalues = np.linalg.eigvalsh(precision)
             if eigenvalues[0] < -_ROUNDING * max(eigenvalues[-1], 0.0):
                 problem = f"has a precision with the eigenvalue {eigenvalues[0]:.3g}, must be positive semidefinite"
@@ -227,13 +228,14 @@ class TrialEntry(DataModel):
             model = FELT_MODELS[str(name)](**numbers)
         except TypeError as error:
             raise BadArgumentError("model", "", f"does not fit {name}: {error}") from error
-        errors = np.array(self.Phi_errors).reshape(-1, NUM_PARAMETERS, len(self.parts)) if self.Phi_errors else None
+        size = len(self.parts)
+        errors = np.zeros((0, NUM_PARAMETERS, size))
+        if self.Phi_errors:
+            errors = check_array("geometry.Phi_errors", self.Phi_errors, (None, NUM_PARAMETERS, size))
         trial = TrialEvidence(
             object_name=self.object,
             parts=tuple(part.build(f"parts[{i}]") for i, part in enumerate(self.parts)),
-            geometry=Geometry(
-                np.array(self.Phi), np.zeros((0, NUM_PARAMETERS, len(self.parts))) if errors is None else errors
-            ),
+            geometry=Geometry(check_array("geometry.Phi", self.Phi, (NUM_PARAMETERS, size)), errors),
             model=model,
             features=np.array(self.features),
             robot=self.robot,

@@ -162,7 +162,7 @@ def _see(payload: RandomPayload) -> SeenObject:
     memory = MaterialMemory().add_colours(colours, _MATERIAL_PRIOR)
     densities = memory.belief.add_object_variation(_MATERIAL_PRIOR.deviation_sd)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
-    return SeenObject(ObjectBelief(memory, densities, geometry), payload.low, payload.high)
+    return SeenObject(ObjectBelief(memory, densities, geometry), (), payload.low, payload.high)
 
 
 def _find_inside(bodies: WeightedBodies, pi: Array) -> Mask:

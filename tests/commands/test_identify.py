@@ -12,6 +12,7 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import SignalKind
+from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.reporting import figures
@@ -91,26 +92,35 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path, capsys):
 
 def test_a_seen_object_teaches_a_memory_once(folder, tmp_path, capsys):
     empty, loaded, again = _name(folder, "empty", "stick", "stick_again")
-    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.json"
+    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.sqlite"
     words = ["--empty", empty, "--object", tools, "--object-name", "stick", "--memory", str(memory)]
     assert _run(folder, *words, "--loaded", loaded, "--json") == 0
     densities = json.loads(capsys.readouterr().out)["densities_kg_m3"]
     assert len(densities) == 2
-    before = memory.read_text()
+    with open_memory(memory) as ledger:
+        before = ledger.recall().belief
     assert _run(folder, *words, "--loaded", loaded) == 0
     text = capsys.readouterr().out
     assert "learns nothing: this run has taught it before" in text
     assert "kg/m^3, 90 % from" in text
-    assert memory.read_text() == before
+    with open_memory(memory) as ledger:
+        assert len(ledger) == 1
+        assert np.array_equal(ledger.recall().belief.precision, before.precision)
     assert _run(folder, *words, "--loaded", again) == 0
     assert "has learned them" in capsys.readouterr().out
-    assert json.loads(memory.read_text())["precision"] != json.loads(before)["precision"]
+    with open_memory(memory) as ledger:
+        assert len(ledger) == 2
+        assert len(ledger.list_things()) == 1
+        # A thing's deviation from its materials counts once: of two runs hardly more is known of these than of one.
+        sds = np.sqrt(np.diag(ledger.recall().belief.covariance))
+        assert (sds < np.sqrt(np.diag(before.covariance))).all()
+        assert ledger.verify() == []
 
 
 def test_an_object_that_is_another_teaches_nothing(folder, tmp_path, capsys):
     """The load is ten times as heavy as any stick of that size."""
     empty, loaded = _name(folder, "empty", "heavy")
-    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.json"
+    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.sqlite"
     words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick"]
     _run(folder, *words, "--memory", str(memory))
     capsys.readouterr()
@@ -168,7 +178,7 @@ def test_pose_of_the_object_is_checked(folder):
             ["--object-name", "brush", "--object", str(MODELS / "tools" / "novel.yaml")],
             "--object-name: is 'brush', must be",
         ),
-        (["--memory", "nowhere/memory.json"], "memory.json: cannot be read"),
+        (["--memory", "nowhere/memory.sqlite"], "memory.sqlite: cannot be made: there is no folder"),
     ],
 )
 def test_bad_arguments_are_named_in_one_line(folder, words, message):

@@ -81,6 +81,7 @@ def infer(
         prior_bodies=placed.draw_parameters(rng, _NUM_PRIOR_BODIES, settings.unseen_share),
         seen=parts.belief,
         likelihood=parts.likelihood,
+        felt=parts.felt,
         p_value=parts.p_value,
     )
 

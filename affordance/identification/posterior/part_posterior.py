@@ -9,6 +9,7 @@ updates the densities of materials as a hold in simulation does. Physically inco
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from affordance.identification.posterior.body_posterior import WeightedBodies, n
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters
 from affordance.objects.tool import PosedShape
+from affordance.vision.features import ComponentFeatures
 
 _MAX_ITERATIONS = 50
 _TOLERANCE = 1e-6
@@ -35,19 +37,26 @@ class SeenObject:
 
     Attributes:
         belief: Belief about the object's densities, with its geometry in the tool's frame T.
+        parts: Features of its parts, in T.
         low: Least coordinates of the box that the parts fill, in T, shape (3,), [m].
         high: Largest coordinates of the box, in T, shape (3,), [m].
     """
 
     belief: ObjectBelief
+    parts: tuple[ComponentFeatures, ...]
     low: Array
     high: Array
+
+    @cached_property
+    def unseen(self) -> Array:
+        """Covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, in T, shape (10, 10)."""
+        return _build_unit_discrepancy(self.low, self.high)
 
     def place(self, X_GT: Array) -> "PlacedObject":
         """Returns the object in another frame G, X_GT of shape (4, 4)."""
         to_G = build_transform_map(X_GT)
         geometry = self.belief.geometry
-        unseen = to_G @ _build_unit_discrepancy(self.low, self.high) @ to_G.T
+        unseen = to_G @ self.unseen @ to_G.T
         placed = Geometry(to_G @ geometry.Phi, np.einsum("ij,gjm->gim", to_G, geometry.Phi_errors))
         return PlacedObject(ObjectBelief(self.belief.memory, self.belief.densities, placed), unseen)
 
@@ -103,12 +112,14 @@ class PartPosterior(NamedTuple):
         bodies: Samples of the ten parameters.
         belief: Belief about the object, with an updated memory of all materials.
         likelihood: Likelihood of the densities, for callers that keep beliefs of their own.
+        felt: Quadratic log likelihood of the ten parameters, in the frame of the tip, without what is unseen.
         p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     bodies: WeightedBodies
     belief: ObjectBelief
     likelihood: Likelihood
+    felt: Quadratic
     p_value: float
 
 
@@ -171,7 +182,7 @@ def infer_parts(
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
     bodies = WeightedBodies(pi, normalise(log_weights), np.arange(len(pi)))
-    return PartPosterior(bodies, belief, of_rho, p_value)
+    return PartPosterior(bodies, belief, of_rho, quadratic, p_value)
 
 
 def _draw(

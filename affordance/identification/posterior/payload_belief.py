@@ -9,6 +9,7 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.quadratic import Quadratic
 from affordance.files.html_table import build_table
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.payload_formats import PayloadSetting
@@ -98,6 +99,7 @@ class PayloadBelief:
         halves: Check of that calibration by both halves of the run; None without one.
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
         likelihood: Likelihood of the densities of those parts; None without a camera.
+        felt: Quadratic log likelihood of the ten parameters, without what is unseen; None without a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
         doubts: Reasons not to trust the result, a sentence each; empty if it fits.
     """
@@ -120,6 +122,7 @@ class PayloadBelief:
     halves: HalfCheck | None = None
     seen: ObjectBelief | None = None
     likelihood: Likelihood | None = None
+    felt: Quadratic | None = None
     p_value: float | None = None
     doubts: tuple[str, ...] = ()
 

@@ -1,0 +1,163 @@
+"""Work of ``affordance memory``."""
+
+import argparse
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from affordance.belief.density_belief import Prior
+from affordance.commands.options import change_by_name, list_groups, refuse_changes
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import to_plain, write_json
+from affordance.memory.evidence_sums import SameColours
+from affordance.memory.exchange import export_trials, read_trials
+from affordance.memory.ledger import Ledger, open_memory
+from affordance.memory.stored_trials import Selection
+from affordance.memory.summary import Experience, MemorySummary, summarise
+from affordance.objects.colour import (
+    COLOUR_FORM,
+    Colour,
+    find_nearest_colour,
+    is_colour,
+    is_same_colour,
+    parse_colour,
+    show_colour,
+)
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.reporting.figures import save_figure
+from affordance.reporting.memory_figure import draw_memory
+
+# Exit status if verifying found faults.
+FAULTY = 3
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Does what is asked; returns the exit status, FAULTY if verifying found faults.
+
+    Raises:
+        AffordanceError: An argument or a file is invalid; nothing was changed.
+    """
+    refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a memory has the prior's only")
+    prior = change_by_name(arguments).prior
+    _check_arguments(arguments)
+    with open_memory(arguments.memory, create=arguments.action in ("merge", "import")) as ledger:
+        match arguments.action:
+            case "show":
+                _show(arguments, ledger, prior)
+            case "forget":
+                print(f"{ledger.place}: {ledger.forget(_select(arguments))} trials forgotten, {len(ledger)} remain")
+            case "merge":
+                _merge(ledger, arguments.files)
+            case "export":
+                path = Path(arguments.files[0])
+                print(f"{path}: {export_trials(ledger, path)} trials written")
+            case "import":
+                trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
+                print(f"{ledger.place}: {ledger.append(trials)} trials are new, {len(ledger)} in all")
+            case "verify":
+                faults = ledger.verify()
+                print("\n".join(faults) or f"{ledger.place}: {len(ledger)} trials, all sound")
+                return FAULTY if faults else 0
+    return 0
+
+
+def parse_same_colours(words: list[str]) -> SameColours:
+    """Parses pairs of colours, as '#b5a642=#c0b050'.
+
+    Raises:
+        BadValueError: A word is no such pair.
+    """
+    pairs = []
+    for word in words:
+        one, _, other = word.partition("=")
+        if not (is_colour(one) and is_colour(other)):
+            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
+        pairs.append((parse_colour(one), parse_colour(other)))
+    return pairs
+
+
+def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
+    """Names the materials of a memory: by the known material of the same colour, else by the colour itself."""
+    known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
+    names = {}
+    for each in summary.materials:
+        nearest = find_nearest_colour(each.colour, known)
+        is_known = is_same_colour(each.colour, known[nearest])
+        names[each.colour] = f"{nearest} {show_colour(each.colour)}" if is_known else show_colour(each.colour)
+    return names
+
+
+def _select(arguments: argparse.Namespace) -> Selection:
+    selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
+    if not any(selection):
+        raise BadValueError("forget", "", "must be told what: --robot, --object, --since, --until or --trial")
+    return selection
+
+
+def _check_arguments(arguments: argparse.Namespace) -> None:
+    """Checks that the action has its files, and no option that it ignores."""
+    needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
+    files = len(arguments.files)
+    if (arguments.action in needed and not files) or (arguments.action == "export" and files > 1):
+        raise BadValueError(arguments.action, "", f"is given {files} files, must be {needed[arguments.action]}")
+    if arguments.action not in needed and files:
+        raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be none")
+    given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
+    if given and arguments.action != "forget":
+        raise BadValueError(f"--{given[0]}", "", f"selects nothing in {arguments.action}, only forget takes it")
+
+
+def _merge(ledger: Ledger, files: list[str]) -> None:
+    for file in files:
+        with open_memory(file, create=False) as other:
+            print(f"{file}: {ledger.merge(other)} of {len(other)} trials are new")
+    print(f"{ledger.place}: {len(ledger)} trials")
+
+
+def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
+    summary = summarise(ledger, prior, parse_same_colours(arguments.same_colour))
+    names = name_colours(summary, arguments.materials)
+    content = {
+        "trials": len(ledger),
+        "materials": [{"name": names[each.colour], **_unfold(each)} for each in summary.materials],
+        "things": [_unfold(each) for each in summary.things],
+    }
+    if arguments.out is not None:
+        save_figure(draw_memory(summary, names), arguments.out, "memory")
+        write_json(arguments.out / "memory.json", content)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else _tabulate(ledger, summary, names))
+
+
+def _unfold(each: object) -> dict[str, object]:
+    content: dict[str, object] = each._asdict()  # type: ignore[attr-defined]
+    experience = content.pop("experience")
+    assert isinstance(experience, Experience)
+    return {**content, **experience._asdict()}
+
+
+def _tabulate(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
+    """Writes the tables of materials and things."""
+    lines = [f"{ledger.place}: {len(ledger)} trials"]
+    width = max((len(name) for name in (*names.values(), *(thing.name for thing in summary.things))), default=0)
+    if summary.materials:
+        lines += [
+            "",
+            f"{'material':<{width}}  {'kg/m^3':>7}  {'90 % interval':>15}  trials  things  since       robots",
+        ]
+    for each in summary.materials:
+        low, high = each.interval90
+        trials = each.experience.trials
+        lines.append(
+            f"{names[each.colour]:<{width}}  {each.median:7.0f}  {low:6.0f} to {high:5.0f}  {trials:6}"
+            f"  {len(each.things):6}  {each.experience.since[:10]}  {', '.join(each.experience.robots)}"
+        )
+    if summary.things:
+        lines += ["", f"{'thing':<{width}}  {'kg':>7}  {'SD':>7}  trials  since       robots"]
+    for thing in summary.things:
+        lines.append(
+            f"{thing.name:<{width}}  {thing.mass:7.3f}  {thing.mass_sd:7.3f}  {thing.experience.trials:6}"
+            f"  {thing.experience.since[:10]}  {', '.join(thing.experience.robots)}"
+        )
+    if not summary.materials:
+        lines.append("It knows nothing yet.")
+    return "\n".join(lines)

@@ -1,0 +1,54 @@
+"""Evidence of an identified payload: what a run of a real robot tells about an object that a camera saw."""
+
+from pathlib import Path
+
+import numpy as np
+
+from affordance.exceptions import BadArgumentError
+from affordance.identification.posterior.part_posterior import SeenObject
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run
+from affordance.memory.felt_models import PayloadQuadratic, pack
+from affordance.memory.trial_evidence import TrialEvidence
+from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.vision.visual_prior import measure_geometry
+
+
+def build_identified_trial(
+    belief: PayloadBelief, seen: SeenObject, robot: RobotChain, run: Run, object_name: str, unseen_share: float
+) -> TrialEvidence:
+    """Builds the evidence of a run with an object that a camera saw, in the object's frame.
+
+    Args:
+        belief: Posterior of the payload.
+        seen: Object as it was seen.
+        robot: Robot that held it.
+        run: Recording with the load, which names the pose of the object in the tip.
+        object_name: Name of the object.
+        unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
+
+    Raises:
+        BadArgumentError: The payload was identified without the object.
+    """
+    if belief.felt is None:
+        raise BadArgumentError("belief", "", "is of a payload that no camera saw, must be of the seen object")
+    geometry = measure_geometry(seen.parts, range(len(seen.parts)), len(seen.parts))
+    values, vectors = np.linalg.eigh(unseen_share**2 * seen.unseen)
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))  # of 1 kg; each column is an error of its own
+    unseen = roots.T[:, :, None] * geometry.Phi[0]
+    felt = belief.felt.change_frame(build_transform_map(run.description.object_pose))
+    return TrialEvidence(
+        object_name=object_name,
+        parts=tuple(part.appearance for part in seen.parts),
+        geometry=Geometry(geometry.Phi, np.concatenate([geometry.Phi_errors, unseen])),
+        model=PayloadQuadratic(),
+        features=pack(felt),
+        num_samples=len(run.q),
+        num_joints=len(robot.joint_names),
+        robot=Path(robot.source).stem,
+        fingerprint=robot.fingerprint,
+        p_value=1.0 if belief.p_value is None else belief.p_value,
+        source=Path(run.source).name,
+        source_hash=run.fingerprint,
+    )

@@ -1,0 +1,138 @@
+"""Summary of a lasting memory: what is believed of each material and each thing, and from how much."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.memory.evidence_sums import MaterialSum, ObjectSum, SameColours
+from affordance.memory.felt_models import MeanDensities
+from affordance.memory.ledger import Ledger
+from affordance.memory.trial_evidence import TrialEvidence
+from affordance.objects.colour import Colour
+
+_FRACTIONS = (0.05, 0.5, 0.95)
+
+
+class Experience(NamedTuple):
+    """Experience from which something is believed.
+
+    Attributes:
+        trials: Number of trials.
+        robots: Names of the robots.
+        since: UTC time of the first trial, ISO 8601.
+    """
+
+    trials: int
+    robots: tuple[str, ...]
+    since: str
+
+
+class KnownMaterial(NamedTuple):
+    """Belief about the mean density of a material.
+
+    Attributes:
+        colour: Red, green and blue in [0, 1].
+        median: Median density, [kg/m^3].
+        interval90: Credible interval of the density that holds 90 %, [kg/m^3].
+        things: Names of the things that show it.
+        experience: Trials with these things.
+    """
+
+    colour: Colour
+    median: float
+    interval90: tuple[float, float]
+    things: tuple[str, ...]
+    experience: Experience
+
+
+class KnownThing(NamedTuple):
+    """Belief about one thing.
+
+    Attributes:
+        name: Name of the thing.
+        mass: Mean of its mass, [kg].
+        mass_sd: Standard deviation of its mass, [kg].
+        densities: Medians of its own densities by material, in increasing order of these, [kg/m^3].
+        experience: Trials with it.
+    """
+
+    name: str
+    mass: float
+    mass_sd: float
+    densities: tuple[float, ...]
+    experience: Experience
+
+
+class MemorySummary(NamedTuple):
+    """Summary of a memory.
+
+    Attributes:
+        materials: Materials, in the order they were first met.
+        things: Things, in the order they were first met.
+    """
+
+    materials: tuple[KnownMaterial, ...]
+    things: tuple[KnownThing, ...]
+
+
+def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
+    """Summarises a memory for a learner with one density for each colour.
+
+    Args:
+        ledger: Memory to summarise.
+        prior: Prior of materials that were never felt.
+        same_colours: Pairs of colours that are to count as one.
+    """
+    trials = {thing: ledger.list_thing_trials(thing) for thing in ledger.list_things()}
+    total, sums = MaterialSum(prior), {}
+    for thing, group in trials.items():
+        of_object = ObjectSum.start(group[0], total.recognise(group[0].parts, same_colours))
+        for trial in group:
+            of_object = of_object.add(trial, prior)
+        total.add(of_object)
+        sums[thing] = of_object
+    memory = total.build_memory()
+    low, median, high = memory.belief.compute_percentiles(_FRACTIONS) if memory.colours else np.zeros((3, 0))
+    materials = []
+    for i, colour in enumerate(memory.colours):
+        things = tuple(thing for thing, of_object in sums.items() if i in of_object.columns)
+        felt = [trial for thing in things for trial in trials[thing]]
+        interval = float(low[i]), float(high[i])
+        materials.append(KnownMaterial(colour, float(median[i]), interval, things, _describe(felt)))
+    known = tuple(
+        _describe_thing(thing, of_object, trials[thing], memory.belief, prior)
+        for thing, of_object in sums.items()
+        if not isinstance(trials[thing][0].model, MeanDensities)
+    )
+    return MemorySummary(tuple(materials), known)
+
+
+def _describe_thing(
+    name: str, of_object: ObjectSum, trials: Sequence[TrialEvidence], belief: DensityBelief, prior: Prior
+) -> KnownThing:
+    """Describes a thing: what others tell about its materials, and what it has told itself, once."""
+    chosen = of_object.materials
+    own, shared = of_object.compute_own_likelihood(prior), of_object.compute_likelihood(prior)
+    selection = np.zeros((len(chosen), belief.size))
+    selection[np.arange(len(chosen)), chosen] = 1.0
+    others = DensityBelief(
+        belief.precision - selection.T @ shared.precision @ selection,
+        belief.information_vector - selection.T @ shared.information_vector,
+    )
+    densities = others.select(chosen).add_object_variation(prior.deviation_sd).condition(own)
+    geometry = of_object.build_geometry()
+    mean = densities.compute_mean()
+    volumes = geometry.Phi[0]
+    variance = volumes @ densities.covariance @ volumes + geometry.compute_covariance(mean)[0, 0]
+    medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
+    return KnownThing(name, float(volumes @ mean), float(np.sqrt(variance)), medians, _describe(trials))
+
+
+def _describe(trials: Sequence[TrialEvidence]) -> Experience:
+    return Experience(
+        len(trials),
+        tuple(sorted({trial.robot for trial in trials})),
+        min((trial.time for trial in trials), default=""),
+    )

@@ -1,0 +1,50 @@
+"""Figure of what a lasting memory believes of materials and things."""
+
+from collections.abc import Mapping
+
+from matplotlib.figure import Figure
+
+from affordance.memory.summary import Experience, MemorySummary
+from affordance.objects.colour import Colour
+from affordance.reporting.figures import tidy
+
+# Height of a row, and of all else, [inch].
+_ROW, _REST = 0.3, 1.2
+# Half of the standard normal's 90 % interval.
+_HALF90 = 1.645
+
+
+def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
+    """Draws densities of materials and masses of things with 90 % intervals, and the number of trials of each.
+
+    Args:
+        summary: Summary of the memory.
+        names: Name of each material by its colour.
+    """
+    rows = max(len(summary.materials), len(summary.things), 1)
+    figure = Figure(figsize=(11.0, _REST + _ROW * rows), layout="constrained")
+    of_materials, of_things = figure.subplots(1, 2)
+    for place, each in enumerate(summary.materials):
+        low, high = each.interval90
+        of_materials.plot([low, high], [place, place], color=each.colour, linewidth=6.0, solid_capstyle="butt")
+        of_materials.plot(each.median, place, "o", color="black", markersize=4.0)
+    of_materials.set_xscale("log")
+    of_materials.set_xlabel("density: median and 90 % interval (kg/m³)")
+    labels = [_label(names[each.colour], each.experience) for each in summary.materials]
+    of_materials.set_yticks(range(len(labels)), labels)
+    for place, thing in enumerate(summary.things):
+        low, high = thing.mass - _HALF90 * thing.mass_sd, thing.mass + _HALF90 * thing.mass_sd
+        of_things.plot([max(low, 0.0), high], [place, place], color="0.6", linewidth=6.0, solid_capstyle="butt")
+        of_things.plot(thing.mass, place, "o", color="black", markersize=4.0)
+    of_things.set_xlim(left=0.0)
+    of_things.set_xlabel("mass: mean and 90 % interval (kg)")
+    labels = [_label(each.name, each.experience) for each in summary.things]
+    of_things.set_yticks(range(len(labels)), labels)
+    for axes in (of_materials, of_things):
+        axes.invert_yaxis()
+    tidy(of_materials, of_things)
+    return figure
+
+
+def _label(name: str, experience: Experience) -> str:
+    return f"{name} ({experience.trials})"

@@ -1,0 +1,136 @@
+"""``affordance memory``: what it shows, and that it changes what it should and nothing else."""
+
+import json
+
+import numpy as np
+import pytest
+from helpers.trials import WOOD, hold, hold_workshop
+
+from affordance.belief.density_belief import EMPTY_BELIEF, Prior
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import write_memory
+from affordance.cli import main
+from affordance.memory.ledger import open_memory
+
+
+@pytest.fixture
+def memory(tmp_path):
+    path = tmp_path / "workshop.sqlite"
+    with open_memory(path) as ledger:
+        ledger.append(hold_workshop(9))
+    return path
+
+
+def _count(path) -> int:
+    with open_memory(path, create=False) as ledger:
+        return len(ledger)
+
+
+def test_show_prints_and_draws_materials_and_things(memory, tmp_path, capsys):
+    assert main(["memory", "show", str(memory), "--out", str(tmp_path / "shown")]) == 0
+    text = capsys.readouterr().out
+    assert "9 trials" in text
+    assert {line.split()[0] for line in text.split("\n") if line.startswith(("bar", "rod", "hammer"))} == {
+        "bar",
+        "rod",
+        "hammer",
+    }
+    assert "arm, other" in text
+    assert (tmp_path / "shown" / "memory.png").stat().st_size > 1000
+    content = json.loads((tmp_path / "shown" / "memory.json").read_text())
+    assert main(["memory", "show", str(memory), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == content
+    wood, steel = content["materials"]
+    assert wood["interval90"][0] < 640.0 < wood["interval90"][1]
+    assert steel["interval90"][0] < 7750.0 < steel["interval90"][1]
+    assert wood["things"] == ["bar", "hammer"]
+    assert wood["trials"] == 6
+    assert wood["since"] == "2026-01-01T00:00:00.000000Z"
+    bar, rod, hammer = content["things"]
+    for thing, mass in ((bar, 0.6), (rod, 7.8), (hammer, 0.65 + 7.7)):
+        assert abs(thing["mass"] - mass) < 3.0 * thing["mass_sd"]
+        assert thing["trials"] == 3
+    # What was held three times is better known than the material, whose pieces differ by 100 kg/m^3.
+    assert bar["mass_sd"] < 0.08 < (wood["interval90"][1] - wood["interval90"][0]) / 3.29 * 1e-3
+
+
+def test_an_empty_memory_says_so(tmp_path, capsys):
+    open_memory(tmp_path / "new.sqlite").close()
+    assert main(["memory", "show", str(tmp_path / "new.sqlite")]) == 0
+    assert "It knows nothing yet." in capsys.readouterr().out
+
+
+def test_forget_merge_export_import_verify(memory, tmp_path, capsys):
+    other, file = tmp_path / "other.sqlite", tmp_path / "trials.jsonl"
+    with open_memory(other) as ledger:
+        ledger.append([*hold_workshop(3), hold("plank", (WOOD,), (610.0,), 77)])
+    assert main(["memory", "merge", str(memory), str(other)]) == 0
+    assert "1 of 4 trials are new" in capsys.readouterr().out
+    assert main(["memory", "export", str(memory), str(file)]) == 0
+    assert main(["memory", "import", str(tmp_path / "again.sqlite"), str(file)]) == 0
+    with open_memory(memory) as one, open_memory(tmp_path / "again.sqlite") as two:
+        assert [trial.to_dict() for trial in one.list_trials()] == [trial.to_dict() for trial in two.list_trials()]
+    assert main(["memory", "forget", str(memory), "--object", "plank"]) == 0
+    assert "1 trials forgotten, 9 remain" in capsys.readouterr().out
+    assert main(["memory", "verify", str(memory)]) == 0
+    assert "9 trials, all sound" in capsys.readouterr().out
+
+
+def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
+    prior = Prior()
+    likelihood = Likelihood(np.array([[1e-4, 2e-5], [2e-5, 3e-5]]), np.array([0.08, 0.2]), 0.0)
+    earlier = MaterialMemory((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
+    write_memory(tmp_path / "memory.json", earlier, ("abc",))
+    words = ["memory", "import", str(tmp_path / "new.sqlite"), str(tmp_path / "memory.json")]
+    assert main(words) == main(words) == 0
+    with open_memory(tmp_path / "new.sqlite") as ledger:
+        assert len(ledger) == 2  # what it knew, and the run that taught it
+        recalled = ledger.recall()
+        assert ledger.verify() == []
+    assert recalled.colours == earlier.colours
+    np.testing.assert_allclose(recalled.belief.precision, earlier.belief.precision, rtol=1e-12)
+    np.testing.assert_allclose(recalled.belief.information_vector, earlier.belief.information_vector, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["show", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
+        (["shwo", "{memory}"], "did you mean 'show'"),
+        (["forget", "{memory}"], "forget: must be told what: --robot, --object"),
+        (["forget", "{memory}", "--since", "noon"], "since: is 'noon', must be a time"),
+        (["show", "{memory}", "--object", "bar"], "--object: selects nothing in show"),
+        (["show", "{memory}", "more"], "show: is given the file 'more', must be none"),
+        (["merge", "{memory}"], "merge: is given 0 files, must be at least one memory"),
+        (["merge", "{memory}", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
+        (["export", "{memory}", "a", "b"], "export: is given 2 files, must be one file"),
+        (["import", "{memory}", "nowhere.jsonl"], "nowhere.jsonl: cannot be read"),
+        (["import", "{memory}", "{empty}"], "is empty, must be a memory"),
+        (["import", "{memory}", "{text}"], "is no memory: neither exported trials nor JSON"),
+        (["import", "{memory}", "{schema}"], "line 1: schema: is '99' of 'x', must be '1'"),
+        (["import", "{memory}", "{broken}"], "line 2: is not JSON"),
+        (["show", "{memory}", "--same-colour", "red=blue"], "--same-colour: is 'red=blue', must be two colours"),
+        (["show", "{memory}", "--set", "noise.sd=1"], "--set: noise.sd"),
+    ],
+)
+def test_bad_input_is_a_line_and_changes_nothing(memory, tmp_path, capsys, words, message):
+    program = '{"program": "visual-inertial-affordances", "schema": "1"}'
+    files = {
+        "empty": "",
+        "text": "once upon a time",
+        "schema": '{"program": "x", "schema": "99"}',
+        "broken": f"{program}\n{{half",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    paths = {name: str(tmp_path / name) for name in files} | {"memory": str(memory)}
+    try:
+        status = main(["memory", *(word.format(**paths) for word in words)])
+    except SystemExit as end:
+        status = end.code
+    assert status == 2
+    error = capsys.readouterr().err.strip()
+    assert message in error
+    assert "\n" not in error
+    assert _count(memory) == 9

@@ -1,0 +1,323 @@
+"""The ledger: what is appended is kept, once, and what follows from it does not depend on how it came there."""
+
+import itertools
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+
+import numpy as np
+import pytest
+from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
+from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.memory import ledger as module
+from affordance.memory import stored_trials, tables
+from affordance.memory.evidence_sums import sum_objects
+from affordance.memory.ledger import open_memory
+from affordance.memory.stored_trials import Selection
+
+PRIOR = Prior()
+
+
+@pytest.fixture
+def ledger(tmp_path):
+    with open_memory(tmp_path / "memory.sqlite") as opened:
+        yield opened
+
+
+def _assert_same(one, other):
+    """Asserts that two memories believe the same of the same colours, to 1e-9."""
+    assert set(one.colours) == set(other.colours)
+    order = [one.colours.index(colour) for colour in other.colours]
+    np.testing.assert_allclose(
+        one.belief.precision[np.ix_(order, order)], other.belief.precision, rtol=1e-9, atol=1e-20
+    )
+    np.testing.assert_allclose(one.belief.information_vector[order], other.belief.information_vector, rtol=1e-9)
+
+
+def test_a_trial_counts_once(ledger):
+    trials = hold_workshop(6)
+    assert ledger.append(trials) == 6
+    before = ledger.recall()
+    assert ledger.append(trials[2:5]) == 0
+    assert len(ledger) == 6
+    assert trials[0].id in ledger
+    assert hold("bar", (WOOD,), (600.0,), 99).id not in ledger
+    _assert_same(ledger.recall(), before)
+
+
+def test_recalled_belief_is_the_sum_over_things(ledger):
+    trials = hold_workshop(12)
+    for trial in trials:
+        ledger.append([trial])
+        ledger.recall()  # so that sums are kept and changed, trial by trial
+    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR).build_memory())
+    assert ledger.list_things() == {"bar": 4, "rod": 4, "hammer": 4}
+    assert ledger.verify() == []
+
+
+def test_recall_reads_no_trial(ledger, monkeypatch):
+    ledger.append(hold_workshop(9))
+    before = ledger.recall()
+    monkeypatch.setattr(stored_trials, "read_trial", None)
+    assert np.array_equal(ledger.recall().belief.precision, before.belief.precision)
+
+
+@pytest.mark.parametrize("recalls", [False, True])
+def test_any_order_of_appending_and_merging_gives_one_belief(tmp_path, recalls):
+    trials = hold_workshop(7)
+    memories = []
+    for number, order in enumerate(itertools.islice(itertools.permutations(range(7)), 0, 5040, 997)):
+        halves = []
+        for half in (order[:4], order[2:]):  # two trials are in both
+            opened = open_memory(tmp_path / f"{number} {len(halves)}.sqlite")
+            for index in half:
+                opened.append([trials[index]])
+                if recalls:
+                    opened.recall()
+            halves.append(opened)
+        assert halves[0].merge(halves[1]) == 3
+        memories.append(halves[0].recall())
+        kinds = halves[0].recall(Learner.KINDS_MAP)
+        assert halves[0].verify() == []
+        for each in halves:
+            each.close()
+    for memory in memories[1:]:
+        _assert_same(memory, memories[0])
+        assert memory.colours == memories[0].colours
+    replayed = module.replay(trials, start_memory(Learner.KINDS_MAP), PRIOR)
+    assert np.array_equal(kinds.belief.precision, replayed.belief.precision)
+
+
+@pytest.mark.parametrize(
+    ("selection", "remains"),
+    [
+        (Selection(object_name="hammer"), lambda i: i % 3 != 2),
+        (Selection(object_name="bar"), lambda i: i % 3 != 0),
+        (Selection(robot="arm"), lambda i: i % 2 == 0),
+        (Selection(since="2026-01-01T00:00:08"), lambda i: i < 8),
+        (Selection(until="2026-01-01T00:00:01"), lambda i: i >= 1),
+        (
+            Selection(robot="other", since="2026-01-01T00:00:04", until="2026-01-01T00:00:09"),
+            lambda i: i not in (4, 6, 8),
+        ),
+    ],
+)
+def test_forgetting_leaves_the_belief_of_never_having_known(ledger, selection, remains):
+    trials = hold_workshop(12)
+    ledger.append(trials)
+    ledger.recall()
+    kept = [trial for i, trial in enumerate(trials) if remains(i)]
+    assert ledger.forget(selection) == 12 - len(kept)
+    groups = [[trial for trial in kept if trial.object_name == name] for name in ("bar", "rod", "hammer")]
+    groups.sort(key=lambda group: group[0].time if group else "")
+    _assert_same(ledger.recall(), sum_objects([group for group in groups if group], PRIOR).build_memory())
+    assert ledger.verify() == []
+    assert ledger.forget(selection) == 0
+
+
+def test_forgetting_one_trial_and_bad_selections(ledger):
+    trials = hold_workshop(6)
+    ledger.append(trials)
+    assert ledger.forget(Selection(trial=trials[4].id[:8])) == 1
+    assert len(ledger) == 5
+    for selection, message in (
+        (Selection(), "selection: is empty"),
+        (Selection(trial="ab"), "trial: is 'ab', must be at least 4 digits"),
+        (Selection(since="yesterday"), "since: is 'yesterday', must be a time such as"),
+    ):
+        with pytest.raises(BadArgumentError, match=message):
+            ledger.forget(selection)
+    assert len(ledger) == 5
+
+
+def test_one_name_with_two_looks_is_two_things(ledger):
+    ledger.append(
+        [hold("hammer", (WOOD, STEEL), (650.0, 7700.0), 0), hold("hammer", (WOOD, BRASS), (650.0, 8500.0), 1)]
+    )
+    ledger.append(
+        [hold("hammer", (WOOD, STEEL), (650.0, 7700.0), 2), hold("hammer", (WOOD, BRASS), (650.0, 8500.0), 3)]
+    )
+    assert ledger.list_things() == {"hammer": 2, "hammer #2": 2}
+    assert len(ledger.list_thing_trials("hammer #2")) == 2
+
+
+def test_colours_of_two_cameras_are_one_if_that_is_said(ledger):
+    other = (WOOD[0] + 0.06, WOOD[1] + 0.06, WOOD[2])
+    ledger.append([hold("bar", (WOOD,), (600.0,), 0), hold("plank", (other,), (600.0,), 1)])
+    assert len(ledger.recall().colours) == 2
+    joined = ledger.recall(same_colours=[(WOOD, other)])
+    assert joined.colours == (WOOD,)
+    assert joined.belief.covariance[0, 0] < ledger.recall().belief.covariance[0, 0]
+
+
+def test_sums_for_other_priors_are_kept_beside(ledger):
+    ledger.append(hold_workshop(6))
+    narrow = Prior(sd=1000.0)
+    ledger.recall()
+    assert not np.array_equal(ledger.recall(prior=narrow).belief.precision, ledger.recall().belief.precision)
+    ledger.append(hold_workshop(9))
+    assert ledger.verify() == []
+    for prior in (PRIOR, narrow):
+        trials = hold_workshop(9)
+        wanted = sum_objects([trials[0::3], trials[1::3], trials[2::3]], prior).build_memory()
+        _assert_same(ledger.recall(prior=prior), wanted)
+
+
+_WRITER = """
+import sys
+sys.path[:0] = sys.argv[4:]
+from helpers.trials import WOOD, hold
+from affordance.memory.ledger import open_memory
+ledger = open_memory(sys.argv[1])
+first, count = int(sys.argv[2]), int(sys.argv[3])
+for seed in range(first, first + count):
+    trial = hold("bar", (WOOD,), (600.0,), seed)
+    ledger.append([trial])
+    print(trial.id, flush=True)
+"""
+
+
+def _start_writer(path, first, count):
+    words = [sys.executable, "-c", _WRITER, str(path), str(first), str(count), *filter(None, sys.path)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_two_writers_of_which_one_is_killed_lose_nothing_and_count_nothing_twice(tmp_path):
+    path = tmp_path / "memory.sqlite"
+    with _start_writer(path, 0, 100_000) as killed, _start_writer(path, 200_000, 25) as finishes:
+        acknowledged = [killed.stdout.readline().strip() for _ in range(20)]
+        os.kill(killed.pid, signal.SIGKILL)
+        acknowledged += killed.stdout.read().split()
+        out, error = finishes.communicate(timeout=120)
+    assert finishes.returncode == 0, error
+    acknowledged += out.split()
+    with open_memory(path) as ledger:
+        ids = {trial.id for trial in ledger.list_trials()}
+        assert set(acknowledged) <= ids
+        assert len(acknowledged) <= len(ids) <= len(acknowledged) + 1  # one may have been written unsaid
+        assert ledger.verify() == []
+
+
+def test_full_disk_is_a_line_and_changes_nothing(ledger, monkeypatch):
+    ledger.append(hold_workshop(3))
+    before = ledger.recall()
+    set_up = tables._set_up
+
+    def fill(connection, record):
+        set_up(connection, record)
+        cursor = connection.cursor()
+        pages = cursor.execute("PRAGMA page_count").fetchone()[0]
+        cursor.execute(f"PRAGMA max_page_count={pages}")
+
+    monkeypatch.setattr(tables, "_set_up", fill)
+    with open_memory(ledger.place) as full:
+        many = [hold(f"bar {i}", (WOOD,), (600.0,), 100 + i) for i in range(50)]
+        with pytest.raises(BadValueError, match=r"cannot be written: .*full; nothing was changed"):
+            full.append(many)
+    assert len(ledger) == 3
+    _assert_same(ledger.recall(), before)
+
+
+def _make(path, content):
+    path.write_bytes(content)
+
+
+def _make_other(path, content):
+    with closing(sqlite3.connect(path, autocommit=True)) as connection:
+        connection.execute("CREATE TABLE songs (name TEXT)")
+
+
+def _make_schema(path, content):
+    open_memory(path).close()
+    with closing(sqlite3.connect(path, autocommit=True)) as connection:
+        connection.execute("UPDATE about SET value = '99' WHERE name = 'schema'")
+
+
+def _truncate(path, content):
+    with open_memory(path) as ledger:
+        ledger.append(hold_workshop(60))
+    data = path.read_bytes()
+    path.write_bytes(data[: len(data) // 2])
+
+
+@pytest.mark.parametrize(
+    ("make", "content", "message"),
+    [
+        (_make, b"not a database at all", "is no SQLite file, must be a memory"),
+        (_make, b'{"colours": []}', "is JSON, must be an SQLite file; affordance memory import"),
+        (_make, b"SQLite format 3\x00 but no more", "cannot be (read|written): file is not a database"),
+        (_make_other, b"", r"is a database of another program \(tables: songs\)"),
+        (_make_schema, b"", "schema: is '99', must be '1': another version of the program"),
+        (_truncate, b"", "cannot be (read|written): database disk image is malformed"),
+    ],
+)
+def test_files_that_are_no_memory_are_refused_in_a_line_and_left_as_they_are(tmp_path, make, content, message):
+    path = tmp_path / "memory.sqlite"
+    make(path, content)
+    before = path.read_bytes()
+
+    def use():
+        with open_memory(path) as ledger:
+            ledger.append(hold_workshop(70))
+            ledger.list_trials()
+
+    with pytest.raises(BadValueError, match=message) as caught:
+        use()
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("place", "message"),
+    [
+        ("", "place: is '', must be a path or the URL"),
+        (3, "place: is 3, must be a path"),
+        ("nowhere/memory.sqlite", "cannot be made: there is no folder 'nowhere'"),
+        ("nosql://somewhere/memory", "is no URL of a database that can be used here"),
+    ],
+)
+def test_places_that_cannot_be_are_refused(place, message):
+    with pytest.raises(AffordanceError, match=message):
+        open_memory(place)
+
+
+def test_a_memory_that_must_exist_is_not_made(tmp_path):
+    with pytest.raises(BadValueError, match="does not exist, must be a memory"):
+        open_memory(tmp_path / "memory.sqlite", create=False)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("change", ["content", "sums"])
+def test_verifying_finds_what_was_changed_from_outside(ledger, change):
+    ledger.append(hold_workshop(6))
+    ledger.recall()
+    with closing(sqlite3.connect(ledger.place, autocommit=True)) as connection:
+        if change == "content":
+            name, text = connection.execute("SELECT id, content FROM trials LIMIT 1").fetchone()
+            content = json.loads(text)
+            content["features"][0] += 0.5
+            connection.execute("UPDATE trials SET content = ? WHERE id = ?", (json.dumps(content), name))
+        else:
+            (text,) = connection.execute("SELECT content FROM materials").fetchone()
+            content = json.loads(text)
+            content["precision"][0][0] *= 1.001
+            connection.execute("UPDATE materials SET content = ?", (json.dumps(content),))
+    (problem,) = ledger.verify()
+    assert ("must be '" in problem and "digest" in problem) if change == "content" else "the sums for" in problem
+
+
+def test_url_of_sqlite_is_a_place_too(tmp_path):
+    with open_memory(f"sqlite:///{tmp_path / 'memory.sqlite'}") as ledger:
+        ledger.append(hold_workshop(3))
+    with open_memory(str(tmp_path / "memory.sqlite"), create=False) as again:
+        assert len(again) == 3
+        assert "3 trials" in repr(again)
