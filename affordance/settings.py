@@ -65,6 +65,8 @@ class Settings:
         contact_accuracy: Target accuracy of that integrator.
         contact_max_step_size: Largest step of that integrator around the peak of the force, [s].
         faults: Faults of sensors and arm; none by default.
+        known: Memory with which every observer begins, as JSON text (``format_memory``); empty for no experience.
+        ledger: Path or URL of the lasting memory to which every simulated trial is appended; empty for none.
         learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
             is flagged either way.
     """
@@ -129,6 +131,8 @@ class Settings:
     contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
     contact_max_step_size: Annotated[float, _STEP, Setting("s", _CONTACT)] = 1e-4
     faults: Faults = NO_FAULTS
+    known: str = ""
+    ledger: str = ""
     learns_from_outliers: Annotated[bool, Setting("", "Bayes' rule (docs/decisions/0016-faults-and-surprise.md)")] = (
         True
     )

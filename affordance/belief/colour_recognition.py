@@ -15,6 +15,8 @@ from affordance.objects.colour import JUST_NOTICEABLE, Colour, convert_to_lab, i
 
 # Volume of the colours that sRGB holds, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
 GAMUT_VOLUME = 8.2e5
+# Probability above which a colour is taken as certain, and the others are ignored.
+CERTAIN = 0.95
 
 
 def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:

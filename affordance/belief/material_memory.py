@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.arguments import check_kind, check_number
-from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
 from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
 from affordance.exceptions import BadArgumentError
@@ -20,8 +20,6 @@ from affordance.objects.inertia import DENSITIES
 from affordance.objects.material import Material, MaterialLike
 from affordance.objects.materials import find_colour
 
-# Probability above which a colour is taken as certain, and the others are ignored.
-CERTAIN = 0.95
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
 

@@ -88,6 +88,26 @@ def find_taught(path: Path, content: Any) -> tuple[str, ...]:
     return tuple(taught)
 
 
+def format_memory(memory: Memory) -> str:
+    """Returns the JSON text of a memory."""
+    if isinstance(memory, KindMemory):
+        return format_kinds(memory)
+    return json.dumps({"colours": memory.colours, **to_plain(memory.belief)})
+
+
+def parse_memory(text: str) -> MaterialMemory | KindMemory:
+    """Restores a memory from its JSON text.
+
+    Raises:
+        BadValueError: The text is no memory.
+    """
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise BadValueError("memory", "", f"is not JSON: {error}") from error
+    return build_memory(Path("memory"), content)
+
+
 def format_kinds(memory: KindMemory) -> str:
     """Returns the JSON text of a memory with kinds; an object recalled but not yet learned from is omitted."""
     settings, kinds = memory.settings, memory.kinds

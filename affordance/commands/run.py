@@ -47,6 +47,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
+    parser.add_argument(
+        "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
+    )
+    add_arm_arguments(parser)
+    parser.add_argument(
+        "--memory",
+        default="",
+        metavar="MEMORY",
+        help="lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended",
+    )
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
@@ -70,6 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         faults=arguments.fault,
         cluster=arguments.cluster,
         changes=_list_changes(arguments),
+        memory=arguments.memory,
     )
     print(f"The report: {report}")
     if left_out:
@@ -83,6 +94,8 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
     """Finds the number of repeats: from the command line, else from the protocol, else the default."""
     if arguments.repeats is not None:
         return int(arguments.repeats)
+    if arguments.memory:
+        return 1  # a memory is of one observer
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return DEFAULT_REPEATS
     _check_experiment(arguments)

@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import JOBS, REPEATS, check_kind, check_seed, check_whole
-from affordance.exceptions import AffordanceError, InfeasibleError, SeeingError
+from affordance.belief.memory_file import format_memory
+from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
+from affordance.memory.ledger import open_memory
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -97,6 +99,7 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     changes: Changes = NO_CHANGES,
+    memory: str = "",
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -112,10 +115,12 @@ def run_suite(
         faults: Names of the faults to switch on, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that runs the repeats; None for processes of this machine.
         changes: Settings that differ from their defaults, by name: ``{"learner": "kinds_map"}``.
+        memory: Path or URL of a lasting memory, with which the observer begins and to which its trials are appended;
+            empty for none. It is of one observer, and root and number of its trials determine the random draws.
 
     Raises:
         BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written.
+            nothing was written. Or a memory is given for several observers or learners, or nothing would be felt.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
@@ -125,6 +130,10 @@ def run_suite(
     repeats, jobs = check_whole("repeats", repeats, REPEATS), check_whole("jobs", jobs, JOBS)
     check_folder(out)  # before planning, which takes minutes
     settings = Settings(arm=models / ARM.name)
+    if memory:
+        if repeats != 1:
+            raise BadValueError("--repeats", "", f"is {repeats}, must be 1 with a memory, which is of one observer")
+        settings, seed = begin_with(settings, memory, seed, changes)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
@@ -174,7 +183,41 @@ def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Sett
             )
     experiment = load_experiment(name, models, seed, settings, changes)
     check_stuck_joint(experiment.settings)
+    if settings.ledger:
+        _check_remembers(experiment, change_settings(settings, changes))
     return experiment
+
+
+def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> tuple[Settings, int]:
+    """Returns the settings of an observer that begins with a lasting memory, and the root of its random draws.
+
+    The root is further by the number of trials that are remembered, so that no error of measurement is drawn again.
+
+    Raises:
+        BadValueError: The memory cannot be read, or a change is invalid.
+    """
+    changed = change_settings(settings, changes)
+    with open_memory(memory) as ledger:
+        known = format_memory(ledger.recall(changed.learner, changed.prior, seed=seed))
+        return replace(settings, known=known, ledger=memory), seed + len(ledger)
+
+
+def _check_remembers(experiment: Experiment, settings: Settings) -> None:
+    """Checks that an experiment's one observer feels something, and learns as the recalled memory does.
+
+    Raises:
+        BadValueError: It does not.
+    """
+    means = getattr(experiment, "means", None)
+    if experiment.name == "vision" or (means is not None and means.is_closed_form):
+        raise BadValueError("--memory", "", f"remembers nothing of {experiment.name}, in which nothing is felt")
+    learners = getattr(experiment, "learners", (experiment.settings.learner,))
+    if tuple(learners) != (settings.learner,):
+        names = ", ".join(learner.value for learner in learners)
+        problem = f"is of the learner {settings.learner.value}, {experiment.name} has {names} (--learner)"
+        raise BadValueError("--memory", "", problem)
+    if experiment.settings.prior != settings.prior:
+        raise BadValueError("--memory", "", f"is recalled with another prior than {experiment.name} has (--set)")
 
 
 class _Attempts:

@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import CERTAIN, MaterialMemory
 from affordance.belief.quadratic import Quadratic
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.trial_evidence import BODY, TrialEvidence
@@ -134,11 +133,11 @@ class MaterialSum:
         self.precision[np.ix_(materials, materials)] += sign * likelihood.precision
         self.information[materials] += sign * likelihood.information_vector
 
-    def build_memory(self) -> MaterialMemory:
-        """Builds the memory of a learner with one density for each colour."""
+    def build_belief(self) -> DensityBelief:
+        """Builds the belief about the mean densities of the materials."""
         start = EMPTY_BELIEF.extend(self.prior, len(self.colours))
         precision = start.precision + 0.5 * (self.precision + self.precision.T)
-        return MaterialMemory(self.colours, DensityBelief(precision, start.information_vector + self.information))
+        return DensityBelief(precision, start.information_vector + self.information)
 
 
 def find_material(part: PartAppearance, colours: Sequence[Colour], same_colours: SameColours = ()) -> int | None:

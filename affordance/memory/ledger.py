@@ -20,6 +20,7 @@ from affordance.arguments import Seed, check_kind, check_member
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory.evidence_sums import MaterialSum, SameColours, gather, sum_objects
@@ -139,11 +140,11 @@ class Ledger:
         if learner is not Learner.DENSITY:
             return replay(self.list_trials(), start_memory(learner, seed), prior)
         if same_colours:
-            return self._sum(prior, same_colours).build_memory()
+            return _build_memory(self._sum(prior, same_colours))
         with connect(self._engine, self.place, writes=False) as connection:
             sums = read_sums(connection, prior).get(name_prior(prior))
         materials = self._keep_sums(prior) if sums is None else sums.materials
-        return materials.build_memory()
+        return _build_memory(materials)
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
         """Lists trials in the order of their times, those of a selection or all.
@@ -277,6 +278,10 @@ def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Mem
         find_likelihood = partial(find_fixed_point, compute_likelihood=compute)
         memory = recollection.memory.learn(recollection.densities, find_likelihood, prior.deviation_sd).memory
     return memory
+
+
+def _build_memory(materials: MaterialSum) -> MaterialMemory:
+    return MaterialMemory(materials.colours, materials.build_belief())
 
 
 def _is_same(one: MaterialSum, other: MaterialSum) -> bool:

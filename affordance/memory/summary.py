@@ -93,16 +93,16 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
             of_object = of_object.add(trial, prior)
         total.add(of_object)
         sums[thing] = of_object
-    memory = total.build_memory()
-    low, median, high = memory.belief.compute_percentiles(_FRACTIONS) if memory.colours else np.zeros((3, 0))
+    belief = total.build_belief()
+    low, median, high = belief.compute_percentiles(_FRACTIONS) if total.colours else np.zeros((3, 0))
     materials = []
-    for i, colour in enumerate(memory.colours):
+    for i, colour in enumerate(total.colours):
         things = tuple(thing for thing, of_object in sums.items() if i in of_object.columns)
         felt = [trial for thing in things for trial in trials[thing]]
         interval = float(low[i]), float(high[i])
         materials.append(KnownMaterial(colour, float(median[i]), interval, things, _describe(felt)))
     known = tuple(
-        _describe_thing(thing, of_object, trials[thing], memory.belief, prior)
+        _describe_thing(thing, of_object, trials[thing], belief, prior)
         for thing, of_object in sums.items()
         if not isinstance(trials[thing][0].model, MeanDensities)
     )

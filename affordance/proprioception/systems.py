@@ -71,6 +71,7 @@ class DensityEstimator(SampledSystem):
         self._statistics = int(statistics)
         self._counts = int(self.DeclareDiscreteState(len(SampleStatus)))
         self._evidence = int(self.DeclareDiscreteState(np.array([0.0, 1.0])))
+        self._last = int(self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1))
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_statistics)
         self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._end_presentation)
         self._inference = self.declare_cached(
@@ -90,6 +91,10 @@ class DensityEstimator(SampledSystem):
         """Returns log evidence and p-value of the last complete presentation."""
         log_evidence, p_value = context.get_discrete_state(self._evidence).value()
         return float(log_evidence), float(p_value)
+
+    def get_last_statistics(self, context: Context) -> TorqueStatistics:
+        """Returns the statistics of the last complete presentation."""
+        return self._read_statistics(context, self._last)
 
     def forget(self, context: Context) -> None:
         """Restarts the presentation: resets statistics and counts."""
@@ -116,11 +121,15 @@ class DensityEstimator(SampledSystem):
         inference = self._inference.get(context)
         discrete: Any = state.get_mutable_discrete_state()
         discrete.set_value(self._evidence, np.array([inference.log_evidence, inference.p_value]))
+        discrete.set_value(self._last, np.array(context.get_discrete_state(self._statistics).value()))
         discrete.set_value(self._statistics, np.zeros(context.get_discrete_state(self._statistics).size()))
 
     def get_statistics(self, context: Context) -> TorqueStatistics:
         """Returns the statistics of the torques measured so far."""
-        state = context.get_discrete_state(self._statistics).value()
+        return self._read_statistics(context, self._statistics)
+
+    def _read_statistics(self, context: Context, group: int) -> TorqueStatistics:
+        state = context.get_discrete_state(group).value()
         return TorqueStatistics(state[:-1], int(state[-1]))
 
     def _compute_inference(self, context: Context) -> Inference:

@@ -11,10 +11,13 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
+from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
+from affordance.belief.memory_file import parse_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.task import Task
-from affordance.exceptions import name_object
+from affordance.exceptions import BadArgumentError, name_object
+from affordance.memory.ledger import open_memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ArmOwner
@@ -24,7 +27,7 @@ from affordance.plant.nail import NailPlacement
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram, build_trial_diagram
-from affordance.simulation.trial_record import TrialRecord
+from affordance.simulation.trial_record import Percept, TrialRecord
 from affordance.vision.eye import Eye
 
 _LOG = logging.getLogger(__name__)
@@ -73,7 +76,7 @@ class TrialRunner:
         Raises:
             BadArgumentError: The seed is not a seed.
         """
-        return start_memory(self.settings.learner, seed)
+        return begin_memory(self.settings, self.settings.learner, seed)
 
     def get_diagram(
         self,
@@ -179,6 +182,22 @@ class Observer:
         return finish(trial, present(trial, self._context, tool, trial.hold, seed), tool)
 
 
+def begin_memory(settings: Settings, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
+    """Returns the memory with which an observer begins: that of the settings, or one without experience.
+
+    Raises:
+        BadArgumentError: The seed is not a seed, or the memory of the settings is that of another learner.
+    """
+    if not settings.known:
+        return start_memory(learner, seed, kappa)
+    memory = parse_memory(settings.known)
+    if not isinstance(memory, type(start_memory(learner, seed, kappa))):
+        raise BadArgumentError(
+            "Settings", "known", f"is the memory of another learner, must be that of {learner.value}"
+        )
+    return memory
+
+
 @functools.lru_cache(maxsize=4)
 def get_runner(settings: Settings) -> TrialRunner:
     """Returns this process's runner for the settings."""
@@ -219,10 +238,14 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
 
 
 def finish(trial: TrialDiagram, simulator: Simulator, tool: Tool) -> TrialRecord:
-    """Advances a trial to its end, at which the memory learns, and reads its record."""
+    """Advances a trial to its end, at which the memory learns, and reads its record; a lasting memory learns too."""
     simulator.AdvanceTo(trial.duration + END_MARGIN)
     simulator.AdvancePendingEvents()
-    return _read_record(trial, simulator.get_context(), tool)
+    record = _read_record(trial, simulator.get_context(), tool)
+    if trial.settings.ledger and (evidence := record.evidence) is not None:
+        with open_memory(trial.settings.ledger) as ledger:
+            ledger.append([evidence])
+    return record
 
 
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
@@ -257,6 +280,18 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         samples=samples,
         overloaded=_find_overloaded(trial, tool, q[0]),
         posteriors=posteriors or (),
+        percept=_read_percept(trial, context, tool) if samples.accepted else None,
+    )
+
+
+def _read_percept(trial: TrialDiagram, context: Context, tool: Tool) -> Percept:
+    return Percept(
+        object_name=tool.name,
+        features=trial.feature_sensor.get_features(trial.feature_sensor.GetMyContextFromRoot(context)),
+        statistics=trial.estimator.get_last_statistics(trial.estimator.GetMyContextFromRoot(context)),
+        noise=trial.settings.noise,
+        num_joints=trial.arm.num_joints,
+        arm=trial.settings.arm,
     )
 
 

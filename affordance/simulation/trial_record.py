@@ -1,14 +1,47 @@
 """Record of a trial: motion, torques and the belief after it."""
 
+import hashlib
+from functools import lru_cache
+from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
+from affordance.files.bounded import MESH, read_bytes
 from affordance.files.html_table import build_table
+from affordance.files.model_files import list_arm_files
+from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
+from affordance.plant.arm import ARM
+from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import SampleCounts
+from affordance.proprioception.torque_noise import NoiseModel
 from affordance.simulation.posterior_log import LoggedPosterior
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.visual_prior import measure_geometry
+
+
+class Percept(NamedTuple):
+    """Percept of an object in a trial: what was seen and felt.
+
+    Attributes:
+        object_name: Name of the object.
+        features: Features that were seen, in the frame of the hand.
+        statistics: Statistics of the measured torques.
+        noise: Model of their errors.
+        num_joints: Number of joints.
+        arm: File that describes the arm.
+    """
+
+    object_name: str
+    features: tuple[ComponentFeatures, ...]
+    statistics: TorqueStatistics
+    noise: NoiseModel
+    num_joints: int
+    arm: Path
 
 
 class TrialRecord(NamedTuple):
@@ -31,6 +64,7 @@ class TrialRecord(NamedTuple):
         overloaded: Names of the joints too weak to hold arm and object at rest at the start of the trial: the arm
             then sinks whatever the belief.
         posteriors: Belief about the object during the trial, if the settings ask for that log.
+        percept: Percept of the object; None if nothing was felt.
     """
 
     times: Array
@@ -47,6 +81,7 @@ class TrialRecord(NamedTuple):
     samples: SampleCounts = SampleCounts(0, 0, 0, 0)
     overloaded: tuple[str, ...] = ()
     posteriors: tuple[LoggedPosterior, ...] = ()
+    percept: Percept | None = None
 
     def __repr__(self) -> str:
         facts = ", ".join(f"{name} {value}" for name, value in self._list_facts())
@@ -69,6 +104,38 @@ class TrialRecord(NamedTuple):
         return [*facts, ("overloaded", ", ".join(self.overloaded))] if self.overloaded else facts
 
     @property
+    def evidence(self) -> TrialEvidence | None:
+        """Evidence for a lasting memory; None if nothing was felt, or by a noise model of the user's own."""
+        percept = self.percept
+        if percept is None or type(percept.noise) not in FELT_MODELS.values():
+            return None
+        num_parts = len(percept.features)
+        is_ours = percept.arm == ARM
+        return TrialEvidence(
+            object_name=percept.object_name,
+            parts=tuple(part.appearance for part in percept.features),
+            geometry=measure_geometry(percept.features, range(num_parts), num_parts),
+            model=percept.noise,
+            features=np.array(percept.statistics.features),
+            num_samples=percept.statistics.num_samples,
+            num_joints=percept.num_joints,
+            robot="paper's arm" if is_ours else percept.arm.parent.name,
+            fingerprint=_recognise_arm(percept.arm),
+            log_evidence=self.log_evidence,
+            p_value=self.p_value,
+            source="simulated",
+        )
+
+    @property
     def is_outlier(self) -> bool:
         """True if the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
         return self.p_value < OUTLIER_P_VALUE
+
+
+@lru_cache(maxsize=8)
+def _recognise_arm(arm: Path) -> str:
+    """Returns a text by which an arm is recognised: a digest of its files."""
+    digest = hashlib.sha256()
+    for path in list_arm_files(arm):
+        digest.update(read_bytes(path, MESH))
+    return digest.hexdigest()[:12]

@@ -27,6 +27,10 @@ class FeatureSensor(SampledSystem):
         self._features: ObjectParameter[tuple[ComponentFeatures, ...]] = self.declare_object_parameter()
         self.declare_object_output("features", self._features.get, {self._features.ticket})
 
+    def get_features(self, context: Context) -> tuple[ComponentFeatures, ...]:
+        """Returns the features of the presented object."""
+        return self._features.get(context)
+
     def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:
         """Sets the features of the presented object."""
         self._features.set(context, features)

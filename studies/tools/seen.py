@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.belief.colour_recognition import compute_colour_probabilities
-from affordance.belief.material_memory import CERTAIN
+from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities
 from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
 from affordance.objects.material import Material

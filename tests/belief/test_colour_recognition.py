@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from affordance.belief.colour_recognition import GAMUT_VOLUME, JUST_NOTICEABLE, compute_colour_probabilities
+from affordance.belief.colour_recognition import CERTAIN, GAMUT_VOLUME, JUST_NOTICEABLE, compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.material_memory import CERTAIN, MaterialMemory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.colour import convert_to_lab
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)

@@ -36,7 +36,7 @@ def _infer_all(objects):
 def test_sums_are_inference_from_all_unknowns_at_once():
     bar = [hold("bar", (WOOD,), (600.0,), seed) for seed in range(4)]
     hammer = [hold("hammer", (WOOD, STEEL), (750.0, 7700.0), seed) for seed in range(4, 7)]
-    belief = sum_objects([bar, hammer], PRIOR).build_memory().belief
+    belief = sum_objects([bar, hammer], PRIOR).build_belief()
     mean, covariance = _infer_all([((0,), bar), ((0, 1), hammer)])
     np.testing.assert_allclose(belief.untruncated_mean, mean, rtol=1e-9)
     np.testing.assert_allclose(belief.covariance, covariance, rtol=1e-9)
@@ -47,20 +47,20 @@ def test_repeated_holds_tell_little_more_about_a_material(model):
     sds = []
     for count in (1, 16, 256):
         trials = [hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(count)]
-        sds.append(float(np.sqrt(sum_objects([trials], PRIOR).build_memory().belief.covariance[0, 0])))
+        sds.append(float(np.sqrt(sum_objects([trials], PRIOR).build_belief().covariance[0, 0])))
     # The variance that noise gives the object's own density: without the prior and the deviation.
     noise = 1.0 / (np.array(sds) ** -2 - PRIOR.sd**-2) - PRIOR.deviation_sd**2
     assert noise[0] / noise[1] == pytest.approx(16.0, rel=0.3)
     assert noise[1] / noise[2] == pytest.approx(16.0, rel=0.3)
     others = [[hold(f"bar {i}", (WOOD,), (600.0,), i, model=model)] for i in range(256)]
-    assert np.sqrt(sum_objects(others, PRIOR).build_memory().belief.covariance[0, 0]) < 0.3 * PRIOR.deviation_sd
+    assert np.sqrt(sum_objects(others, PRIOR).build_belief().covariance[0, 0]) < 0.3 * PRIOR.deviation_sd
 
 
 def test_a_size_that_is_seen_wrongly_does_not_average_out():
     """A size that errs by a tenth leaves a tenth of the density, however often the object is held."""
     for count in (1, 64):
         trials = [hold("bar", (BRASS,), (8500.0,), seed, num_errors=1) for seed in range(count)]
-        belief = sum_objects([trials], PRIOR).build_memory().belief
+        belief = sum_objects([trials], PRIOR).build_belief()
         assert np.sqrt(belief.covariance[0, 0]) > 0.09 * 8500.0
 
 
@@ -73,7 +73,7 @@ def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
             rho = 2000.0 + PRIOR.deviation_sd * rng.standard_normal()
             seeds = range(8 * observer, 8 * observer + count)
             trials = [hold("bar", (WOOD,), (rho,), seed, model=WeberNoise()) for seed in seeds]
-            belief = sum_objects([trials], PRIOR).build_memory().belief
+            belief = sum_objects([trials], PRIOR).build_belief()
             errors.append((belief.untruncated_mean[0] - 2000.0) / np.sqrt(belief.covariance[0, 0]))
         assert 0.85 < np.sqrt(np.mean(np.square(errors))) < 1.2  # 1 +- .06 by chance
 

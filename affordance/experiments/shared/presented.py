@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from affordance.arrays import Array
 from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
-from affordance.belief.learners import KAPPA, start_memory
+from affordance.belief.learners import KAPPA
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Arrays, Experiment, Outputs
@@ -41,6 +41,7 @@ from affordance.protocols.presentations import Presentation, draw_presentations,
 from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
+from affordance.simulation.trial import begin_memory
 from affordance.simulation.trial_record import TrialRecord
 
 # Quantiles of the belief that are always stored.
@@ -199,11 +200,11 @@ class PresentationExperiment(Experiment):
         if experience is not None:
             drawn = [each for each in drawn if each.block]
             return self.means.present(self, experience.recall(repeat, experience.num_trials), drawn, repeat)
-        memory = start_memory(self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
+        memory = begin_memory(self.settings, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
         if self.told:
             memory = MaterialMemory.from_densities(dict(self.told))
         if not self.means.is_closed_form:  # which reports the densities of all colours
-            memory = memory.add_colours(self.colours, self.settings.prior)
+            memory = memory.add_colours(self.colours, self.settings.prior).restrict_to(self.colours)
         return self.means.present(self, memory, drawn, repeat)
 
     def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
