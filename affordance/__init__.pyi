@@ -4,7 +4,6 @@ from .belief.kind_memory import KindMemory
 from .belief.learner import Learner
 from .belief.learners import start_memory
 from .belief.material_memory import MaterialMemory
-from .belief.memory_file import read_memory, write_memory
 from .choice.hammer import Hammer, load_hammer
 from .choice.observed_options import list_options
 from .choice.ranking import Ranking, rank
@@ -79,10 +78,8 @@ __all__ = [
     "open_memory",
     "rank",
     "read_gains",
-    "read_memory",
     "read_run",
     "run_suite",
     "start_memory",
     "write_gains",
-    "write_memory",
 ]

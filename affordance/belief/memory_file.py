@@ -1,10 +1,10 @@
-"""Memories of materials as JSON, by which one run can use what an earlier one has learned.
+"""Memories of materials as JSON text, by which processes hand them on and an earlier version kept them in files.
 
 Python writes the shortest decimal that reads as the same number, so a memory is restored to the last bit.
 """
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,49 +17,13 @@ from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.files.atomic import to_plain, write_json
-from affordance.files.bounded import read_json
-from affordance.files.constraints import StrPath, check_path
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import to_plain
 from affordance.objects.appearance import PartAppearance
 
 # Key by which the file of a learner with kinds is recognised.
 _OF_KINDS = "gate"
 _TAUGHT = "taught_by"
-
-
-def write_memory(path: StrPath, memory: Memory, taught: Sequence[str] = ()) -> Path:
-    """Writes a memory as JSON, atomically and in full precision.
-
-    Args:
-        path: File, whose folder is created if it does not exist.
-        memory: Memory of a learner with one density for each colour, or with kinds.
-        taught: Fingerprints of the runs that taught it, so that none does so twice.
-
-    Returns: The path of the file.
-
-    Raises:
-        BadArgumentError: The memory is of another class.
-    """
-    path = check_path("path", path)
-    if isinstance(memory, KindMemory):
-        write_json(path, {_TAUGHT: list(taught), **json.loads(format_kinds(memory))})
-    elif isinstance(memory, MaterialMemory):
-        write_json(path, {_TAUGHT: list(taught), "colours": memory.colours, **to_plain(memory.belief)})
-    else:
-        problem = f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
-        raise BadArgumentError("memory", "", problem)
-    return path
-
-
-def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
-    """Reads a memory that ``write_memory`` wrote.
-
-    Raises:
-        BadValueError: The file cannot be read, or does not hold a memory.
-    """
-    path = check_path("path", path)
-    return build_memory(path, read_json(path))
 
 
 def build_memory(path: Path, content: Any) -> MaterialMemory | KindMemory:

@@ -6,23 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from affordance.belief.density_belief import Prior
-from affordance.commands.options import change_by_name, list_groups, refuse_changes
+from affordance.commands.options import change_by_name, list_groups, parse_same_colours, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json
-from affordance.memory.evidence_sums import SameColours
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
 from affordance.memory.stored_trials import Selection
 from affordance.memory.summary import Experience, MemorySummary, summarise
-from affordance.objects.colour import (
-    COLOUR_FORM,
-    Colour,
-    find_nearest_colour,
-    is_colour,
-    is_same_colour,
-    parse_colour,
-    show_colour,
-)
+from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.figures import save_figure
 from affordance.reporting.memory_figure import draw_memory
@@ -59,21 +50,6 @@ def run(arguments: argparse.Namespace) -> int:
                 print("\n".join(faults) or f"{ledger.place}: {len(ledger)} trials, all sound")
                 return FAULTY if faults else 0
     return 0
-
-
-def parse_same_colours(words: list[str]) -> SameColours:
-    """Parses pairs of colours, as '#b5a642=#c0b050'.
-
-    Raises:
-        BadValueError: A word is no such pair.
-    """
-    pairs = []
-    for word in words:
-        one, _, other = word.partition("=")
-        if not (is_colour(one) and is_colour(other)):
-            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
-        pairs.append((parse_colour(one), parse_colour(other)))
-    return pairs
 
 
 def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:

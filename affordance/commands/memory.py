@@ -21,13 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--until", default="", metavar="TIME", help="trials before this time")
     add("--trial", default="", metavar="ID", help="the trial whose id begins so, four digits at least")
-    add(
-        "--same-colour",
-        action="append",
-        default=[],
-        metavar="A=B",
-        help="colours that are to count as one, as #b5a642=#c0b050; show only",
-    )
+    add("--same-colour", action="append", default=[], metavar="A=B", help="colours that show counts as one")
     add("--materials", type=Path, metavar="FILE", help="materials whose names are shown (default: ours)")
     add("--out", type=Path, metavar="DIR", help="folder for the picture of show (default: none)")
     add("--json", action="store_true", help="print what is shown as JSON")

@@ -11,6 +11,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
+from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -215,3 +216,29 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         height=arguments.base_height,
         up=arguments.up,
     )
+
+
+def add_same_colour(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--same-colour``, for what two cameras see differently."""
+    parser.add_argument(
+        "--same-colour",
+        action="append",
+        default=[],
+        metavar="A=B",
+        help="colours of a memory that are to count as one, as #b5a642=#c0b050; more than once",
+    )
+
+
+def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
+    """Parses pairs of colours, as '#b5a642=#c0b050'.
+
+    Raises:
+        BadValueError: A word is no such pair.
+    """
+    pairs = []
+    for word in words:
+        one, _, other = word.partition("=")
+        if not (is_colour(one) and is_colour(other)):
+            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
+        pairs.append((parse_colour(one), parse_colour(other)))
+    return pairs

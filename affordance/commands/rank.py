@@ -10,13 +10,13 @@ import numpy as np
 from affordance.arguments import check_number, check_whole
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import read_memory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, GripBounds, weigh
 from affordance.commands.options import (
     add_robot,
+    add_same_colour,
     add_seed,
     add_set,
     change_by_name,
@@ -24,10 +24,16 @@ from affordance.commands.options import (
     read_options,
     refuse_changes,
 )
+    parse_same_colours,
+    refuse_changes,
+)
+from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
+from affordance.memory.evidence_sums import SameColours
+from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
@@ -58,7 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--see", choices=("drawing", "pictures"), default="drawing", help="how form is known (default: drawing)")
-    add("--memory", type=Path, metavar="FILE", help="densities learned before, as by identify (default: none)")
+    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
+    add_same_colour(parser)
     add(
         "--by",
         choices=[each.value for each in Criterion],
@@ -83,7 +90,6 @@ def run(arguments: argparse.Namespace) -> int:
     """
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, _SAMPLES)
-    refuse_changes(arguments, ["learner"], "the memory was learned before")
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     bounds = read_grip_bounds(arguments)
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
@@ -92,7 +98,7 @@ def run(arguments: argparse.Namespace) -> int:
     criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    known = recall(arguments.memory)
+    known = recall(arguments.memory, settings, parse_same_colours(arguments.same_colour))
     colours = [material.colour for material in select_known(materials, tools).values()]
     advice = weigh(
         list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed),
@@ -109,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.task,
         robot.name,
         arguments.see,
-        arguments.memory.name if arguments.memory else "",
+        Path(arguments.memory).name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
     )
@@ -122,13 +128,16 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def recall(path: Path | None) -> Memory:
-    """Reads a memory; without a file, returns that of an observer who knows nothing.
+def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
+    """Recalls a lasting memory; without one, returns the memory of an observer who knows nothing.
 
     Raises:
-        BadValueError: The file cannot be read, or does not hold a memory.
+        BadValueError: There is no memory at this place.
     """
-    return MaterialMemory() if path is None else read_memory(path)
+    if place is None:
+        return MaterialMemory()
+    with open_memory(place, create=False) as ledger:
+        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
 
 
 def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:

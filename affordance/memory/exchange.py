@@ -22,7 +22,7 @@ from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
 # Size of a file of trials: 10^5 of them.
-_MOST = 10**9
+_MOST = 1_000_000_000
 # Share of the largest eigenvalue by which a precision may lie below that of the prior.
 _ROUNDING = 1e-9
 _EARLIER = "memory of an earlier version"

@@ -24,12 +24,13 @@ from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
 
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import check_size
+from affordance.files.plain_database import check_plain_tables
 
 PROGRAM, SCHEMA = "visual-inertial-affordances", "1"
 # Time that a writer waits for another, [ms].
 _PATIENCE = 30_000
 # Size of a database, a thousand times that of 10^5 trials.
-_MOST = 10**12
+_MOST = 1_000_000_000_000
 _SQLITE = b"SQLite format 3\x00"
 _WRITES = "writes"
 
@@ -143,6 +144,7 @@ def check_file(path: Path, create: bool) -> None:
         raise BadValueError(path, "", f"is JSON, must be an SQLite file; {hint}")
     if begin and begin != _SQLITE:
         raise BadValueError(path, "", "is no SQLite file, must be a memory that a command has written")
+    check_plain_tables(path, "memory", is_immutable=False)
 
 
 def _check_tables(connection: Connection, place: Path | str) -> bool:

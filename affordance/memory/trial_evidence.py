@@ -28,8 +28,9 @@ from affordance.version import __version__
 
 # Rounding that a precision may have below zero, as a share of its largest eigenvalue.
 _ROUNDING = 1e-9
-_COUNTS = Whole(1, 10**9)
+_COUNTS = Whole(1, 1_000_000_000)
 _JOINTS = Whole(0, 1000)
+_MOST_PARTS = 1000
 
 
 class FeltModel(Protocol):
@@ -103,8 +104,8 @@ class TrialEvidence:
         check_number("p_value", self.p_value, 0.0, 1.0)
         check_kind("model", self.model, tuple(FELT_MODELS.values()), "WeberNoise() makes one")
         object.__setattr__(self, "time", read_time("time", self.time))
-        if not self.parts:
-            raise BadArgumentError("parts", "", "is empty, must hold at least one")
+        if not 1 <= len(self.parts) <= _MOST_PARTS:
+            raise BadArgumentError("parts", "", f"holds {len(self.parts)}, must hold from 1 to {_MOST_PARTS}")
         for i, part in enumerate(self.parts):
             check_colour(f"parts[{i}].colour", part.colour)
         num_parts = len(self.parts)

@@ -24,6 +24,7 @@ from affordance.plant.arm import ArmOwner
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
+from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram, build_trial_diagram
@@ -285,10 +286,13 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
 
 
 def _read_percept(trial: TrialDiagram, context: Context, tool: Tool) -> Percept:
+    statistics = trial.estimator.get_last_statistics(trial.estimator.GetMyContextFromRoot(context))
     return Percept(
         object_name=tool.name,
         features=trial.feature_sensor.get_features(trial.feature_sensor.GetMyContextFromRoot(context)),
-        statistics=trial.estimator.get_last_statistics(trial.estimator.GetMyContextFromRoot(context)),
+        statistics=TorqueStatistics(
+            np.array(statistics.features), statistics.num_samples
+        ),  # not a view of the Context
         noise=trial.settings.noise,
         num_joints=trial.arm.num_joints,
         arm=trial.settings.arm,

@@ -5,8 +5,6 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
@@ -116,7 +114,7 @@ class TrialRecord(NamedTuple):
             parts=tuple(part.appearance for part in percept.features),
             geometry=measure_geometry(percept.features, range(num_parts), num_parts),
             model=percept.noise,
-            features=np.array(percept.statistics.features),
+            features=percept.statistics.features,
             num_samples=percept.statistics.num_samples,
             num_joints=percept.num_joints,
             robot="paper's arm" if is_ours else percept.arm.parent.name,

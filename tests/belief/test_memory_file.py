@@ -1,4 +1,4 @@
-"""What is kept of a memory with kinds comes back to the last bit, and learns on as if it had not been away."""
+"""What is written of a memory comes back to the last bit, and learns on as if it had not been away."""
 
 import json
 
@@ -10,7 +10,9 @@ from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.memory_file import format_kinds, parse_kinds
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import format_kinds, format_memory, parse_kinds, parse_memory
+from affordance.exceptions import BadValueError
 from affordance.objects.appearance import PartAppearance
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -66,3 +68,25 @@ def test_text_is_json_without_what_was_only_recalled():
     content = json.loads(format_kinds(recalled))
     assert content["objects"] == []
     assert content["colours"] == [list(BRASS)]
+
+
+def test_memory_of_one_density_for_each_colour_comes_back_too():
+    memory = lift(MaterialMemory(), [BRASS, STEEL], 0.1, [8000.0, 7800.0])
+    again = parse_memory(format_memory(memory))
+    assert again.colours == memory.colours
+    np.testing.assert_array_equal(again.belief.precision, memory.belief.precision)
+    np.testing.assert_array_equal(again.belief.information_vector, memory.belief.information_vector)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("", "is not JSON"),
+        *((text, "is no memory of materials") for text in ("[]", "3", '{"gate": 1}')),
+        *((text, "is no memory of materials") for text in ('{"colours": [[1, 2]]}', '{"gate": {"kappa": 0.2}}')),
+    ],
+)
+def test_texts_that_are_no_memory_are_refused_in_a_line(text, problem):
+    with pytest.raises(BadValueError, match=f"memory: {problem}") as caught:
+        parse_memory(text)
+    assert "\n" not in str(caught.value)

@@ -9,7 +9,7 @@ from helpers.trials import WOOD, hold, hold_workshop
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import write_memory
+from affordance.belief.memory_file import format_memory
 from affordance.cli import main
 from affordance.memory.ledger import open_memory
 
@@ -81,7 +81,8 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     prior = Prior()
     likelihood = Likelihood(np.array([[1e-4, 2e-5], [2e-5, 3e-5]]), np.array([0.08, 0.2]), 0.0)
     earlier = MaterialMemory((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
-    write_memory(tmp_path / "memory.json", earlier, ("abc",))
+    content = {"taught_by": ["abc"], **json.loads(format_memory(earlier))}
+    (tmp_path / "memory.json").write_text(json.dumps(content))
     words = ["memory", "import", str(tmp_path / "new.sqlite"), str(tmp_path / "memory.json")]
     assert main(words) == main(words) == 0
     with open_memory(tmp_path / "new.sqlite") as ledger:

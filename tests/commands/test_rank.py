@@ -10,6 +10,9 @@ from helpers.workshop import HAMMERS
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import write_memory
 from affordance.choice.weighing import GRIP_LEVER
+from helpers.trials import write_known
+from helpers.workshop import HAMMERS
+
 from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError
@@ -24,7 +27,7 @@ ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 @pytest.fixture
 def known(tmp_path: Path) -> list[str]:
     """Words that name the memory of one who knows steel and oak."""
-    path = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
+    path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
     return ["--memory", str(path)]
 
 
@@ -33,7 +36,7 @@ def test_memory_decides_and_the_last_line_says_what_to_take(
 ) -> None:
     assert main([*ONE, *known]) == 0
     title, header, first, *_, last = capsys.readouterr().out.splitlines()
-    assert title.endswith("by the memory m.json")
+    assert title.endswith("by the memory m.sqlite")
     assert header.startswith(" ")
     assert "P(feasible)  torque share" in header
     assert first.split()[:3] == ["machinist", "hammer,", "head"]
@@ -55,7 +58,7 @@ def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: 
     keys = "task robot see memory unknown by unit statistic choice options p_none why sentence"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
-    assert content["memory"] == "m.json"
+    assert content["memory"] == "m.sqlite"
     assert content["unknown"] == []
     assert content["choice"] == {"tool": "machinist hammer", "grip": "head"}
     first, *_ = options = content["options"]
@@ -72,9 +75,9 @@ def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: 
 
 
 def test_what_a_memory_lacks_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800}))
+    path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0})
     assert main([*ONE, "--memory", str(path)]) == 0
-    assert "by the memory m.json, which knows nothing of oak" in capsys.readouterr().out
+    assert "by the memory m.sqlite, which knows nothing of oak" in capsys.readouterr().out
 
 
 def test_results_are_written_with_a_picture(
@@ -129,9 +132,8 @@ def test_nothing_that_can_be_held_is_one_line(
         ),
         (["--max-grip-force", "-3"], "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
         (["--max-grip-moment", "1e9"], "--max-grip-moment: is 1000000000.0, must be from 0.001 to 10000 N m"),
-        (["--memory", "nowhere.json"], "nowhere.json: "),
+        (["--memory", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
         (["--tools", "nowhere.yaml"], "nowhere.yaml: "),
-        (["--set", "learner=kinds_map"], "--set: learner: changes nothing here: the memory was learned before"),
         (["--set", "cost_measure=effort"], "--set: cost_measure: changes nothing here: --by says what is compared"),
     ],
 )

@@ -1,14 +1,18 @@
 """Trials of simple objects, as a ledger keeps them: point masses of some colours, held by an imaginary arm."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.memory.felt_models import MeanDensities
+from affordance.memory.ledger import open_memory
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import Geometry, compute_point_parameters
+from affordance.objects.materials import load_materials
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 
 WOOD, STEEL, BRASS = (0.7, 0.5, 0.3), (0.5, 0.5, 0.5), (0.8, 0.6, 0.1)
@@ -76,3 +80,16 @@ def with_noise(trial: TrialEvidence, features: Array) -> TrialEvidence:
 def get_regressor() -> Array:
     """Returns the payload regressor of all trials, shape (7, 10)."""
     return _Y
+
+
+def write_known(path: Path, densities: Mapping[str, float]) -> Path:
+    """Writes the lasting memory of one who knows the densities of some materials to 1 kg/m^3."""
+    colours = [load_materials()[name].colour for name in densities]
+    size = len(colours)
+    features = np.concatenate([np.eye(size).ravel(), list(densities.values())])
+    geometry = build_geometry(size)
+    parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in colours)
+    trial = TrialEvidence("stock", parts, geometry, MeanDensities(), features, 1, size, "arm")
+    with open_memory(path) as ledger:
+        ledger.append([trial])
+    return path

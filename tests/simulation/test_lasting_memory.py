@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from affordance.belief.learner import Learner
-from affordance.belief.memory_file import format_memory, parse_memory
+from affordance.belief.memory_file import format_memory
 from affordance.exceptions import BadArgumentError
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import sum_objects
@@ -62,9 +62,3 @@ def test_known_memory_of_another_learner_is_refused():
     known = format_memory(TrialRunner().start_memory())
     with pytest.raises(BadArgumentError, match="known: is the memory of another learner, must be that of kinds_map"):
         TrialRunner(replace(DEFAULT_SETTINGS, known=known, learner=Learner.KINDS_MAP)).start_memory()
-
-
-@pytest.mark.parametrize(("text", "message"), [("{half", "is not JSON"), ("{}", "is no memory of materials")])
-def test_texts_that_are_no_memory_are_refused(text, message):
-    with pytest.raises(Exception, match=message):
-        parse_memory(text)

@@ -12,6 +12,7 @@ from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.diagram import END_MARGIN
 from affordance.simulation.trial import Observer, TrialRunner, present
+from affordance.vision.features import ComponentFeatures
 
 DURATION = 0.5
 FIRST, SECOND, DECOY = load_hold_experiment("com").tools
@@ -22,6 +23,8 @@ def list_numbers(value):
     """Every number of a record, of the memory in it too, in one order."""
     if isinstance(value, MaterialMemory):
         return [*value.colours, *list_numbers(value.belief.precision), *list_numbers(value.belief.information_vector)]
+    if isinstance(value, ComponentFeatures):
+        return list_numbers((value.colour, *value.shape.sizes, value.X_TE))
     if isinstance(value, tuple):
         return [number for each in value for number in list_numbers(each)]
     return np.ravel(value).tolist()

@@ -34,13 +34,12 @@ from affordance import (
     load_path,
     load_robot,
     load_tools,
+    open_memory,
     rank,
     read_gains,
-    read_memory,
     read_run,
     run_suite,
     start_memory,
-    write_memory,
 )
 from affordance.belief.density_belief import DensityBelief
 from affordance.objects.inertia import Ellipsoid
@@ -88,8 +87,7 @@ def test_paths_may_be_texts(tmp_path):
     assert Settings(arm=str(MODELS / "arm.dmd.yaml")) == Settings()
     assert load_robot(str(MODELS / "arm.dmd.yaml")).num_joints == 7
     assert load_experiment("weight", str(MODELS)).name == "weight"
-    assert write_memory(str(tmp_path / "memory.json"), NOVICE) == tmp_path / "memory.json"
-    for read in (read_memory, read_run, read_gains, load_path, load_tools):
+    for read in (read_run, read_gains, load_path, load_tools):
         with pytest.raises(AffordanceError, match="nowhere"):
             read(str(tmp_path / "nowhere.yaml"))
 
@@ -119,30 +117,15 @@ def test_memory_of_kinds_has_densities_by_name_too(record):
     assert learned.density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=0.02)
 
 
-@pytest.mark.parametrize("learner", Learner)
-def test_memories_of_every_learner_come_back_from_their_files(learner, tmp_path):
-    learned = RUNNER.run_hold(RODS[0], start_memory(learner), duration=1.0).memory
-    back = read_memory(write_memory(tmp_path / "deep" / "memory.json", learned))
-    assert type(back) is type(learned)
-    assert back.density("brass") == learned.density("brass")
-    again = RUNNER.run_hold(RODS[1], back, duration=1.0).memory
-    assert again.density("brass") == RUNNER.run_hold(RODS[1], learned, duration=1.0).memory.density("brass")
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("", "is not JSON"),
-        *((text, "is no memory of materials") for text in ("[]", "3", '{"gate": 1}')),
-        *((text, "is no memory of materials") for text in ('{"colours": [[1, 2]]}', '{"gate": {"kappa": 0.2}}')),
-    ],
-)
-def test_file_that_is_no_memory_is_refused_by_name(text, problem, tmp_path):
-    path = tmp_path / "memory.json"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(AffordanceError, match=rf"memory\.json: {problem}") as caught:
-        read_memory(path)
-    assert "\n" not in str(caught.value)
+def test_lasting_memory_serves_every_learner(record, tmp_path):
+    with open_memory(tmp_path / "memory.sqlite") as ledger:
+        assert ledger.append([record.evidence]) == 1
+        for learner in Learner:
+            recalled = ledger.recall(learner)
+            assert type(recalled) is type(start_memory(learner))
+            again = RUNNER.run_hold(RODS[1], recalled, duration=1.0).memory
+            assert again.density("brass").sd < recalled.density("brass").sd
+        assert ledger.recall().density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=1e-3)
 
 
 def test_experiment_is_loaded_and_run_from_python(tmp_path):
@@ -260,7 +243,7 @@ def build_load(size):
             "learner: is 'kinds', must be one of density, kinds_map, kinds_drawn; did you",
         ),
         (lambda: load_tools("x.yaml", "materials.yaml"), "materials: is of type str, must be a mapping from names"),
-        (lambda: write_memory("m.json", {}), "memory: is of type dict, must be of type MaterialMemory or KindMemory"),
+        (lambda: open_memory({}), "place: is {}, must be a path or the URL of a database"),
         (lambda: import_arm("r.urdf", "tool0", "out"), "options: is of type str, must be of type ImportOptions"),
         (lambda: run_suite("weight", "out", repeats=0), "repeats: is 0, must be from 1 to 1000000"),
         (lambda: run_suite("weight", "out", jobs=0), "jobs: is 0, must be from 1 to 4096"),

@@ -115,7 +115,8 @@ RECORDINGS = {
     "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not netCDF 3 of numbers"),
     "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
     "aliases": ("loaded.yaml", LAUGHS, "makes more than 100000 entries"),
-    "memory": ("memory.json", "[" * 100_000, "memory.json: is not JSON"),
+    "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
+    "ledger": ("ledger.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
     "gains": ("gains.yaml", LAUGHS, "makes more than 100000 entries"),
     "object": ("object.yaml", LAUGHS, "makes more than 100000 entries"),
 }
@@ -197,7 +198,12 @@ def test_hostile_recording_is_refused(tmp_path, refuse, case):
         (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     loaded = name if name.startswith("loaded") and not name.endswith(".yaml") else "loaded.csv"
     words = ["identify", robot, "--tip", "flange", "--loaded", tmp_path / loaded, "--out", tmp_path / "out"]
-    option = {"memory.json": "--memory", "gains.yaml": "--gains", "object.yaml": "--object"}.get(name)
+    option = {
+        "memory.json": "--memory",
+        "ledger.db3": "--memory",
+        "gains.yaml": "--gains",
+        "object.yaml": "--object",
+    }.get(name)
     said = refuse(*words, *([option, tmp_path / name] if option else []))
     assert problem in said
 

@@ -4,10 +4,7 @@ It needs the extra [bags], rosbags. Messages are decoded by ROS's own definition
 become code that is run.
 """
 
-import re
-import sqlite3
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +13,12 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, check_size
+from affordance.files.plain_database import check_plain_tables
 from affordance.files.yaml_reader import check_yaml
 from affordance.identification.recording.run import WRENCH_COLUMNS, resample
 from affordance.identification.recording.run_table import Table
 
 type _Decode = Callable[[bytes, str], Any]
-_VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
 
@@ -82,25 +79,7 @@ def _check_files(path: Path) -> None:
         if file.name == "metadata.yaml":
             check_yaml(file)
         if file.suffix == ".db3":
-            _check_database(file)
-
-
-def _check_database(path: Path) -> None:
-    """Rejects a database with views, triggers, virtual tables or calculated columns, which are programs."""
-    try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
-            entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
-            tables = [name for kind, name, sql in entries if kind == "table" and not _VIRTUAL.match(sql or "")]
-            calculated = [
-                name
-                for name in tables
-                if any(row[0] for row in database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,)))
-            ]
-    except (sqlite3.Error, ValueError) as error:
-        raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
-    others = [name for kind, name, _ in entries if kind != "index" and name not in tables]
-    if programs := [*others, *calculated]:
-        raise BadValueError(path, "", f"calculates {programs[0]!r}, must be a database of plain tables")
+            check_plain_tables(file, "ROS bag", is_immutable=True)
 
 
 def _read_topic(reader: Any, decode: _Decode, path: Path, topic: str, kind: str) -> list[tuple[float, Any]]:

@@ -7,9 +7,7 @@ from numpy.testing import assert_allclose
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import read_memory, write_memory
 from affordance.belief.object_belief import ObjectBelief
-from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.identify import Runs, identify, see_tool
@@ -151,19 +149,6 @@ def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
     assert "the camera is left out" in belief.notes[-1]
     assert belief.warnings[0].startswith("the object is not what it looks like")
     assert abs(belief.mass - pi[0]) < 3.0 * belief.mass_sd
-
-
-def test_memories_are_read_as_they_were_written(tmp_path, rng):
-    memory = MaterialMemory().add_colours([(0.1, 0.2, 0.3), (0.9, 0.1, 0.0)], _PRIOR)
-    write_memory(tmp_path / "memory.json", memory)
-    again = read_memory(tmp_path / "memory.json")
-    assert again.colours == memory.colours
-    assert_allclose(again.belief.precision, memory.belief.precision)
-    (tmp_path / "bad.json").write_text('{"colours": [[0, 0]]}')
-    with pytest.raises(BadValueError, match="is no memory of materials"):
-        read_memory(tmp_path / "bad.json")
-    with pytest.raises(BadValueError, match="cannot be read"):
-        read_memory(tmp_path / "none.json")
 
 
 def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):

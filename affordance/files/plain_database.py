@@ -1,0 +1,38 @@
+"""Check of SQLite files from strangers: tables, and nothing that calculates."""
+
+import re
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+from affordance.exceptions import BadValueError
+
+_VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
+
+
+def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
+    """Rejects a database with views, triggers, virtual tables or calculated columns, which are programs.
+
+    Args:
+        path: SQLite file.
+        what: Kind of file, for messages.
+        is_immutable: True if nobody writes it meanwhile; a journal beside it is then ignored.
+
+    Raises:
+        BadValueError: The file is no database, or holds more than plain tables.
+    """
+    options = "mode=ro&immutable=1" if is_immutable else "mode=ro"
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?{options}", uri=True)) as database:
+            entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
+            tables = [name for kind, name, sql in entries if kind == "table" and not _VIRTUAL.match(sql or "")]
+            calculated = [
+                name
+                for name in tables
+                if any(row[0] for row in database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,)))
+            ]
+    except (sqlite3.Error, ValueError) as error:
+        raise BadValueError(path, "", f"cannot be read as a {what}: {error}") from error
+    others = [name for kind, name, _ in entries if kind != "index" and name not in tables]
+    if programs := [*others, *calculated]:
+        raise BadValueError(path, "", f"calculates {programs[0]!r}, must be a database of plain tables")
