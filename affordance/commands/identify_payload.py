@@ -31,8 +31,8 @@ from affordance.memory.identified_trial import build_identified_trial
 from affordance.memory.ledger import has_memory, open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.load import HAND_FRAME
 from affordance.objects.tool import Tool
+from affordance.plant.load import HAND_FRAME
 from affordance.robots.recorded_arm import load_robot
 
 

@@ -21,13 +21,10 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    parse_same_colours,
     read_options,
     refuse_changes,
 )
-    parse_same_colours,
-    refuse_changes,
-)
-from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole

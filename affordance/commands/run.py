@@ -48,10 +48,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
     parser.add_argument(
-        "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
-    )
-    add_arm_arguments(parser)
-    parser.add_argument(
         "--memory",
         default="",
         metavar="MEMORY",

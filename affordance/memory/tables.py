@@ -1,7 +1,9 @@
 """Tables of a ledger in a database: SQLite by default, or any server that SQLAlchemy knows."""
 
+import sqlite3
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -170,14 +172,29 @@ def _check_tables(connection: Connection, place: Path | str) -> bool:
 def _make_tables(engine: Engine, place: Path | str) -> None:
     """Makes the tables of a new database, unless another process has just done so."""
     if engine.dialect.name == "sqlite":
-        # Kept in the file, and not possible within a transaction: readers and a writer do not wait for one another.
-        with connect(engine.execution_options(isolation_level="AUTOCOMMIT"), place, writes=True) as connection:
-            connection.exec_driver_sql("PRAGMA journal_mode=WAL")
+        _set_journal(engine, place)
     with connect(engine, place, writes=True) as connection:
         if not _check_tables(connection, place):
             _METADATA.create_all(connection)
             about = {"program": PROGRAM, "schema": SCHEMA}
             connection.execute(insert(ABOUT), [{"name": name, "value": value} for name, value in about.items()])
+
+
+def _set_journal(engine: Engine, place: Path | str) -> None:
+    """Sets the write-ahead log, which is kept in the file: readers and a writer do not wait for one another.
+
+    SQLite does not wait for other processes here, so that this does.
+    """
+    deadline = time.monotonic() + 1e-3 * _PATIENCE
+    while True:
+        try:
+            with closing(engine.raw_connection()) as connection:  # outside of any transaction
+                connection.cursor().execute("PRAGMA journal_mode=WAL")
+                return
+        except sqlite3.Error as error:
+            if time.monotonic() > deadline:
+                raise BadValueError(place, "", f"cannot be written: {error}; nothing was changed") from error
+            time.sleep(0.02)
 
 
 def _set_up(connection: Any, _: Any) -> None:

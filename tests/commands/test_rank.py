@@ -5,14 +5,10 @@ from pathlib import Path
 
 import pytest
 from helpers.robot_files import write_urdf
-from helpers.workshop import HAMMERS
-
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import write_memory
-from affordance.choice.weighing import GRIP_LEVER
 from helpers.trials import write_known
 from helpers.workshop import HAMMERS
 
+from affordance.choice.weighing import GRIP_LEVER
 from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError

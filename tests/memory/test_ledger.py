@@ -199,6 +199,7 @@ def test_two_writers_of_which_one_is_killed_lose_nothing_and_count_nothing_twice
         acknowledged = [killed.stdout.readline().strip() for _ in range(20)]
         os.kill(killed.pid, signal.SIGKILL)
         acknowledged += killed.stdout.read().split()
+        assert all(acknowledged), killed.stderr.read()
         out, error = finishes.communicate(timeout=120)
     assert finishes.returncode == 0, error
     acknowledged += out.split()
