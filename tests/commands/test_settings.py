@@ -62,7 +62,6 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
             "settings.learner: is given with observers.learners, only one of them must be",
         ),
         (["predict", "two_families", "--set", "prior.sb=1"], "must be one of prior.mode, prior.sd"),
-        (["rank", "hammer", "--set", "learner=kinds_map"], "--set: learner: changes nothing here"),
         (["robustness", "--set", "prior.sd=3"], "--set: prior.sd: changes nothing here: the sample varies it"),
         (["study", "people", "--set", "learner=density"], "--set: learner: changes nothing here"),
         (["study", "learners", "--set", "accuracy=7"], "settings: accuracy: is 7, must be from 1e-12 to 1"),
