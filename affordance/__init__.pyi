@@ -8,6 +8,7 @@ from .choice.hammer import Hammer, load_hammer
 from .choice.observed_options import list_options
 from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
+from .choice.tasks import load_task_file
 from .control.timed_path import load_path
 from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelFileError
 from .experiments.suite import load_experiment, run_suite
@@ -73,6 +74,7 @@ __all__ = [
     "load_materials",
     "load_path",
     "load_robot",
+    "load_task_file",
     "load_tools",
     "open_memory",
     "open_robot",

@@ -5,8 +5,8 @@ Frames: W the world, T the tool, S the striking point on its surface.
 
 import contextlib
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
@@ -35,6 +35,10 @@ from affordance.settings import Settings
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors define no direction, [1]; and the tool cannot be swung at a nail's head nearer than this, [m].
 _MIN_LENGTH = 0.01
+# Factors on the duration, and on the depth beyond that at which the nail is set, by which a blow is made easier.
+_EASIER_PACES, _EASIER_DEPTHS = (1.5, 2.0), (0.75, 0.5, 0.25)
+# Times of a swing at which its angles and rates are compared with limits.
+_NUM_CHECKED = 50
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,15 @@ class Hammer:
     duration: float
     force: float
     start: Start = ()
+
+    def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
+        """Lists easier tasks, each with what is easier: a slower swing, a nail that is driven less deep."""
+        for pace in _EASIER_PACES:
+            yield replace(self, duration=self.duration * pace), f"{pace:g} times slower"
+        for share in _EASIER_DEPTHS:
+            depth = self.nail.depth_set + share * (self.nail.depth_demanded - self.nail.depth_set)
+            nail = replace(self.nail, depth_demanded=depth)
+            yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
         """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state.
@@ -161,7 +174,7 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
         try:
             swings[speed] = find_swing(model, target, hammer, speed, guess)
         except AffordanceError as error:
-            infeasible_reason = "" if swings else str(error)
+            infeasible_reason = "" if swings else f"{error}: {_explain_no_swing(model, target, hammer, speed)}"
             break
         # The effective mass of arm and tool is at least that of the arm alone.
         (least_mass,) = _weigh(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
@@ -176,6 +189,28 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
                 swings[middle] = find_swing(model, target, hammer, middle, guess)
         added = len(swings) + 2 - len(known)
     return dict(sorted(swings.items(), key=lambda each: each[0])), infeasible_reason
+
+
+def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float) -> str:
+    """Describes which joint forbids a swing, by the swing that an arm without limits of angle and rate would do."""
+    arm = model.arm
+    free = np.full(arm.num_joints, np.inf)
+    unlimited = ArmModel(replace(arm, limits=arm.limits._replace(q_lower=-free, q_upper=free, v_max=free)))
+    try:
+        swing = plan_swing(unlimited, target, speed=speed, duration=hammer.duration)
+    except AffordanceError:
+        return f"not even without limits: the nail is out of reach, or {arm.num_joints} joints are too few"
+    q, v, _ = swing.evaluate(np.linspace(0.0, swing.duration, _NUM_CHECKED))
+    beyond = np.maximum(arm.limits.q_lower - q, q - arm.limits.q_upper)
+    row, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
+    name = arm.joint_names[int(joint)]
+    if beyond[row, joint] > 0.0:
+        low, high = arm.limits.q_lower[joint], arm.limits.q_upper[joint]
+        return f"{name} would have to turn to {q[row, joint]:.3g} rad, its limits are {low:.3g} and {high:.3g} rad"
+    rates = np.abs(v) / arm.limits.v_max
+    row, joint = np.unravel_index(np.argmax(rates), rates.shape)
+    name, limit = arm.joint_names[int(joint)], arm.limits.v_max[joint]
+    return f"{name} would have to turn with {abs(v[row, joint]):.3g} rad/s, its limit is {limit:.3g} rad/s"
 
 
 def _weigh(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:

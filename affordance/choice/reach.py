@@ -1,15 +1,16 @@
 """Reaching: the free end F of the tool T follows a path in the world W (paper, Simulation III)."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.choice.motion_cost import MotionCost, PlannedMotion, plan_motion
+from affordance.choice.motion_limits import describe_limit
 from affordance.control.path_following import PathFollowing
-from affordance.control.timed_path import TimedPath
+from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, TimedPath
 from affordance.exceptions import AffordanceError, NoPlanError
 from affordance.objects.tool import PosedShape, find_free_end
 from affordance.plant.arm_model import ArmModel
@@ -39,6 +40,12 @@ class Reach:
     def duration(self) -> float:
         """Duration of the path, [s]."""
         return self.path.duration
+
+    def list_easier(self) -> "Iterator[tuple[Reach, str]]":
+        """Lists easier tasks, each with what is easier: mirrored, slower, smaller."""
+        for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
+            if words:
+                yield replace(self, path=path), words
 
     def begin(self, model: ArmModel, p_TF: Array) -> "PathFollowing":
         """Builds the path-following task for one tool.
@@ -84,8 +91,13 @@ class Reach:
             raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.control_period * k for k in range(len(motion.q))])
-        error = float(np.linalg.norm(places - asked, axis=1).max())
-        reason = self.path.describe_error(error) or self._find_rank_loss(model, motion, p_TF)
+        errors = np.linalg.norm(places - asked, axis=1)
+        reason = self.path.describe_error(float(errors.max()))
+        if reason:
+            row = int(np.argmax(errors))
+            place = self.path.name_nearest_point(row * motion.control_period)
+            reason = f"{reason}: near {place}, {describe_limit(model.arm, motion, row)}"
+        reason = reason or self._find_rank_loss(model, motion, p_TF)
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:

@@ -1,15 +1,30 @@
-"""Tasks as files of a folder of models, by name."""
+"""Tasks as files: those of a folder of models by name, and any other by the kind that its file says."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from affordance.choice.hammer import load_hammer
+from affordance.choice.carry import CarryEntry
+from affordance.choice.hammer import HammerEntry
 from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.keep import KeepEntry
 from affordance.choice.reach import Reach
-from affordance.control.timed_path import load_path
+from affordance.control.timed_path import PathEntry
 from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.constraints import StrPath, check_path
+from affordance.files.data_model import check_content
+from affordance.files.yaml_reader import read_yaml
 
 # Files of the tasks in a folder of models.
-TASK_FILES = {"hammer": "nail.yaml", "reach": "paths/reach.yaml", "mash": "paths/mash.yaml"}
+TASK_FILES = {
+    "hammer": "nail.yaml",
+    "reach": "paths/reach.yaml",
+    "mash": "paths/mash.yaml",
+    "carry": "tasks/carry.yaml",
+    "hold": "tasks/hold.yaml",
+}
+# Key of a task's file that says of which kind it is.
+_KIND = "kind"
 
 
 def list_tasks(models: Path) -> tuple[str, ...]:
@@ -26,5 +41,41 @@ def load_task(models: Path, name: str) -> TaskCostModel:
     names = list_tasks(models)
     if name not in names:
         raise BadValueError(models, "task", describe_choice(name, names))
-    path = models / TASK_FILES[name]
-    return load_hammer(path) if name == "hammer" else Reach(load_path(path))
+    return _build(models / TASK_FILES[name], default=name)
+
+
+def load_task_file(path: StrPath) -> TaskCostModel:
+    """Loads the task of a file: hammer, reach, mash, carry or hold, as its key ``kind`` says.
+
+    Raises:
+        BadValueError: The file or one of its values is invalid, or it says no kind; the message names the fault.
+    """
+    return _build(check_path("path", path), default=None)
+
+
+def _build(path: Path, *, default: str | None) -> TaskCostModel:
+    """Builds the task of a file; a default is the kind of a file that says none."""
+    content = read_yaml(path)
+    if isinstance(content, Mapping):
+        kind = content.get(_KIND, default)
+        content = {key: value for key, value in content.items() if key != _KIND}
+        if kind is None:
+            raise BadValueError(path, _KIND, f"is missing, must be one of {', '.join(_BUILDERS)}")
+        if not isinstance(kind, str) or kind not in _BUILDERS:
+            raise BadValueError(path, _KIND, describe_choice(kind, _BUILDERS))
+    else:
+        kind = default or "reach"  # whose entry says what is wrong
+    return _BUILDERS[kind](path, content)
+
+
+def _build_reach(path: Path, content: Any) -> TaskCostModel:
+    return Reach(check_content(path, "", content, PathEntry).build())
+
+
+_BUILDERS: Mapping[str, Callable[[Path, Any], TaskCostModel]] = {
+    "hammer": lambda path, content: check_content(path, "", content, HammerEntry).build_task(),
+    "reach": _build_reach,
+    "mash": _build_reach,
+    "carry": lambda path, content: check_content(path, "", content, CarryEntry).build_task(),
+    "hold": lambda path, content: check_content(path, "", content, KeepEntry).build_task(),
+}

@@ -5,8 +5,7 @@ compared by their 95 % quantile under the belief, as it is the rare heavy tool t
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import lru_cache
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -15,15 +14,14 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion, Demand
-from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
+from affordance.choice.easing import find_easier
+from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
+from affordance.choice.planned import Work, plan_once
 from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest
 from affordance.choice.reasons import Reasons, find_reasons
 from affordance.exceptions import AffordanceError
-from affordance.objects.tool import PosedShape
-from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
@@ -32,8 +30,6 @@ from affordance.settings import Settings
 GRIP_LEVER = 0.02
 # Levels of the quantiles: both ends of the 90 % interval; the upper one is the 95 % quantile of peaks.
 _LEVELS = (0.05, 0.95)
-# Planned motions that are kept: those of a workshop's tools for a few tasks. One takes 0.1 MB, a blow's 2 MB.
-_MOST_PLANS = 128
 
 
 @dataclass(frozen=True)
@@ -110,6 +106,7 @@ class Advice(NamedTuple):
         num_usable: Number of usable options.
         p_none: Probability that no option is feasible.
         reasons: Reasons of the choice, whose options are indices of ``ranked``; None if only one option is usable.
+        easier: Description of what could be done if no option is usable; empty if one is, or nothing could.
     """
 
     ranked: tuple[Weighed, ...]
@@ -117,6 +114,7 @@ class Advice(NamedTuple):
     num_usable: int
     p_none: float
     reasons: Reasons | None
+    easier: str = ""
 
     @property
     def best(self) -> Weighed:
@@ -126,9 +124,9 @@ class Advice(NamedTuple):
             AffordanceError: No option is usable; the message says why the best of them is not.
         """
         if not self.num_usable:
-            nearest = max(self.ranked, key=lambda each: (each.p_feasible, -each.value))
+            nearest, easier = self.ranked[0], f"; {self.easier}" if self.easier else ""
             raise AffordanceError(
-                f"no tool can do the task; nearest is {nearest.option.name}: {nearest.infeasible_reason}"
+                f"no tool can do the task; nearest is {nearest.option.name}: {nearest.infeasible_reason}{easier}"
             )
         return self.ranked[0]
 
@@ -161,7 +159,7 @@ def weigh(
         ModelFileError: The arm cannot be loaded.
     """
     arm = load_arm(settings.arm)
-    plans = [_plan(_Work.of(task, option.gripped), settings, arm) for option in options]
+    plans = [plan_once(Work.of(task, option.gripped), settings, arm) for option in options]
     choice = Choice(options, plans, settings)
     draws = choice.draw(memory, rng, num_samples)
     costs, demand = _measure(choice, draws.parameters, criterion, bounds)
@@ -170,7 +168,7 @@ def weigh(
         _weigh_one(choice, i, costs, demand, (chosen == i).mean(), (criterion, bounds), arm.joint_names)
         for i in range(len(options))
     ]
-    order = sorted(range(len(weighed)), key=lambda i: (bool(weighed[i].infeasible_reason), weighed[i].value))
+    order = sorted(range(len(weighed)), key=lambda i: _place(weighed[i]))
     usable = [i for i in order if not weighed[i].infeasible_reason]
     reasons = None
     if len(usable) > 1:
@@ -182,10 +180,18 @@ def weigh(
 
         names = list(dict.fromkeys(option.object_name for option in options))
         objects = np.array([names.index(options[i].object_name) for i in usable])
-        found = find_reasons(draws, costs.cost[usable], objects, (0, usable.index(rival)), compute_costs)
-        reasons = found  # usable options come first in ``ranked``, in this order
+        # Usable options come first in ``ranked``, in this order.
+        reasons = find_reasons(draws, costs.cost[usable], objects, (0, usable.index(rival)), compute_costs)
+    easier = ""
+    if not usable:
+        easier = find_easier(options[order[0]], task, memory, settings, bounds.admit, rng)
     p_none = float((chosen == NO_OPTION).mean())
-    return Advice(tuple(weighed[i] for i in order), criterion, len(usable), p_none, reasons)
+    return Advice(tuple(weighed[i] for i in order), criterion, len(usable), p_none, reasons, easier)
+
+
+def _place(weighed: Weighed) -> tuple[float, float]:
+    """Returns what options are ordered by: usable ones by their cost, others by how probably they are feasible."""
+    return (-weighed.p_feasible, weighed.value) if weighed.infeasible_reason else (-2.0, weighed.value)
 
 
 def _measure(choice: Choice, pi: Array, criterion: Criterion, bounds: GripBounds) -> tuple[Costs, Demand]:
@@ -256,61 +262,3 @@ def _name_limit(margin: Amount, joint: str, force: Amount, moment: Amount, bound
     }
     worst = max(excess, key=lambda each: excess[each])
     return worst if excess[worst] > 1.0 else "the motion must be faster than the joints' velocity limits allow"
-
-
-@dataclass(frozen=True)
-class Impossible:
-    """Cost of an option with which no motion could be planned: infinite, whatever the inertia.
-
-    Attributes:
-        infeasible_reason: Reason, in words.
-        num_joints: Number of the arm's joints.
-    """
-
-    infeasible_reason: str
-    num_joints: int
-
-    @property
-    def q_start(self) -> Array:
-        """No joint angles, (0,)."""
-        return np.zeros(0)
-
-    def compute(self, pi: Array) -> Costs:
-        """Returns infinite costs for parameters of shape (S, 10)."""
-        nothing = np.full(len(pi), np.inf)
-        return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool), nothing)
-
-    def compute_demand(self, pi: Array) -> Demand:
-        """Returns infinite demands for parameters of shape (S, 10)."""
-        nothing = np.full(len(pi), np.inf)
-        return Demand(np.tile(nothing, (self.num_joints, 1)), nothing, nothing)
-
-
-@dataclass(frozen=True)
-class _Work:
-    """Task with a tool as gripped; equal for equal tasks, and parts of equal shapes, poses and striking faces."""
-
-    key: tuple[object, ...]
-    task: TaskCostModel = field(compare=False)
-    parts: Sequence[PosedShape] = field(compare=False)
-
-    @classmethod
-    def of(cls, task: TaskCostModel, parts: Sequence[PosedShape]) -> "_Work":
-        form = [
-            (
-                part.shape,
-                part.X_TE.tobytes(),
-                *((face.p_EQ.tobytes(), face.normal_E.tobytes()) for face in part.strikes),
-            )
-            for part in parts
-        ]
-        return cls((task, *form), task, parts)
-
-
-@lru_cache(maxsize=_MOST_PLANS)
-def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
-    """Plans a task with a tool; once in a process for the same task, form, settings and arm."""
-    try:
-        return work.task.build_cost(ArmModel(arm), work.parts, settings)
-    except AffordanceError as error:
-        return Impossible(str(error), arm.num_joints)

@@ -12,6 +12,9 @@ from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.keep import Keep
+from affordance.choice.tasks import load_task_file
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, GripBounds, weigh
 from affordance.commands.options import (
@@ -36,6 +39,7 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_report import Question, build_content, describe_advice, name_materials
 from affordance.robots.kept import open_robot
+from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
 HELP = "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why"
@@ -49,7 +53,8 @@ _NAME = "ranking"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("task", help="task of the robot: hammer (drive a nail), reach (with the free end) or mash (with it)")
+    add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
+    add("--task", dest="file", type=Path, metavar="FILE", help="a task's file in place of one of the robot's")
     add(
         "--tools",
         type=Path,
@@ -91,8 +96,8 @@ def run(arguments: argparse.Namespace) -> int:
     bounds = read_grip_bounds(arguments)
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
     settings = change_by_name(arguments, Settings(arm=robot.directives))
-    task = robot.load_task(arguments.task)
-    criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
+    name, task = read_task(arguments, robot)
+    criterion = choose_criterion(arguments.by, robot, task)
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     known = recall(arguments.memory, settings, parse_same_colours(arguments.same_colour))
@@ -109,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     parts = [part.looks_like for tool in tools for part in tool.components]
     question = Question(
-        arguments.task,
+        name,
         robot.name,
         arguments.see,
         Path(arguments.memory).name if arguments.memory else "",
@@ -123,6 +128,35 @@ def run(arguments: argparse.Namespace) -> int:
         _draw(arguments.out, advice, settings, tools, content["sentence"])
     print(json.dumps(content, indent=2) if arguments.json else text)
     return 0
+
+
+def read_task(arguments: argparse.Namespace, robot: Robot) -> tuple[str, TaskCostModel]:
+    """Reads the task, one of the robot's or that of a file, and its name.
+
+    Raises:
+        BadValueError: None is named, or two; there is no such task, or its file is invalid.
+    """
+    if (arguments.task is None) == (arguments.file is None):
+        problem = f"must be one of {', '.join(robot.tasks)}, or --task a file"
+        raise BadValueError("task", "", f"is {'missing' if arguments.file is None else 'given twice'}, {problem}")
+    if arguments.file is not None:
+        return arguments.file.stem, load_task_file(arguments.file)
+    return arguments.task, robot.load_task(arguments.task)
+
+
+def choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Criterion:
+    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
+
+    Raises:
+        BadValueError: Work is named for a task without motion.
+    """
+    if not isinstance(task, Keep):
+        return Criterion(named or (Criterion.WORK if robot.is_default else Criterion.GRIP))
+    criterion = Criterion(named or Criterion.GRIP)
+    if criterion is Criterion.WORK:
+        others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
+        raise BadValueError("--by", "", f"is 'work', which holding still takes none of, must be one of {others}")
+    return criterion
 
 
 def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:

@@ -1,6 +1,7 @@
 """Paths in space with their timing, read from YAML files in models/paths/."""
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Self
 
 import numpy as np
@@ -20,6 +21,9 @@ _DURATION = Within(0.05, 60.0)
 _TOLERANCE = Within(1e-4, _REACH_MAX)
 # Least distance between successive points of a path, [m].
 _SEPARATION_MIN = 1e-3
+# Factors on duration and lengths by which a task is made easier until it can be done.
+EASIER_PACES, EASIER_SIZES = (1.0, 2.0), (1.0, 0.75, 0.5, 0.25)
+_MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,24 @@ class TimedPath:
             return "the start"
         where = ", ".join(f"{value:g}" for value in self.points[nearest - 1])
         return f"point {nearest} of {len(self.points)} at [{where}]"
+
+    def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
+        """Lists the path unchanged, mirrored, slower, and last smaller, each with a description, at first empty.
+
+        Args:
+            paces: Factors on the duration, from 1.
+            sizes: Factors on the lengths, from 1.
+        """
+        points = np.array(self.points)
+        for size in sizes:
+            for pace in paces:
+                for mirrored in (False, True):
+                    placed = size * points * (_MIRROR if mirrored else 1.0)
+                    words = [f"{size:g} times as large"] if size != 1.0 else []
+                    words += ["mirrored"] if mirrored else []
+                    words += [f"{pace:g} times slower"] if pace != 1.0 else []
+                    rows = tuple((float(f"{x:.6g}"), float(f"{y:.6g}"), float(f"{z:.6g}")) for x, y, z in placed)
+                    yield replace(self, points=rows, duration=self.duration * pace), ", ".join(words)
 
     def build_trajectory(self) -> Trajectory:
         """Builds the position over time relative to the start, (3, 1), [m]; at rest before and after.

@@ -14,8 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.choice.blow_cost import BlowCost
+from affordance.choice.carry import Carry
 from affordance.choice.hammer import Hammer, load_hammer
+from affordance.choice.keep import Keep
+from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
+from affordance.choice.tasks import load_task
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, name_object
 from affordance.objects.load import load_tools
@@ -30,17 +34,16 @@ from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 
-PATH, NAIL = "paths/reach.yaml", "nail.yaml"
+PATH, NAIL, CARRY = "paths/reach.yaml", "nail.yaml", "tasks/carry.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
-# Factors on the duration of the path, and on its size if none of those suffices.
-_PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (0.75, 0.5, 0.35)
-_SWING_PACES = (1.0, 1.5, 2.0)
+# Factors on the duration of a path, and on its size if none of those suffices.
+_PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (1.0, 0.75, 0.5, 0.35)
+_SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
 # Factors on the size of objects, and the largest load at home, as a fraction of a joint's torque limit, that leaves
 # enough torque for motion.
 _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
 _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
-_MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 class Fit(NamedTuple):
@@ -75,7 +78,12 @@ def fit_tasks(models: Path) -> Fitted:
     """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged."""
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
-    for name, fit in (("objects", fit_objects), ("path", fit_path), ("blow", fit_blow)):
+    for name, fit in (
+        ("objects", fit_objects),
+        ("path", fit_path),
+        ("blow", fit_blow),
+        ("carry", fit_carry),
+    ):
         if "objects" in lacks:
             break  # an arm that cannot hold them cannot move them
         found: Fit = fit(models)
@@ -132,26 +140,45 @@ def fit_path(models: Path) -> Fit:
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
     first_lack = ""
-    for path, why in _list_paths(asked):
+    for path, why in asked.list_easier(_PACES, _SIZES):
         lack = _find_lack(model, path, tools, settings)
         first_lack = first_lack or lack
         if not lack:
-            return Fit(tuple(_list_path_changes(asked, path, f"as it is {first_lack}; {why}" if first_lack else "")))
+            return Fit(tuple(_list_path_changes(PATH, asked, path, _explain(first_lack, why))))
     return Fit((), first_lack)
 
 
-def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
-    """Lists the path unchanged, mirrored, slower, and last smaller, each with a description."""
-    points = np.array(asked.points)
-    for size in (1.0, *_SIZES):
-        for pace in _PACES:
-            for mirrored in (False, True):
-                placed = size * points * (_MIRROR if mirrored else 1.0)
-                words = [f"{size:g} times as large"] if size != 1.0 else []
-                words += ["mirrored"] if mirrored else []
-                words += [f"{pace:g} times slower"] if pace != 1.0 else []
-                rows = tuple((float(f"{x:.6g}"), float(f"{y:.6g}"), float(f"{z:.6g}")) for x, y, z in placed)
-                yield replace(asked, points=rows, duration=asked.duration * pace), ", ".join(words)
+def fit_carry(models: Path) -> Fit:
+    """Finds a path along which the arm can carry every novel object in every grip, as planned."""
+    if not (models / CARRY).is_file():
+        return Fit(())
+    settings, asked = Settings(arm=models / ARM.name), load_task(models, "carry")
+    assert isinstance(asked, Carry)
+    model = ArmModel(load_arm(settings.arm))
+    tools = list_held(models, ("tools/novel.yaml",))
+    # What cannot be borne at rest at the start cannot be carried anywhere.
+    first_lack = _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings)
+    if first_lack:
+        return Fit((), first_lack)
+    for path, why in asked.path.list_easier(_CARRYING_PACES, _SIZES):
+        lack = _find_lack_of_carrying(model, replace(asked, path=path), tools, settings)
+        first_lack = first_lack or lack
+        if not lack:
+            return Fit(tuple(_list_path_changes(CARRY, asked.path, path, _explain(first_lack, why))))
+    return Fit((), first_lack)
+
+
+def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
+    """Describes why some tool cannot be carried; empty if all can. The motion is the same for all of them."""
+    try:
+        cost = task.build_cost(model, tools[0].components, settings)
+    except AffordanceError as error:
+        return str(error)
+    return cost.infeasible_reason or next(filter(None, (_describe_overload(model, cost, tool) for tool in tools)), "")
+
+
+def _explain(lack: str, why: str) -> str:
+    return f"as it is {lack}; {why}" if lack else ""
 
 
 def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
@@ -172,11 +199,16 @@ def _find_lack_of_plan(model: ArmModel, path: TimedPath, tool: Tool, settings: S
         return str(error)
     if cost.infeasible_reason:
         return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
+    return _describe_overload(model, cost, tool)
+
+
+def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
+    """Describes which joint a tool overloads during a motion; empty if none."""
     loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
-    if loads.max() > 1.0:
-        joint = model.arm.joint_names[int(np.argmax(loads))]
-        return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
-    return ""
+    if loads.max() <= 1.0:
+        return ""
+    joint = model.arm.joint_names[int(np.argmax(loads))]
+    return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
 
 
 def _find_lack_of_motion(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
@@ -188,11 +220,11 @@ def _find_lack_of_motion(model: ArmModel, path: TimedPath, tool: Tool, settings:
     return f"{tool.name} by {tool.grip}, simulated, {missed}" if missed else ""
 
 
-def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
+def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
     if old.points != new.points:
-        yield Change(PATH, "points", [list(p) for p in old.points], [list(p) for p in new.points], why)
+        yield Change(file, "points", [list(p) for p in old.points], [list(p) for p in new.points], why)
     if old.duration != new.duration:
-        yield Change(PATH, "duration", old.duration, new.duration, why)
+        yield Change(file, "duration", old.duration, new.duration, why)
 
 
 def fit_blow(models: Path) -> Fit:

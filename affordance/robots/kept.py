@@ -30,9 +30,14 @@ from affordance.robots.robot import Robot
 
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the models that come with the program.
-_TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths")
+_TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths", "tasks")
 # Files and keys of the start postures of tasks.
-_STARTS = (("paths/reach.yaml", "start"), ("paths/mash.yaml", "start"), ("nail.yaml", "blow.start"))
+_STARTS = (
+    ("paths/reach.yaml", "start"),
+    ("paths/mash.yaml", "start"),
+    ("nail.yaml", "blow.start"),
+    ("tasks/carry.yaml", "start"),
+)
 _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
@@ -90,7 +95,13 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     program = sorted(_PROGRAM.glob("*.py"))
-    for file in (path, *read_robot(path).sources, *program, *list_model_files(MODELS)):
+    for file in (
+        path,
+        *read_robot(path).sources,
+        *program,
+        *list_model_files(MODELS),
+        *sorted((MODELS / "tasks").glob("*.yaml")),
+    ):
         digest.update(file.name.encode())
         digest.update(read_bytes(file, MESH))
     folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")

@@ -192,7 +192,11 @@ def test_any_robot_is_ranked_by_what_its_gripper_must_hold(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["fly"], "two_arms: task: is 'fly', must be one of hammer, reach, mash"),
+        (["fly"], "two_arms: task: is 'fly', must be one of hammer, reach, mash, carry, hold"),
+        ([], "task: is missing, must be one of hammer, reach, mash, carry, hold, or --task a file"),
+        (["reach", "--task", "my.yaml"], "task: is given twice, must be one of hammer, reach, mash, carry, hold, or"),
+        (["--task", "my.yaml"], "my.yaml: cannot be read"),
+        (["hold", "--by", "work"], "--by: is 'work', which holding still takes none of, must be one of effort, ma"),
         (["reach", "--tip", "right_tool"], "--tip: is of a robot's file, which --robot must name"),
         (["hammer", "--samples", "10"], "no tool can do the task; nearest is "),
     ],
@@ -214,3 +218,17 @@ def test_file_of_a_robot_without_the_tip_is_one_line(tmp_path: Path, capsys: pyt
         assert message in said
         assert said.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_task_of_a_file_is_done_by_any_robot(
+    robot: Path, known: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "aside.yaml"
+    path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 1.0}\n")
+    assert main([*ONE[:1], *ONE[2:], *known, "--task", str(path), "--robot", str(robot), "--by", "effort"]) == 0
+    first, *_, last = capsys.readouterr().out.splitlines()
+    assert first.startswith("aside with two_arms, compared by the joints' expected effort; by the memory m.json")
+    assert last.startswith("Take the machinist hammer by its handle: ")
+    path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
+    assert main([*ONE[:1], *ONE[2:], "--task", str(path), "--robot", str(robot)]) == 2
+    assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.robots import fitting
 from affordance.robots.changes import SIZE_OF_TOOLS, apply_changes
-from affordance.robots.fitting import NAIL, PATH, fit_blow, fit_objects, fit_path, measure_holding
+from affordance.robots.fitting import CARRY, NAIL, PATH, fit_blow, fit_carry, fit_objects, fit_path, measure_holding
 
 ARM_FILES = ("arm.sdf", "arm.dmd.yaml", "package.xml", "materials.yaml", "nail.yaml")
 
@@ -22,7 +22,7 @@ ARM_FILES = ("arm.sdf", "arm.dmd.yaml", "package.xml", "materials.yaml", "nail.y
 @pytest.fixture
 def models(tmp_path: Path) -> Path:
     """A copy of our own models."""
-    for file in (*ARM_FILES, *(f"tools/{name}.yaml" for name in ("weight", "com", "novel", "uncommon")), PATH):
+    for file in (*ARM_FILES, *(f"tools/{name}.yaml" for name in ("weight", "com", "novel", "uncommon")), PATH, CARRY):
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_bytes((MODELS / file).read_bytes())
     return tmp_path
@@ -160,3 +160,25 @@ def hold_one_object(monkeypatch: pytest.MonkeyPatch, *, name: str = "stick", gri
         return [tool for tool in every(models, *files) if (tool.name, tool.grip) == (name, grip)]
 
     monkeypatch.setattr(fitting, "list_held", pick)
+
+
+def test_what_is_carried_too_far_is_carried_less_far(models: Path) -> None:
+    assert fit_carry(models) == ((), "")
+    text = (models / CARRY).read_text()
+    (models / CARRY).write_text(text.replace("[-0.15, 0.3, 0]", "[0.1, 0.45, 0]").replace("3.0", "1.0"))
+    fit = fit_carry(models)
+    assert fit.lack == ""
+    assert fit.changes
+    assert {change.file for change in fit.changes} == {CARRY}
+    assert "as it is " in fit.changes[0].why
+    apply_changes(models, fit.changes)
+    assert fit_carry(models) == ((), "")
+
+
+def test_arm_that_can_carry_nothing_says_so_by_joint(models: Path) -> None:
+    change_joint(models, "wrist_flexion", "<effort>7.1", "<effort>0.1")
+    fit = fit_carry(models)
+    assert fit.changes == ()
+    assert "loads wrist_flexion with" in fit.lack
+    (models / CARRY).unlink()
+    assert fit_carry(models) == ((), "")  # folders of earlier versions have none

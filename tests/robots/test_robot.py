@@ -48,10 +48,12 @@ def test_robot_has_arm_chain_and_tasks(folder: Path) -> None:
     assert robot.joint_names == robot.chain.joint_names == ("right_j1", "right_j2", "right_j3", "right_j4")
     assert robot.limits.tau_max.tolist() == [40.0] * 4
     assert robot.home.shape == (4,)
-    assert robot.tasks == ("hammer", "reach", "mash")
+    assert robot.tasks == ("hammer", "reach", "mash", "carry", "hold")
     assert isinstance(robot.load_task("hammer"), Hammer)
     assert isinstance(robot.load_task("mash"), Reach)
-    with pytest.raises(BadValueError, match="models: task: is 'fly', must be one of hammer, reach, mash"):
+    with pytest.raises(
+        BadValueError, match="models: task: is 'fly', must be one of hammer, reach, mash, carry, hold"
+    ):
         robot.load_task("fly")
 
 

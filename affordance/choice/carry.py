@@ -1,0 +1,113 @@
+"""Carrying: the grip follows a path in the world W, while the tool keeps its orientation."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from affordance.arrays import Array
+from affordance.checked_fields import check_fields
+from affordance.choice.motion_cost import MotionCost, plan_motion
+from affordance.choice.motion_limits import describe_limit
+from affordance.control.carrying import Carrying
+from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, PathEntry, TimedPath
+from affordance.exceptions import NoPlanError
+from affordance.files.constraints import Within
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.serial_chain import build_chain
+from affordance.settings import Settings
+
+_TILT = Within(1e-3, 1.5)
+
+
+@dataclass(frozen=True)
+class Carry:
+    """Task of following a path with the grip, the tool held as at the start, for any tool.
+
+    Attributes:
+        path: Path of the grip.
+        tilt: Largest admissible turn of the tool from its first orientation, [rad].
+    """
+
+    path: TimedPath
+    tilt: Annotated[float, _TILT] = 0.1
+
+    def __post_init__(self) -> None:
+        """Checks the number.
+
+        Raises:
+            BadArgumentError: The tilt is out of bounds.
+        """
+        check_fields(self)
+
+    @property
+    def duration(self) -> float:
+        """Duration of the path, [s]."""
+        return self.path.duration
+
+    def list_easier(self) -> "Iterator[tuple[Carry, str]]":
+        """Lists easier tasks, each with what is easier: mirrored, slower, smaller."""
+        for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
+            if words:
+                yield replace(self, path=path), words
+
+    def begin(self, model: ArmModel) -> Carrying:
+        """Builds the task of the controller.
+
+        Args:
+            model: Model of the arm; its state is set to rest at the start of the task.
+
+        Raises:
+            AffordanceError: The arm cannot take the start posture.
+        """
+        q_start = model.arm.find_posture(dict(self.path.start))
+        model.set_posture(q_start)
+        X_WH: Array = model.compute_hand_pose().GetAsMatrix4()
+        return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
+
+    def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
+        """Plans the motion, which is the same for all tools, and returns its costs at any inertia.
+
+        Args:
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool; ignored.
+            settings: Settings of the controller.
+
+        Raises:
+            NoPlanError: The controller finds no plan.
+            AffordanceError: The arm cannot take the start posture.
+        """
+        carrying = self.begin(model)
+        try:
+            motion = plan_motion(model, carrying, duration=self.duration, settings=settings)
+        except NoPlanError as found:
+            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
+        found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)
+        asked = np.array([carrying.compute_reference(motion.control_period * k)[0] for k in range(len(motion.q))])
+        errors = np.linalg.norm(found_motion.p_WT - asked, axis=1)
+        # The angle of a rotation by its trace; the first orientation is that of the first row.
+        traces = np.einsum("ij,nij->n", found_motion.R_WT[0], found_motion.R_WT)
+        tilts = np.arccos(np.clip(0.5 * (traces - 1.0), -1.0, 1.0))
+        row, reason = int(np.argmax(errors)), self.path.describe_error(float(errors.max()))
+        if not reason and tilts.max() > self.tilt:
+            row = int(np.argmax(tilts))
+            reason = f"turns the tool by {tilts.max():.3g} rad, must turn it by at most {self.tilt:g} rad"
+        if reason:
+            place = self.path.name_nearest_point(row * motion.control_period)
+            reason = f"{reason}: near {place}, {describe_limit(model.arm, motion, row)}"
+        return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
+
+
+class CarryEntry(PathEntry):
+    """Carrying task as given in a file."""
+
+    tilt: Annotated[
+        float, _TILT, Field(description="Largest turn of the tool from its first orientation, [rad].")
+    ] = 0.1
+
+    def build_task(self) -> Carry:
+        """Builds the carrying task."""
+        return Carry(self.build(), self.tilt)

@@ -1,0 +1,76 @@
+"""What could be done where a task cannot: by a lighter tool, or an easier task."""
+
+from collections.abc import Callable, Iterator
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
+from affordance.choice.options import Option
+from affordance.choice.planned import Work, plan_once
+from affordance.choice.ranking import MIN_FEASIBILITY
+from affordance.plant.load import load_arm
+from affordance.settings import Settings
+
+# Samples of the belief, and steps in which the share of a tool's weight is halved.
+_NUM_SAMPLES, _HALVINGS = 1000, 7
+
+# Function that says where force, [N], and moment, [N m], at the grip are admitted.
+type Admit = Callable[[Array, Array], NDArray[np.bool_]]
+
+
+@runtime_checkable
+class Easable(Protocol):
+    """Task that can be made easier."""
+
+    def list_easier(self) -> Iterator[tuple[TaskCostModel, str]]:
+        """Lists easier tasks, each with what is easier."""
+
+
+def find_easier(
+    option: Option, task: TaskCostModel, memory: Memory, settings: Settings, admit: Admit, rng: np.random.Generator
+) -> str:
+    """Finds what could be done with an option: with less weight, and the first of the easier tasks that it can do.
+
+    Args:
+        option: Option that cannot do the task.
+        task: Task that it cannot do.
+        memory: Belief about materials.
+        settings: Settings of arm, prior and controller.
+        admit: Function that says where force and moment at the grip are admitted.
+        rng: Random generator of the samples.
+
+    Returns: Description in words; empty if nothing could be done.
+    """
+    arm, parts = load_arm(settings.arm), option.gripped
+    plan = plan_once(Work.of(task, parts), settings, arm)
+    (pi,) = Choice([option], [plan], settings).draw_parameters(memory, rng, _NUM_SAMPLES)
+    ways = []
+    share = 0.0 if plan.infeasible_reason else _find_share(plan, pi, admit)
+    if share > 0.0:
+        ways.append(f"with {share:.2f} times its weight")
+    for easier, words in task.list_easier() if isinstance(task, Easable) else ():
+        if _can_do(plan_once(Work.of(easier, parts), settings, arm), pi, admit):
+            ways.append(words)
+            break
+    return f"{' or '.join(ways)} it could" if ways else ""
+
+
+def _can_do(plan: OptionCost, pi: Array, admit: Admit) -> bool:
+    if plan.infeasible_reason:
+        return False
+    demand = plan.compute_demand(pi)
+    feasible = plan.compute(pi).feasible & admit(demand.force, demand.moment)
+    return float(feasible.mean()) >= MIN_FEASIBILITY
+
+
+def _find_share(plan: OptionCost, pi: Array, admit: Admit) -> float:
+    """Finds the largest share of a tool's inertia with which it could do the task; 0 if none could."""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _can_do(plan, middle * pi, admit) else (low, middle)
+    return low

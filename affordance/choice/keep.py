@@ -1,0 +1,67 @@
+"""Holding still: the arm bears the tool in one posture for some time."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from affordance.checked_fields import check_fields
+from affordance.choice.motion_cost import MotionCost, PlannedMotion
+from affordance.control.start_posture import Start, StartEntry
+from affordance.files.constraints import Within
+from affordance.files.data_model import DataModel
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm_model import ArmModel
+from affordance.settings import Settings
+
+# A hold of a control period to an hour, [s].
+_DURATION = Within(0.05, 3600.0)
+
+
+@dataclass(frozen=True)
+class Keep:
+    """Task of holding a tool still, for any tool; it takes no work, only torque.
+
+    Attributes:
+        duration: Duration of the hold, [s].
+        posture: Angles by joint, [rad], of the joints that are not in the arm's home posture.
+    """
+
+    duration: Annotated[float, _DURATION]
+    posture: Start = ()
+
+    def __post_init__(self) -> None:
+        """Checks the number.
+
+        Raises:
+            BadArgumentError: The duration is out of bounds.
+        """
+        check_fields(self)
+
+    def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
+        """Returns the costs of the hold at any inertia.
+
+        Args:
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool; ignored.
+            settings: Settings of the controller.
+
+        Raises:
+            AffordanceError: The arm cannot take the posture.
+        """
+        q = model.arm.find_posture(dict(self.posture))
+        still = np.zeros((1, len(q)))
+        return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)
+
+
+class KeepEntry(DataModel):
+    """Hold as given in a file."""
+
+    duration: Annotated[float, _DURATION, Field(description="Duration of the hold, [s].")]
+    posture: StartEntry = Field(default_factory=dict)
+
+    def build_task(self) -> Keep:
+        """Builds the task of holding still."""
+        return Keep(self.duration, tuple(self.posture.items()))
