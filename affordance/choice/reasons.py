@@ -50,7 +50,7 @@ class Reasons(NamedTuple):
     """Reasons of a choice.
 
     Attributes:
-        rival: Index of the option that is most probably the cheapest, besides the chosen one.
+        rival: Index of the option that is most probably the cheapest other than the chosen one.
         shares: Shares of the materials, the largest first.
         rest: Share of all else: errors of shape, and what is not linear in the densities.
         turns: Densities that would change the choice, the most probable first.

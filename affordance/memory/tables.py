@@ -117,7 +117,7 @@ def connect(engine: Engine, place: Path | str, *, writes: bool) -> Iterator[Conn
 
 
 def check_integrity(connection: Connection) -> str:
-    """Asks SQLite whether the file is sound; returns its complaint, empty if there is none."""
+    """Asks SQLite whether the file is sound; returns its complaint, empty if it has no complaint."""
     if connection.dialect.name != "sqlite":
         return ""
     found = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())

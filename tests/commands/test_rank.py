@@ -227,7 +227,7 @@ def test_task_of_a_file_is_done_by_any_robot(
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 1.0}\n")
     assert main([*ONE[:1], *ONE[2:], *known, "--task", str(path), "--robot", str(robot), "--by", "effort"]) == 0
     first, *_, last = capsys.readouterr().out.splitlines()
-    assert first.startswith("aside with two_arms, compared by the joints' expected effort; by the memory m.json")
+    assert first.startswith("aside with two_arms, compared by the joints' expected effort; by the memory m.sqlite")
     assert last.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
     assert main([*ONE[:1], *ONE[2:], "--task", str(path), "--robot", str(robot)]) == 2
