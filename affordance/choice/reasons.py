@@ -1,6 +1,6 @@
 """Reasons of a choice: which material's uncertainty decides between two options, and what would change the choice."""
 
-from collections.abc import Callable
+import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.choice.inner_simulation import Draws
+from affordance.choice.ranking import MIN_FEASIBILITY
 from affordance.objects.colour import Colour
-from affordance.objects.inertia import DENSITY_MAX
 
-# Densities of one material at which options are compared, evenly spaced by their logarithm, and the least of them:
-# the lightest solids are foams, [kg/m^3].
-_NUM_DENSITIES, _LIGHTEST = 80, 10.0
+# Samples to a bin of densities, and numbers of bins: conditional costs are those of the samples of a bin.
+_PER_BIN, _FEWEST, _MOST = 250, 4, 40
+# Differences that do not count: within two standard errors of a mean, and 2 % of a quantile.
+_ERRORS, _SHARE = 2.0, 0.02
+# Level at which peaks are compared.
+_PEAK = 0.95
 
 
 class Share(NamedTuple):
@@ -29,14 +32,14 @@ class Share(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """Density of one material from which on another option is the cheapest, all others as expected.
+    """Density of one material from which on another option would be chosen, all others being as believed.
 
     Attributes:
         colour: Colour by which the material is known.
         density: Density at which the choice changes, [kg/m^3].
         above: True if it changes above this density, false if below.
         probability: Probability of such a density under the belief.
-        option: Index of the option that is then the cheapest.
+        option: Index of the option that would then be chosen.
     """
 
     colour: Colour
@@ -62,28 +65,34 @@ class Reasons(NamedTuple):
     turns: tuple[Turn, ...]
 
 
-# Function from densities by colour, (S, M), to the costs of all options, infinite where infeasible, (options, S).
-type CostOfDensities = Callable[[Array], Array]
-
-
 def find_reasons(
-    draws: Draws, costs: Array, objects: NDArray[np.intp], pair: tuple[int, int], compute_costs: CostOfDensities
+    draws: Draws,
+    costs: Array,
+    feasible: NDArray[np.bool_],
+    objects: NDArray[np.intp],
+    pair: tuple[int, int],
+    *,
+    is_peak: bool,
 ) -> Reasons:
     """Finds the reasons of a choice.
 
     Args:
         draws: Samples of the belief.
         costs: Costs of all options under these samples, (options, S).
+        feasible: True where an option is feasible, (options, S).
         objects: Index of each option's object in the samples, (options,).
         pair: Index of the chosen option, and of its rival.
-        compute_costs: Function that computes the costs at given densities.
+        is_peak: True if costs are compared by their 95 % quantile, false if by their mean.
     """
     best, rival = pair
-    shares, rest = _share_variance(
-        draws, costs[rival] - costs[best], sorted({int(objects[best]), int(objects[rival])})
-    )
-    turns = _find_turns(draws, best, int(objects[best]), compute_costs)
-    return Reasons(rival, shares, rest, turns)
+    held = sorted({int(objects[best]), int(objects[rival])})
+    shares, rest = _share_variance(draws, costs[rival] - costs[best], held)
+    turns = []
+    for column in np.flatnonzero(draws.used.any(axis=0)):
+        with_it = objects[best] if draws.used[objects[best], column] else np.flatnonzero(draws.used[:, column])[0]
+        density = draws.densities[:, with_it, column]
+        turns += _find_turns(draws.colours[column], density, costs, feasible, best, is_peak)
+    return Reasons(rival, shares, rest, tuple(sorted(turns, key=lambda turn: -turn.probability)))
 
 
 def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tuple[tuple[Share, ...], float]:
@@ -104,39 +113,34 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
     return tuple(sorted(shares, key=lambda each: -each.share)), 1.0 - sum(by_column.values())
 
 
-def _find_turns(draws: Draws, best: int, own: int, compute_costs: CostOfDensities) -> tuple[Turn, ...]:
-    """Finds for each material the nearest densities below and above the expected one that change the choice."""
-    expected = draws.densities.mean(axis=(0, 1))
-    columns = np.flatnonzero(draws.used.any(axis=0))
-    grid = np.geomspace(_LIGHTEST, DENSITY_MAX, _NUM_DENSITIES)
-    rho = np.tile(expected, (len(columns), _NUM_DENSITIES, 1))
-    for row, column in enumerate(columns):
-        rho[row, :, column] = grid
-    costs = compute_costs(rho.reshape(-1, len(expected))).reshape(-1, len(columns), _NUM_DENSITIES)
+def _find_turns(
+    colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
+) -> list[Turn]:
+    """Finds the densities, from the lightest and from the heaviest on, with which another option would be chosen."""
+    num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
+    bins = np.array_split(np.argsort(density), num_bins)
+    chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]
     turns = []
-    for row, column in enumerate(columns):
-        changed = costs[best, row] > costs[:, row].min(axis=0)
-        start = int(np.searchsorted(grid, expected[column]))
-        holder = own if draws.used[own, column] else int(np.flatnonzero(draws.used[:, column])[0])
-        believed = draws.densities[:, holder, column]
-        for above, places in ((False, range(start - 1, -1, -1)), (True, range(start, _NUM_DENSITIES))):
-            first = next((place for place in places if changed[place]), None)
-            if first is None:
-                continue
-            option = int(np.argmin(costs[:, row, first]))
-            inside = first + (-1 if above else 1)
-            density = _interpolate_tie(grid, costs[option, row], costs[best, row], first, inside)
-            probability = float(((believed > density) if above else (believed < density)).mean())
-            turns.append(Turn(draws.colours[column], density, above, probability, option))
-    return tuple(sorted(turns, key=lambda turn: -turn.probability))
+    for above, order in ((False, range(num_bins)), (True, range(num_bins - 1, -1, -1))):
+        run = list(itertools.takewhile(lambda each: chosen[each] != best, order))
+        if not run or len(run) == num_bins:
+            continue
+        edge = bins[run[-1]][0 if above else -1]
+        probability = sum(len(bins[each]) for each in run) / len(density)
+        turns.append(Turn(colour, float(density[edge]), above, probability, chosen[run[-1]]))
+    return turns
 
 
-def _interpolate_tie(grid: Array, other: Array, chosen: Array, first: int, inside: int) -> float:
-    """Interpolates where two costs are equal between two nodes of the grid; the first node if nowhere."""
-    if not 0 <= inside < len(grid) or not np.isfinite([*other[[first, inside]], *chosen[[first, inside]]]).all():
-        return float(grid[first])
-    out, into = (float(chosen[place] - other[place]) for place in (first, inside))  # positive, and not
-    if into > 0.0:
-        return float(grid[first])
-    share = out / (out - into)
-    return float(grid[first] + share * (grid[inside] - grid[first]))
+def _choose(costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool) -> int:
+    """Chooses the option under some samples; another one than the best only if it is better beyond chance."""
+    usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
+    values = np.quantile(costs, _PEAK, axis=1) if is_peak else costs.mean(axis=1)
+    values = np.where(usable, values, np.inf)
+    option = int(np.argmin(values))
+    if not usable[option] or option == best or not usable[best]:
+        return option if usable[option] else best
+    if is_peak:
+        return option if values[option] < (1.0 - _SHARE) * values[best] else best
+    difference = costs[best] - costs[option]
+    error = difference.std() / np.sqrt(len(difference))
+    return option if difference.mean() > _ERRORS * error else best

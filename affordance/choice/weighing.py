@@ -173,15 +173,17 @@ def weigh(
     reasons = None
     if len(usable) > 1:
         rival = max(usable[1:], key=lambda i: weighed[i].p_best)
-
-        def compute_costs(rho: Array) -> Array:
-            found, _ = _measure(choice, choice.compute_parameters(memory, rho), criterion, bounds)
-            return np.where(found.feasible, found.cost, np.inf)[usable]
-
         names = list(dict.fromkeys(option.object_name for option in options))
         objects = np.array([names.index(options[i].object_name) for i in usable])
         # Usable options come first in ``ranked``, in this order.
-        reasons = find_reasons(draws, costs.cost[usable], objects, (0, usable.index(rival)), compute_costs)
+        reasons = find_reasons(
+            draws,
+            costs.cost[usable],
+            costs.feasible[usable],
+            objects,
+            (0, usable.index(rival)),
+            is_peak=criterion.is_peak,
+        )
     easier = ""
     if not usable:
         easier = find_easier(options[order[0]], task, memory, settings, bounds.admit, rng)

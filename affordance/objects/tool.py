@@ -266,11 +266,20 @@ def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T
     z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS
     across = np.sqrt(1.0 - z**2)
     directions = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
-    gaps = []
-    for shape, X_TE in parts:
-        R_TE = X_TE[:3, :3]
-        p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
-        behind = float(normal_E @ (shape.find_support(normal_E) - p_EQ))
-        gaps.append(max(abs(behind), *(float(d @ (p_EQ - shape.find_support(d))) for d in directions)))
+    gaps = np.full(len(parts), np.inf)
+    behind = [_measure_behind(shape, X_TE, p_TQ, normal_T) for shape, X_TE in parts]
+    for index in np.argsort(behind):
+        if behind[index] >= gaps.min():
+            break  # no part further behind can have a smaller gap
+        shape, X_TE = parts[index]
+        p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
+        gaps[index] = max(behind[index], *(float(d @ (p_EQ - shape.find_support(d))) for d in directions))
     best = int(np.argmin(gaps))
-    return best, gaps[best]
+    return best, float(gaps[best])
+
+
+def _measure_behind(shape: Shape, X_TE: Array, p_TQ: Array, normal_T: Array) -> float:
+    """Computes the distance of a point from where a part ends along a normal, [m]."""
+    R_TE = X_TE[:3, :3]
+    p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
+    return abs(float(normal_E @ (shape.find_support(normal_E) - p_EQ)))
