@@ -23,8 +23,7 @@ from .memory.stored_trials import Selection
 from .memory.trial_evidence import TrialEvidence
 from .named_settings import change_settings
 from .objects.load import load_tools
-from .objects.material import Material
-from .objects.materials import load_materials
+from .objects.materials import Material, load_materials
 from .objects.tool import Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
 from .robots.importer import ImportOptions

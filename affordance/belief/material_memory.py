@@ -16,9 +16,7 @@ from affordance.belief.object_belief import Lesson, Memory, Recollection, tabula
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, show_colour
-from affordance.objects.inertia import DENSITIES
-from affordance.objects.material import Material, MaterialLike
-from affordance.objects.materials import find_colour
+from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3

@@ -22,8 +22,7 @@ from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, show_colour
 from affordance.objects.inertia import Geometry
-from affordance.objects.material import Material, MaterialLike
-from affordance.objects.materials import find_colour
+from affordance.objects.materials import Material, MaterialLike, find_colour
 
 _FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.

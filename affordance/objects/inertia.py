@@ -23,13 +23,10 @@ from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
 from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import Within
 
 NUM_PARAMETERS = 10
 # Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
-# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
-DENSITIES = Within(1e-3, 1e6)
 
 
 @runtime_checkable

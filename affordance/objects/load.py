@@ -22,8 +22,7 @@ from affordance.objects.colour import (
     show_colour,
 )
 from affordance.objects.inertia import Ellipsoid, Shape
-from affordance.objects.material import Material
-from affordance.objects.materials import check_materials, load_materials
+from affordance.objects.materials import Material, check_materials, load_materials
 from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import PLANE_TOLERANCE, Component, Grip, StrikingFace, Tool, find_struck_part

@@ -1,23 +1,52 @@
-"""Materials file, and colours as users write them: by the name of a material, as '#d4a017', or as three numbers."""
+"""Materials: colour, and density with its spread between objects; their file, and colours as users write them.
 
-from collections.abc import Mapping
+A colour is written as the name of a material, as '#d4a017', or as three numbers.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
 from pydantic import AfterValidator, Field, RootModel
 
 from affordance.arguments import check_colour, check_kind
+from affordance.checked_fields import Checked, CheckedFields
 from affordance.exceptions import BadArgumentError, describe_choice
 from affordance.files.constraints import StrPath, Text, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
-from affordance.objects.material import Material, MaterialLike
 
+# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
+DENSITIES = Within(1e-3, 1e6)
 # Materials file that comes with the program.
 MATERIALS = MODELS / "materials.yaml"
 _FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
+
+
+@dataclass(frozen=True)
+class Material(CheckedFields):
+    """Material of a component.
+
+    Attributes:
+        name: Key in the materials file.
+        colour: Red, green and blue in [0, 1].
+        density: Mean density of objects made of it, [kg/m^3].
+        density_sd: Standard deviation between such objects, [kg/m^3].
+        source: Source of the density.
+    """
+
+    name: str
+    colour: Annotated[Colour, Checked(check_colour)]
+    density: Annotated[float, DENSITIES]
+    density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
+    source: str = ""
+
+
+# Name of a material, a material, or a colour.
+type MaterialLike = str | Material | Sequence[float]
 
 
 def _check_colour(text: str) -> str:

@@ -16,7 +16,7 @@ from affordance.arrays import Array, store_read_only
 from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map, parameters_from_pseudo_inertia
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4

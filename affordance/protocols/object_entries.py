@@ -13,8 +13,7 @@ from affordance.files.constraints import OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, join_key
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.load import build_tools, load_tools
-from affordance.objects.material import Material
-from affordance.objects.materials import ColourText, MaterialEntry, load_materials
+from affordance.objects.materials import ColourText, Material, MaterialEntry, load_materials
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
 from affordance.objects.tool_entries import Name, ToolEntry

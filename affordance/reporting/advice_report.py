@@ -11,7 +11,7 @@ from affordance.choice.reasons import Reasons, Turn
 from affordance.choice.weighing import Advice, Amount, Weighed
 from affordance.files.atomic import to_plain
 from affordance.objects.colour import Colour, find_nearest_colour
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import format_number
 

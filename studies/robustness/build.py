@@ -15,8 +15,7 @@ from affordance.control.cost_measure import CostMeasure
 from affordance.control.start_posture import Start
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.material import Material
-from affordance.objects.materials import load_materials
+from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Component, Grip, Tool
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
 from affordance.settings import Settings

@@ -18,7 +18,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment
 from affordance.objects.colour import Colour
-from affordance.objects.inertia import DENSITIES
+from affordance.objects.materials import DENSITIES
 from affordance.objects.tool import Tool
 from affordance.protocols.measured import compute_numbers
 from affordance.protocols.number_entries import Measure

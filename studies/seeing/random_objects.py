@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.vision.pixels.rig import find_box
 

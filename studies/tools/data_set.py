@@ -19,7 +19,7 @@ from affordance.files.constraints import Vector, Within
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.objects.load import load_tools, load_workshop_materials
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 
 # Tools on which every choice was made; the other ten were looked at once, at the end.

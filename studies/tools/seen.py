@@ -15,7 +15,7 @@ import numpy as np
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities
 from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, measure_drawing
 from affordance.vision.pixels.camera_sensor import CameraSensor

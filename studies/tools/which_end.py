@@ -15,7 +15,7 @@ from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.choice.ranking import Ranking, pick_cheapest, rank_options
 from affordance.objects.colour import Colour
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.settings import Settings
 
 # Names of the beliefs.

@@ -15,7 +15,7 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import rank_options
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior

@@ -6,7 +6,7 @@ from helpers.seen_objects import BLUE, RED, TWO_MATERIALS, detect_parts, place
 
 from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.arm_model import compute_payload_regressor
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import load_tools
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import Component, Grip, Tool
 from affordance.reporting.object_drawings import Drawing, draw_objects

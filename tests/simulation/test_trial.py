@@ -14,7 +14,7 @@ from scipy.stats import multivariate_normal, norm
 from affordance.belief.density_belief import PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.material import Material
+from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.vision.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
 from affordance.vision.pixels.rig import (
