@@ -11,9 +11,9 @@ from affordance.choice.keep import KeepEntry
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import PathEntry
 from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.bounded import read_yaml
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import check_content
-from affordance.files.yaml_reader import read_yaml
 
 # Files of the tasks in a folder of models.
 TASK_FILES = {

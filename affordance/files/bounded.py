@@ -1,19 +1,24 @@
 """Reading of external files with a bound on their size, which depends on the kind of file.
 
 Sizes are checked before reading, so that an oversized file costs nothing. Each bound is a generous multiple of the
-usual size, and small enough that reading a file takes some minutes and some gigabytes at most. Every mistake gives
-a one-line error.
+usual size, and small enough that reading a file takes some minutes and some gigabytes at most. YAML is bounded in its
+entries and levels too, and repeats no key. Every mistake gives a one-line error.
 """
 
 import csv
 import json
 import math
+import re
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import BadValueError
+import yaml
+
+from affordance.exceptions import BadValueError, show_value
 
 _MB = 1_000_000
 # Protocols, tools, materials and other settings in YAML, and tables of human data: the largest of our own has 8 kB.
@@ -26,6 +31,13 @@ MESH = 200 * _MB
 RECORDING = 200 * _MB
 # Results of our own programs: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
+# Most entries and levels of a YAML file, and the characters of a text that count as one more entry. The largest of our own
+# files has 720 entries and 10 levels; 100000 entries take seconds to read.
+_MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
+# Characters that control a terminal, or reverse a line: a text with them does not display its true content.
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+# Most characters of a number: the largest double, written without an exponent, has 309.
+_MOST_DIGITS = 1000
 
 
 def read_bytes(path: Path, most: int) -> bytes:
@@ -115,3 +127,116 @@ def read_number(path: Path, row: int, column: str, text: str) -> float:
     if not math.isfinite(value):
         raise BadValueError(path, f"row {row}, {column}", f"is {text!r}, must be a finite number")
     return value
+
+
+def read_yaml(path: Path) -> Any:
+    """Parses a YAML file; the content must be checked by ``files.data_model``.
+
+    Raises:
+        BadValueError: The file cannot be read, is not YAML, repeats a key, or exceeds the limits on entries or depth.
+    """
+    loader = _open_yaml(path)
+    with _translate_yaml(path):
+        return loader.get_single_data()
+
+
+def check_yaml(path: Path) -> None:
+    """Checks that a file with tags for another program is YAML within the limits on size.
+
+    Raises:
+        BadValueError: The file is invalid, as in ``read_yaml``.
+    """
+    loader = _open_yaml(path)
+    with _translate_yaml(path):
+        loader.get_single_node()
+
+
+def _open_yaml(path: Path) -> "_Loader":
+    text = read_text(path, SETTINGS)
+    with _translate_yaml(path):
+        return _Loader(text)
+
+
+@contextmanager
+def _translate_yaml(path: Path) -> Iterator[None]:
+    """Converts PyYAML's errors to BadValueError."""
+    try:
+        yield
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
+        where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        refused = isinstance(error, _Refusal)
+        raise BadValueError(path, where, f"{'' if refused else 'is not YAML: '}{error.problem}") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise BadValueError(path, "", f"is not YAML: {error}") from error
+
+
+class _Refusal(yaml.MarkedYAMLError):
+    """Error raised for valid YAML that exceeds the limits on size."""
+
+
+class _Loader(yaml.SafeLoader):
+    """Loader that reads numbers such as 1e-3 as in YAML 1.2, and rejects duplicate keys and excessive content.
+
+    An alias repeats the content of its anchor. Nine lines of aliases can expand beyond any memory, so entries are
+    counted as often as they are referenced.
+    """
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._depth = self._entries = 0
+        self._sizes: dict[int, int] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Composes a node, and counts its entries, aliases expanded."""
+        mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+        is_alias = self.check_event(yaml.events.AliasEvent)
+        before, self._depth = self._entries, self._depth + 1
+        if self._depth > _MOST_DEEP:
+            raise _Refusal(problem=f"is more than {_MOST_DEEP} levels deep", problem_mark=mark)
+        node: yaml.Node | None = super().compose_node(parent, index)
+        if is_alias:
+            if id(node) not in self._sizes:
+                raise _Refusal(problem="is an alias inside of its own anchor", problem_mark=mark)
+            self._entries += self._sizes[id(node)]
+        else:
+            if isinstance(node, yaml.ScalarNode) and (found := _CONTROL.search(node.value)):
+                raise _Refusal(problem=f"holds the control character {found[0]!r}", problem_mark=mark)
+            self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
+        if self._entries > _MOST_ENTRIES:
+            problem = f"makes more than {_MOST_ENTRIES} entries, aliases counted as often as they are named"
+            raise _Refusal(problem=problem, problem_mark=mark)
+        self._sizes[id(node)] = self._entries - before
+        self._depth -= 1
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            try:
+                twice = key in seen
+            except TypeError:  # a list or a mapping, which PyYAML rejects below
+                break
+            if twice:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {show_value(key)} twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+    def construct_number(self, node: yaml.ScalarNode) -> int | float:
+        """Reads a number, unless it has too many digits."""
+        if len(node.value) > _MOST_DIGITS:
+            problem = f"is a number of {len(node.value)} characters, must have at most {_MOST_DIGITS}"
+            raise _Refusal(problem=problem, problem_mark=node.start_mark)
+        if node.tag.endswith(":int"):
+            return self.construct_yaml_int(node)
+        return self.construct_yaml_float(node)
+
+
+for _kind in ("int", "float"):
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _Loader.construct_number)
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
+)

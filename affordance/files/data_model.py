@@ -15,8 +15,8 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from affordance.exceptions import BadValueError, describe_choice, show_value, suggest
+from affordance.files.bounded import read_yaml
 from affordance.files.constraints import OURS
-from affordance.files.yaml_reader import read_yaml
 
 
 class DataModel(BaseModel):

@@ -15,11 +15,10 @@ from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.files.bounded import SETTINGS, read_json, read_text
+from affordance.files.bounded import SETTINGS, read_json, read_text, read_yaml
 from affordance.files.constraints import StrPath, Vector, Within, check_path
 from affordance.files.data_model import DataModel, check_content
 from affordance.files.xml_file import read_xml
-from affordance.files.yaml_reader import read_yaml
 from affordance.objects.inertia import compute_point_parameters
 
 type _Triple = tuple[float, float, float]

@@ -16,8 +16,8 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.exceptions import BadValueError, ModelFileError
+from affordance.files.bounded import check_yaml
 from affordance.files.model_files import list_arm_files
-from affordance.files.yaml_reader import check_yaml
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool

@@ -8,10 +8,10 @@ from pydantic import AfterValidator, Field, model_validator
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice, show_value
+from affordance.files.bounded import read_yaml
 from affordance.files.constraints import FileName, OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, check_content, join_key
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_yaml
 from affordance.protocols import ALL
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry

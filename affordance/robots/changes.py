@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from affordance.files.atomic import write_text
-from affordance.files.yaml_reader import read_yaml
+from affordance.files.bounded import read_yaml
 
 # Key that represents every length of the objects in a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"

@@ -11,11 +11,10 @@ from pathlib import Path
 from affordance.arguments import check_kind
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
-from affordance.files.bounded import MESH, read_bytes
+from affordance.files.bounded import MESH, read_bytes, read_yaml
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_yaml
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.formatting import format_number

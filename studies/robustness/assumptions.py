@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from affordance.arrays import Array
-from affordance.files.yaml_reader import read_yaml
+from affordance.files.bounded import read_yaml
 from affordance.runs.random_streams import Stream
 
 FILE = Path(__file__).parent / "assumptions.yaml"

@@ -5,9 +5,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from affordance.files.bounded import read_yaml
 from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.expressions import find_names

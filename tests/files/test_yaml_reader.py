@@ -3,8 +3,8 @@
 import pytest
 
 from affordance.exceptions import BadValueError
-from affordance.files import yaml_reader
-from affordance.files.yaml_reader import check_yaml, read_yaml
+from affordance.files import bounded
+from affordance.files.bounded import check_yaml, read_yaml
 
 NINE_DEEP = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
@@ -54,7 +54,7 @@ def test_aliases_that_stand_for_little_are_read(write):
 
 
 def test_entries_are_counted_while_they_are_read(write, monkeypatch):
-    monkeypatch.setattr(yaml_reader, "_MOST_ENTRIES", 1000)
+    monkeypatch.setattr(bounded, "_MOST_ENTRIES", 1000)
     assert len(read_yaml(write("a: [" + "1," * 997 + "]"))["a"]) == 997
     with pytest.raises(BadValueError, match="line 1, column 2003: makes more than 1000 entries"):
         read_yaml(write("a: [" + "1," * 10_000 + "]"))
@@ -72,7 +72,7 @@ def test_keys_are_not_compared_each_with_each(write, monkeypatch):
             compared.append(other)
             return str(self) == str(other)
 
-    monkeypatch.setattr(yaml_reader._Loader, "construct_scalar", lambda self, node: Key(node.value))
+    monkeypatch.setattr(bounded._Loader, "construct_scalar", lambda self, node: Key(node.value))
     assert len(read_yaml(write("\n".join(f"key{i}: x" for i in range(300))))) == 300
     assert len(compared) < 3000
 

@@ -11,9 +11,9 @@ from helpers.results_files import check_names
 from affordance.cli import main
 from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_protocol_experiment
+from affordance.files.bounded import read_yaml
 from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_yaml
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.protocols.measured import MeasuredObservers, compute_numbers

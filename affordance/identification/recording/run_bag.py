@@ -12,9 +12,8 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.files.bounded import RECORDING, check_size
+from affordance.files.bounded import RECORDING, check_size, check_yaml
 from affordance.files.plain_database import check_plain_tables
-from affordance.files.yaml_reader import check_yaml
 from affordance.identification.recording.run import WRENCH_COLUMNS, resample
 from affordance.identification.recording.run_table import Table
 

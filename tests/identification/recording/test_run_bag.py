@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import BadValueError
-from affordance.files import yaml_reader
+from affordance.files import bounded
 from affordance.identification.recording.run_bag import JOINT_STATES, read_bag
 
 FOREVER = "CREATE VIEW schema AS WITH RECURSIVE a(x) AS (SELECT 1 UNION ALL SELECT x FROM a) SELECT x FROM a;"
@@ -42,7 +42,7 @@ def test_what_is_no_database_is_one_line(tmp_path):
 
 
 def test_metadata_is_bounded(tmp_path, monkeypatch):
-    monkeypatch.setattr(yaml_reader, "_MOST_ENTRIES", 1000)
+    monkeypatch.setattr(bounded, "_MOST_ENTRIES", 1000)
     (tmp_path / "metadata.yaml").write_text("a: &a [1, 2, 3, 4]\nb: [" + "*a, " * 300 + "]")
     with pytest.raises(BadValueError, match=r"metadata.yaml: line 2, .*: makes more than 1000 entries"):
         read_bag(tmp_path)
