@@ -14,16 +14,13 @@ from numpy.typing import ArrayLike
 
 from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError, show_value
-from affordance.files.constraints import OneOf, Whole, Within, run_check
+from affordance.files.constraints import SEEDS, OneOf, Whole, Within, run_check
 
 type Seed = int | tuple[int, ...]
 
-# Largest whole number that a seed may hold.
-SEED_MAX = 2**32 - 1
 # Bounds of numbers that commands and functions share: larger values are assumed to be mistakes.
 REPEATS = Whole(1, 1_000_000)
 JOBS = Whole(1, 4096)
-_SEED = Whole(0, SEED_MAX)
 # Largest rounding error of the entries of a rotation matrix, 1.
 _ROTATION_TOLERANCE = 1e-6
 # Largest rounding difference of equal entries, relative to the largest entry, 1.
@@ -62,10 +59,10 @@ def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
         BadArgumentError: The value is not a seed.
     """
     if isinstance(value, tuple | list) and value:
-        return tuple(check_whole(f"{name}[{i}]", each, _SEED) for i, each in enumerate(value))
+        return tuple(check_whole(f"{name}[{i}]", each, SEEDS) for i, each in enumerate(value))
     if isinstance(value, tuple | list):
         raise BadArgumentError(name, "", "is empty, must be a whole number, or several")
-    return (check_whole(name, value, _SEED),)
+    return (check_whole(name, value, SEEDS),)
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:

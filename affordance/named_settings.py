@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from affordance.checked_fields import Setting, list_field_types
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
+from affordance.files.constraints import Setting, list_field_types
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 

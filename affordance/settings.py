@@ -15,11 +15,10 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner
-from affordance.checked_fields import Setting, check_fields
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import OneOf, Within
+from affordance.files.constraints import OneOf, Setting, Within, check_fields
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise

@@ -18,9 +18,8 @@ from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
-from affordance.checked_fields import CheckedFields, Setting
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import Within
+from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import DENSITY_MAX
 
 # Largest number of densities that a line shows.

@@ -8,13 +8,12 @@ import numpy as np
 from pydantic import Field
 
 from affordance.arrays import Array
-from affordance.checked_fields import check_fields
 from affordance.choice.motion_cost import MotionCost, plan_motion
 from affordance.choice.motion_limits import describe_limit
 from affordance.control.carrying import Carrying
 from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, PathEntry, TimedPath
 from affordance.exceptions import NoPlanError
-from affordance.files.constraints import Within
+from affordance.files.constraints import Within, check_fields
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain

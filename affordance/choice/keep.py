@@ -7,10 +7,9 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from affordance.checked_fields import check_fields
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.start_posture import Start, StartEntry
-from affordance.files.constraints import Within
+from affordance.files.constraints import Within, check_fields
 from affordance.files.data_model import DataModel
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import joblib
 
-from affordance.arguments import JOBS, REPEATS, SEED_MAX, check_whole
+from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.exceptions import BadValueError
-from affordance.files.constraints import Whole
+from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
@@ -17,7 +17,7 @@ from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 # Bounds of shared numbers; values beyond any practical run are typing errors.
-BOUNDS = {"repeats": REPEATS, "seed": Whole(0, SEED_MAX), "jobs": JOBS}
+BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:

@@ -6,8 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.checked_fields import CheckedFields, Setting
-from affordance.files.constraints import Whole, Within
+from affordance.files.constraints import CheckedFields, Setting, Whole, Within
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ from pydantic import Field, model_validator
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
 
 from affordance.arguments import check_array
-from affordance.checked_fields import check_fields
 from affordance.control.start_posture import Start, StartEntry
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
+from affordance.files.constraints import StrPath, Vector, Within, check_fields, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 
 # Bounds of paths: points within two metres, in a twentieth of a second to a minute.

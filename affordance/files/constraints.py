@@ -1,12 +1,19 @@
-"""Constraints on single values, as annotations of fields of files and of arguments; each has a ``check``."""
+"""Constraints on single values, as annotations of fields of files and of arguments; each has a ``check``.
+
+Fields of dataclasses have theirs as annotations too, such as ``Annotated[float, Within(0.0, 1.0)]``: ``check_fields``
+checks all of them when an object is created, and a ``Setting`` next to the bound gives unit and source.
+"""
 
 import enum
 import math
 import os
 import re
+import types
+import typing
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, override
 
@@ -106,6 +113,10 @@ class Whole(Within):
         if not number.is_integer():
             raise complain(f"is {number:g}, must be a whole number", at)
         return int(number)
+
+
+# Seeds of random draws, as of NumPy.
+SEEDS = Whole(0, 2**32 - 1)
 
 
 @dataclass(frozen=True)
@@ -210,3 +221,93 @@ def check_path(name: str, value: Any) -> Path:
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Unit of a setting and source of its value, as an annotation of a field.
+
+    Attributes:
+        unit: Unit, "1" if dimensionless; empty for a setting that is not a number.
+        source: Source of the default value, or reason for it.
+    """
+
+    unit: str = ""
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Annotation of a field whose value is checked by a function.
+
+    Attributes:
+        function: Function of the argument's name and its value, which returns the checked value.
+    """
+
+    function: Callable[[str, Any], Any]
+
+
+def check_fields(instance: Any) -> None:
+    """Checks all fields of a dataclass by their annotations, and replaces them by the checked values.
+
+    Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
+    their texts, paths, truth values, and instances of a class; None where a field may be None.
+
+    Raises:
+        BadArgumentError: A field is of the wrong kind or out of bounds.
+    """
+    kind: Any = type(instance)
+    for name, hint in list_field_types(kind).items():
+        value = getattr(instance, name)
+        checked = _check_field(hint, kind.__name__, name, value)
+        if checked is not value:
+            object.__setattr__(instance, name, checked)
+
+
+class CheckedFields:
+    """Base of dataclasses of which every field is checked by its annotation when an object is created.
+
+    Raises:
+        BadArgumentError: A value is not of its field's type, is not finite, or is out of bounds.
+    """
+
+    def __post_init__(self) -> None:
+        """Checks the fields."""
+        check_fields(self)
+
+
+@lru_cache(maxsize=64)
+def list_field_types(kind: Any) -> Mapping[str, Any]:
+    """Lists the types of the fields of a dataclass, with their annotations, by name."""
+    hints = typing.get_type_hints(kind, include_extras=True)
+    return {field.name: hints[field.name] for field in fields(kind)}
+
+
+def _check_field(hint: Any, owner: str, name: str, value: Any) -> Any:
+    hint = getattr(hint, "__value__", hint)  # the value of a ``type`` statement
+    if typing.get_origin(hint) in (types.UnionType, typing.Union):
+        if value is None:
+            return None
+        (hint,) = (each for each in typing.get_args(hint) if each is not types.NoneType)
+        return _check_field(hint, owner, name, value)
+    if typing.get_origin(hint) is typing.Annotated:
+        hint, *notes = typing.get_args(hint)
+        for note in notes:
+            if isinstance(note, Checked):
+                try:
+                    return note.function(name, value)
+                except BadArgumentError as error:
+                    raise BadArgumentError(owner, str(error.source), error.problem) from None
+        checks = [note.check for note in notes if hasattr(note, "check")]
+        return run_check(owner, checks[0], value, key=name) if checks else _check_field(hint, owner, name, value)
+    if isinstance(hint, type) and issubclass(hint, enum.Enum):
+        return run_check(owner, OneOf(hint).check, value, key=name)
+    if hint is Path:
+        try:
+            return check_path(name, value)
+        except BadArgumentError as error:
+            raise BadArgumentError(owner, name, error.problem) from error
+    if isinstance(hint, type) and not isinstance(value, hint):
+        wanted = "true or false" if hint is bool else f"a {hint.__name__}"
+        raise BadArgumentError(owner, name, f"is {show_value(value)}, must be {wanted}")
+    return value

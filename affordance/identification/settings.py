@@ -7,9 +7,7 @@ import enum
 from dataclasses import dataclass
 from typing import Annotated
 
-from affordance.arguments import SEED_MAX
-from affordance.checked_fields import check_fields
-from affordance.files.constraints import Whole, Within
+from affordance.files.constraints import SEEDS, Whole, Within, check_fields
 
 NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
@@ -109,7 +107,7 @@ class IdentificationSettings:
     repeat_tolerance: Annotated[float, Within(0.0, 10.0)] = 0.02
     num_samples: Annotated[int, NUM_SAMPLES] = 32_000  # edges of intervals move by less than .1 SD with the seed
     unseen_share: Annotated[float, _SHARE] = 0.2
-    seed: Annotated[int, Whole(0, SEED_MAX)] = 0
+    seed: Annotated[int, SEEDS] = 0
 
     def __post_init__(self) -> None:
         """Checks the numbers against their bounds.

@@ -11,9 +11,8 @@ from typing import Annotated
 from pydantic import AfterValidator, Field, RootModel
 
 from affordance.arguments import check_colour, check_kind
-from affordance.checked_fields import Checked, CheckedFields
 from affordance.exceptions import BadArgumentError, describe_choice
-from affordance.files.constraints import StrPath, Text, Within, check_path, complain
+from affordance.files.constraints import Checked, CheckedFields, StrPath, Text, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour

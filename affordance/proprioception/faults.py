@@ -15,9 +15,8 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.checked_fields import CheckedFields, Setting
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.constraints import Text, Whole, Within
+from affordance.files.constraints import CheckedFields, Setting, Text, Whole, Within
 from affordance.files.data_model import DataModel, load_model
 from affordance.plant.arm import Arm
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
-from affordance.checked_fields import CheckedFields, Setting
-from affordance.files.constraints import Within
+from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.runs.random_streams import Stream
 

@@ -12,8 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.checked_fields import CheckedFields, Setting
-from affordance.files.constraints import Within
+from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
