@@ -31,8 +31,8 @@ MESH = 200 * _MB
 RECORDING = 200 * _MB
 # Results of our own programs: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
-# Most entries and levels of a YAML file, and the characters of a text that count as one more entry. The largest of our
-# own files has 720 entries and 10 levels; 100000 entries take seconds to read.
+# Most entries and levels of a YAML file, and the characters of a text that count as one more entry. The largest of
+# our own files has 720 entries and 10 levels; 100000 entries take seconds to read.
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
 # Characters that control a terminal, or reverse a line: a text with them does not display its true content.
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")

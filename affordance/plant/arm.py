@@ -16,6 +16,7 @@ from pydrake.multibody.tree import (
     Frame,
     Joint,
     RigidBody,
+    SpatialInertia,
 )
 from pydrake.systems.framework import Context
 
@@ -117,3 +118,10 @@ class Arm:
     def set_payload(self, plant_context: Context, pi: Array) -> None:
         """Sets the tool's ten inertial parameters about To, expressed in T, shape (10,)."""
         self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
+
+
+def attach_body(plant: MultibodyPlant, hand: Frame, inertia: SpatialInertia, name: str = "tool") -> RigidBody:
+    """Welds a body of given inertia M_TTo_T to the hand, in a model instance of its own."""
+    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
+    plant.WeldFrames(hand, body.body_frame())
+    return body

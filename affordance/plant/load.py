@@ -21,7 +21,7 @@ from affordance.files.model_files import list_arm_files
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
-from affordance.plant.arm import ARM, Arm, JointLimits
+from affordance.plant.arm import ARM, Arm, JointLimits, attach_body
 from affordance.plant.clamp import Clamp
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
@@ -101,8 +101,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
     """Welds a body to the hand, with the tool's inertia and, if the plant has geometry, its appearance."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
-    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
-    plant.WeldFrames(hand, body.body_frame())
+    body = attach_body(plant, hand, inertia, name)
     if tool is not None and plant.geometry_source_is_registered():
         for i, component in enumerate(tool.components):
             X_TE = RigidTransform(component.X_TE)

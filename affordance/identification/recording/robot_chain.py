@@ -17,9 +17,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInert
 
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.arm import Arm, JointLimits
+from affordance.plant.arm import Arm, JointLimits, attach_body
 from affordance.plant.chain_kinematics import SerialChain
-from affordance.plant.load import attach_tool
 from affordance.plant.wrench_regressor import compute_payload_regressors
 
 
@@ -124,7 +123,7 @@ def build_arm(robot: RobotChain, link_parameters: Array | None = None) -> Arm:
         parent = link
     X_MT = RigidTransform(RotationMatrix(chain.R_MT), chain.p_MT)
     tip = plant.AddFrame(FixedOffsetFrame(robot.tip, parent.body_frame(), X_MT))
-    tool = attach_tool(plant, tip, None)
+    tool = attach_body(plant, tip, SpatialInertia.Zero())
     plant.mutable_gravity_field().set_gravity_vector(chain.gravity_W)
     plant.Finalize()
     unbounded = np.full(robot.num_joints, np.inf)
