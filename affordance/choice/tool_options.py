@@ -6,7 +6,7 @@ import numpy as np
 
 from affordance.choice.options import Option
 from affordance.objects.tool import Tool
-from affordance.vision.features import measure_drawing
+from affordance.vision.eye import measure_drawing
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand
 from affordance.vision.pixels.seen_tool import observe_tool
 

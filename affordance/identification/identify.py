@@ -27,7 +27,8 @@ from affordance.identification.recording.robot_chain import ChainOwner, RobotCha
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.objects.tool import Tool
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 
 # Analysis of a loaded run, given runs with an empty hand and the gains as known before.

@@ -25,7 +25,8 @@ from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.materials import Material, check_materials, load_materials
 from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
-from affordance.objects.tool import PLANE_TOLERANCE, Component, Grip, StrikingFace, Tool, find_struck_part
+from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
+from affordance.objects.tool import Component, Grip, Tool
 from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
 
 # Value in place of a colour: the colour in the mesh file.

@@ -24,7 +24,8 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import Settings
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 
 
 class Lift(NamedTuple):

@@ -1,27 +1,19 @@
-"""Visual features of an object, with their errors.
-
-The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the true
-features are passed on with errors of given standard deviation, zero by default.
-"""
+"""Visual features of an object, with their errors."""
 
 import enum
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
-from affordance.objects.tool import StrikingFace, Tool
+from affordance.objects.striking_face import StrikingFace
 
 _NONE = "the paper assumes none (IV-A)"
-# What drawings are off by: parity of mass within 0.3 %, of centres of mass within 0.15 mm, as on all twenty tools
-# (docs/tools.md says what is blind and what is not).
-CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 
 
 @dataclass(frozen=True)
@@ -84,42 +76,3 @@ class ComponentFeatures:
         return PartAppearance(
             self.colour, sizes, (x, y, z), self.colour_sd, self.size_sd, self.position_sd, self.lightness_sd
         )
-
-
-def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Measures a tool: its true features plus normally distributed errors.
-
-    Sizes are multiplied by the exponential of their error, so that they stay positive.
-    """
-    features = []
-    for component in tool.components:
-        sizes = component.shape.sizes
-        X_TE = np.array(component.X_TE)
-        sizes = sizes * np.exp(error.size * rng.standard_normal(len(sizes)))
-        X_TE[:3, 3] += error.position * rng.standard_normal(3)
-        X_TE[:3, :3] = Rotation.from_rotvec(error.rotation * rng.standard_normal(3)).as_matrix() @ X_TE[:3, :3]
-        features.append(
-            ComponentFeatures(
-                component.looks_like.colour,
-                component.shape.with_sizes(sizes),
-                X_TE,
-                error.size,
-                error.position,
-                error.rotation,
-                strikes=component.strikes,
-            )
-        )
-    return tuple(features)
-
-
-def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """The tool as it was drawn, with what a drawing is off by: a part's volume, and its place along each axis."""
-    features = []
-    for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
-        deformations = np.zeros((4, 4, 4))
-        strain = CAD_VOLUME_SD / 3.0
-        deformations[0, :3, :3] = strain * np.eye(3)
-        deformations[0, :3, 3] = -strain * part.X_TE[:3, 3]
-        deformations[1:, :3, 3] = CAD_PLACE_SD * np.eye(3)
-        features.append(replace(part, deformations=deformations))
-    return tuple(features)

@@ -29,7 +29,8 @@ from affordance.objects.tool import list_densities
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import Observer, get_runner
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.study import run_kept
 

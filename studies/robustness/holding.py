@@ -23,7 +23,8 @@ from affordance.objects.tool import Tool
 from affordance.protocols.measured import compute_numbers
 from affordance.protocols.number_entries import Measure
 from affordance.simulation.trial import get_runner
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.interpolation import Motions, interpolate_motions

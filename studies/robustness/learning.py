@@ -13,7 +13,8 @@ from affordance.experiments.shared.experience import Experience, ExperienceConfi
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.robustness.build import World
 

@@ -17,7 +17,8 @@ from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.study import format_table
 

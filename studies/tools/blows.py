@@ -10,7 +10,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
-from affordance.vision.features import measure_drawing
+from affordance.vision.eye import measure_drawing
 
 
 class CheckedBlow(NamedTuple):

@@ -19,7 +19,8 @@ from affordance.proprioception.estimator import TorqueStatistics, condition_on_t
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.features import ComponentFeatures, measure_drawing
+from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object
 
 # Duration of a hold, [s]: the arm is at rest again after half of it.

@@ -18,7 +18,7 @@ from affordance.files.bounded import MESH, read_text
 from affordance.objects.inertia import build_inertia_map, build_transform_map, parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.features import CAD_VOLUME_SD
+from affordance.vision.eye import CAD_VOLUME_SD
 from studies.tools.data_set import DataSet, TrueInertia, compute_central_inertia
 from studies.tools.record_file import Recording, read_pickle, read_recording
 from studies.tools.record_methods import (

@@ -17,7 +17,8 @@ from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
-from affordance.vision.features import ComponentFeatures, measure_drawing
+from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from affordance.vision.pixels.looks import COLOUR_SD, Look
 from affordance.vision.pixels.seen_tool import Method, detect_tool

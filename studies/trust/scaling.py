@@ -22,7 +22,8 @@ from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.runs.repeats import run_repeats
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.speed.timing import time_by_turns
 

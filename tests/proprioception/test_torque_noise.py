@@ -10,7 +10,8 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.arm_model import compute_payload_regressor
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 

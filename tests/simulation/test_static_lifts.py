@@ -14,7 +14,8 @@ from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.protocols.object_entries import CylinderEntry
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 
 

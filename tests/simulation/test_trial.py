@@ -21,7 +21,8 @@ from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.diagram import build_trial_diagram
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.features import FeatureSource, VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import FeatureSource, VisionError
 
 
 def test_arm_that_knows_the_density_does_not_move(runner, weight):

@@ -19,8 +19,8 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.eye import observe
-from affordance.vision.features import FeatureSource, VisionError, measure_features
+from affordance.vision.eye import measure_features, observe
+from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.pixels import camera_sensor
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
 from affordance.vision.pixels.rgbd import save_frame

@@ -5,7 +5,8 @@ from scipy.spatial.transform import Rotation
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.vision.features import ComponentFeatures, VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import ComponentFeatures, VisionError
 from affordance.vision.visual_prior import predict_object
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)

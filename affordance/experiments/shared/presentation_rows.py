@@ -21,7 +21,8 @@ from affordance.protocols.people_lifts import COLUMNS
 from affordance.protocols.presentations import Presentation
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
-from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
 from affordance.vision.visual_prior import predict_object
 
 # Prefix of the names of arrays that hold rows.

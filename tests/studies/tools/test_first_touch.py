@@ -8,7 +8,7 @@ from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.settings import Settings
-from affordance.vision.features import CAD_VOLUME_SD, measure_drawing
+from affordance.vision.eye import CAD_VOLUME_SD, measure_drawing
 from studies.tools.first_touch import (
     Prediction,
     Truth,

@@ -10,7 +10,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
 from affordance.vision.visual_prior import predict_object
 from studies.trust import calibration
 from studies.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw

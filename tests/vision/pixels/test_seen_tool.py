@@ -9,7 +9,8 @@ from helpers.workshop import MATERIALS
 from affordance.exceptions import NothingSeenError, OutOfViewError
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.primitives import Box
-from affordance.objects.tool import Component, StrikingFace, Tool
+from affordance.objects.striking_face import StrikingFace
+from affordance.objects.tool import Component, Tool
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, needs_turning
 from affordance.vision.pixels.looks import find_looks
 from affordance.vision.pixels.seen_tool import (
