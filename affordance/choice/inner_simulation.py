@@ -21,7 +21,7 @@ from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.vision.visual_prior import measure_geometry
+from affordance.vision.systems import measure_geometry
 
 
 class OptionCost(Protocol):

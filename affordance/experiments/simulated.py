@@ -27,7 +27,7 @@ from affordance.simulation.clamp_trial import run_clamp_and_release
 from affordance.simulation.trial import Observer, TrialRunner, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import observe
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 _PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a trial count from 0
 

@@ -29,7 +29,7 @@ from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationS
 from affordance.objects.tool import Tool
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 # Analysis of a loaded run, given runs with an empty hand and the gains as known before.
 type _Analysis = Callable[[RobotChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]

@@ -12,7 +12,7 @@ from affordance.identification.recording.run import Run
 from affordance.memory.felt_models import PayloadQuadratic, pack
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
-from affordance.vision.visual_prior import measure_geometry
+from affordance.vision.systems import measure_geometry
 
 
 def build_identified_trial(

@@ -19,6 +19,7 @@ from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
+from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import Hold
 from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
@@ -118,7 +119,7 @@ def build_trial_diagram(
     end = duration + END_MARGIN
     sensor = add("feature_sensor", FeatureSensor())
     least_p_value = 0.0 if settings.learns_from_outliers else OUTLIER_P_VALUE
-    memory = add("material_memory", MaterialMemorySystem(duration=end, least_p_value=least_p_value))
+    memory = add("material_memory", MaterialMemorySystem(MaterialMemory(), duration=end, least_p_value=least_p_value))
     visual_prior = add("visual_prior", VisualPrior(settings.prior))
     task = add("task", TaskSystem())
     controller = add(

@@ -19,7 +19,7 @@ from affordance.proprioception.systems import SampleCounts
 from affordance.proprioception.torque_noise import NoiseModel
 from affordance.simulation.posterior_log import LoggedPosterior
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.visual_prior import measure_geometry
+from affordance.vision.systems import measure_geometry
 
 
 class Percept(NamedTuple):

@@ -1,8 +1,8 @@
 """Eye of an observer: the function that gives the features of an object that is looked at.
 
-The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the source is
-either the true features with errors of given standard deviation, zero by default, or colour and depth pictures of the
-object on its stand and nothing else.
+The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the source
+is either the true features with errors of given standard deviation, zero by default, or colour and depth pictures of
+the object on its stand and nothing else.
 """
 
 import importlib

@@ -31,7 +31,7 @@ from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import Observer, get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.study import run_kept
 
 TASKS = ("reach", "hammer")

@@ -25,7 +25,7 @@ from affordance.protocols.number_entries import Measure
 from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.robustness.build import HOLD_DURATION, World
 from studies.robustness.interpolation import Motions, interpolate_motions
 

@@ -15,7 +15,7 @@ from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.robustness.build import World
 
 _FELT = 1  # in a seed, as of a simulated trial: errors of feeling

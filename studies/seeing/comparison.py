@@ -14,7 +14,7 @@ from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 from affordance.vision.pixels.pipeline import Detection
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.seeing.random_objects import MAX_PARTS
 
 

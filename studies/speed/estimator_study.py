@@ -19,7 +19,7 @@ from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.study import format_table
 
 NUM_PERCEPTS = 2000

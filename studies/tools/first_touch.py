@@ -20,7 +20,7 @@ from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.tools.holds import learn
 
 type Features = Mapping[str, Sequence[ComponentFeatures]]

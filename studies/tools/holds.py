@@ -21,7 +21,7 @@ from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 # Duration of a hold, [s]: the arm is at rest again after half of it.
 DURATION = 1.0

@@ -25,7 +25,7 @@ from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.tools.blows import hold_by
 from studies.tools.holds import feel
 

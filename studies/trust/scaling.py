@@ -24,7 +24,7 @@ from affordance.runs.repeats import run_repeats
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.speed.timing import time_by_turns
 
 NUM_REPEATS = 16

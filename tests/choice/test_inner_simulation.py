@@ -16,7 +16,7 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.rollout import roll_out
 from affordance.vision.features import VisionError
 from affordance.vision.pixels.pipeline import COLOUR_SD
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 
 @pytest.fixture(scope="module")

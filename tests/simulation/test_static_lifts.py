@@ -16,7 +16,7 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 
 @pytest.fixture(scope="module")

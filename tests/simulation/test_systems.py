@@ -76,7 +76,7 @@ def advance(system, context, time):
 @pytest.fixture
 def memory_system():
     """A memory whose presentations last a second, at whose ports stands what one of them taught."""
-    system = MaterialMemorySystem(duration=1.0, least_p_value=1e-3)
+    system = MaterialMemorySystem(MaterialMemory(), duration=1.0, least_p_value=1e-3)
     context = system.CreateDefaultContext()
     fix(system, context, posterior=detect_parts(TWO_MATERIALS, PRIOR), p_value=np.array([1e-3]))
     return system, context

@@ -24,7 +24,7 @@ from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.pixels import camera_sensor
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
 from affordance.vision.pixels.rgbd import save_frame
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 PIXELS = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
 MATERIALS = load_materials(MODELS / "materials.yaml")

@@ -23,7 +23,7 @@ from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 # Prefix of the names of arrays that hold rows.
 ROW = "row "

@@ -12,7 +12,7 @@ from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 from studies.trust import calibration
 from studies.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw
 from studies.trust.cramer_rao import compute_bound, feel_at_rest

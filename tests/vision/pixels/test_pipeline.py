@@ -15,7 +15,7 @@ from affordance.vision.pixels.ellipsoid_fit import UndeterminedError
 from affordance.vision.pixels.pipeline import detect_parts, draw_outline
 from affordance.vision.pixels.rig import DEFAULT_RIG, render
 from affordance.vision.pixels.sensor_noise import SensorNoise
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 BEECH, STEEL = (0.79, 0.56, 0.35), (0.49, 0.54, 0.6)
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)

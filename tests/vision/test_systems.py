@@ -7,7 +7,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, VisionError
-from affordance.vision.visual_prior import predict_object
+from affordance.vision.systems import predict_object
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 BRASS, WOOD = (0.8, 0.6, 0.1), (0.7, 0.5, 0.3)
