@@ -26,7 +26,6 @@ from affordance.objects.tool import Grip, Tool
 from affordance.proprioception.faults import Faults
 from affordance.robots.importer import ImportOptions
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation import holds as tool_holds
 from affordance.vision.pixels.camera_sensor import get_turning_stand
 from helpers.counter_runs import Numbers
 from helpers.generated_records import record_tool
@@ -43,6 +42,7 @@ from studies.recorded.simulated_truths import measure_class_coverage, measure_co
 from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 from studies.robustness import experiment as robustness
+from studies.tools import holds as tool_holds
 from studies.tools import numbers as tools_numbers
 from studies.tools import observer, records, study
 from studies.tools.blows import check_blows
