@@ -119,7 +119,7 @@ def build_content(advice: Advice, question: Question) -> dict[str, Any]:
 def _show_reasons(advice: Advice, reasons: Reasons, question: Question) -> dict[str, Any]:
     return {
         "rival": _identify(advice.ranked[reasons.rival].option),
-        "materials": [{"material": question.names(each.colour), "share": each.share} for each in reasons.shares],
+        "materials": [{"material": name, "share": share} for name, share in _sum_shares(reasons, question).items()],
         "rest": reasons.rest,
         "changes": [
             {
@@ -128,9 +128,26 @@ def _show_reasons(advice: Advice, reasons: Reasons, question: Question) -> dict[
                 "probability": turn.probability,
                 **_identify(advice.ranked[turn.option].option),
             }
-            for turn in reasons.turns
+            for turn in _list_turns(reasons, question)
         ],
     }
+
+
+def _sum_shares(reasons: Reasons, question: Question) -> dict[str, float]:
+    """Sums the shares of colours that look like one material, as parts in pictures may; the largest first."""
+    sums: dict[str, float] = {}
+    for each in reasons.shares:
+        name = question.names(each.colour)
+        sums[name] = sums.get(name, 0.0) + each.share
+    return dict(sorted(sums.items(), key=lambda each: -each[1]))
+
+
+def _list_turns(reasons: Reasons, question: Question) -> list[Turn]:
+    """Lists the most probable turn of each material in each direction."""
+    first: dict[tuple[str, bool], Turn] = {}
+    for turn in reasons.turns:
+        first.setdefault((question.names(turn.colour), turn.above), turn)
+    return list(first.values())
 
 
 def _identify(option: Option) -> dict[str, str]:
@@ -188,23 +205,23 @@ def _say_why(advice: Advice, question: Question) -> list[str]:
         return ["Why: no other option can do the task with the probability that is asked for."]
     best, rival = advice.ranked[0], advice.ranked[reasons.rival]
     against = f"Why {_name(best.option)} rather than {_name(rival.option)}:"
-    shares = [each for each in reasons.shares if each.share >= _LEAST_SHARE]
+    shares = {name: share for name, share in _sum_shares(reasons, question).items() if share >= _LEAST_SHARE}
     if not shares:
         lines = [f"{against} no material's density matters to the difference."]
     else:
-        parts = [f"{question.names(each.colour)} ({_percent(each.share)})" for each in shares]
+        parts = [f"{name} ({_percent(share)})" for name, share in shares.items()]
         lines = [f"{against} what is uncertain of their difference is the density of {' and '.join(parts)}."]
-    told = [turn for turn in reasons.turns if turn.probability >= _LEAST_PROBABILITY]
+    told = [turn for turn in _list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
     lines += [f"  {_say_turn(turn, advice, question)}" for turn in told]
     return lines if told else [*lines, "  No density that is believed possible would change the choice by itself."]
 
 
 def _say_turn(turn: Turn, advice: Advice, question: Question) -> str:
-    side = "more" if turn.above else "less"
+    side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option)
     return (
-        f"With {question.names(turn.colour)} of {side} than {format_number(turn.density)} kg/m³ (probability "
-        f"{turn.probability:.2g}), {other} would be better."
+        f"If {question.names(turn.colour)} were known to be {side} than {format_number(turn.density)} kg/m³ "
+        f"(probability {turn.probability:.2g}), {other} would be better."
     )
 
 

@@ -227,3 +227,29 @@ def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, g
 def test_blows_aim_no_higher_than_falling_short_asks_for():
     """With an aim of 1.00 the lowest simulated peak is 0.988 times the demand: docs/decisions/0013-nail.md."""
     assert 1.0 <= 0.988 * AIM < 1.01
+
+
+def plan_with_limits(arm, **limits):
+    """Plans blows with the stick by its wood on an arm of other limits."""
+    changed = dataclasses.replace(arm, limits=arm.limits._replace(**limits))
+    task = load_hammer(MODELS / "nail.yaml")
+    return task.build_cost(ArmModel(changed), HELD["wood"].components, DEFAULT_SETTINGS)
+
+
+def test_joint_that_forbids_every_swing_is_named_with_its_limit(arm):
+    slow = plan_with_limits(arm, v_max=1e-3 * arm.limits.v_max)
+    assert re.search(
+        r"strikes with .* m/s: \w+ would have to turn with .* rad/s, its limit is 0.\d+ rad/s$",
+        slow.infeasible_reason,
+    )
+    q = arm.find_posture(dict(load_hammer(MODELS / "nail.yaml").start))
+    stiff = plan_with_limits(arm, q_lower=q - 0.01, q_upper=q + 0.01)
+    assert re.search(r": \w+ would have to turn to .* rad, its limits are .* and .* rad$", stiff.infeasible_reason)
+
+
+def test_nail_out_of_reach_is_said_to_be(arm):
+    far = dataclasses.replace(load_hammer(MODELS / "nail.yaml"), offset=(2.0, 0.0, -0.1))
+    planned = far.build_cost(ArmModel(arm), HELD["wood"].components, DEFAULT_SETTINGS)
+    assert planned.infeasible_reason.endswith(
+        "not even without limits: the nail is out of reach, or 7 joints are too few"
+    )

@@ -109,11 +109,13 @@ def test_grip_that_cannot_be_held_is_not_taken(known: list[str], capsys: pytest.
 def test_nothing_that_can_be_held_is_one_line(
     known: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    assert main([*ONE, *known, "--max-grip-force", "1", "--out", str(tmp_path / "out")]) == 2
+    words = ["rank", "hold", *ONE[2:], *known, "--max-grip-force", "1", "--out", str(tmp_path / "out")]
+    assert main(words) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1
     assert "no tool can do the task; nearest is machinist hammer by " in said
-    assert "N, --max-grip-force allows 1 N" in said
+    assert "N, --max-grip-force allows 1 N; with 0.2" in said
+    assert said.endswith(" times its weight it could\n")
     assert not (tmp_path / "out").exists()
 
 

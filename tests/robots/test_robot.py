@@ -1,7 +1,9 @@
 """One robot for everything: opened once, by its folder or its file, and taken by all that need an arm."""
 
 import shutil
+from argparse import Namespace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import rank
 from affordance.choice.reach import Reach
+from affordance.commands import identify_payload
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identification
@@ -111,3 +114,12 @@ def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
     robot = Robot.load(folder)
     assert identification._find_chain(robot) is robot.chain
     assert identification._find_chain(robot.chain) is robot.chain
+
+
+def test_payload_of_a_folder_needs_no_tip(folder: Path) -> None:
+    words = Namespace(robot=folder, tip=None, base=None)
+    run = SimpleNamespace(description=SimpleNamespace(tip="", base=""))
+    assert identify_payload._load_robot(words, run).tip == "hand_grip"  # type: ignore[arg-type]
+    words.robot = folder / "arm.sdf"
+    with pytest.raises(BadValueError, match="--tip: is missing, and the run's description names no tip either"):
+        identify_payload._load_robot(words, run)  # type: ignore[arg-type]
