@@ -1,0 +1,67 @@
+"""Carrying: the grip on its path and the tool level, as planned and as simulated."""
+
+import numpy as np
+from helpers.two_tools import STICK
+from scipy.spatial.transform import Rotation
+
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.carry import Carry
+from affordance.choice.options import Option
+from affordance.choice.tasks import load_task
+from affordance.choice.tool_options import list_drawn_options
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.files.model_folder import MODELS
+from affordance.objects.tool import list_densities
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRunner
+
+SETTINGS = Settings()
+HELD = STICK.gripped_by(STICK.grips[0])
+KNOWN = MaterialMemory.from_densities(list_densities([STICK]))
+START = load_path(MODELS / "paths" / "reach.yaml").start
+FAR = TimedPath(points=((0.5, 0.0, 0.3),), duration=1.0, tolerance=0.02, start=START)
+
+
+def list_one() -> list[Option]:
+    return list_drawn_options([STICK])[:1]
+
+
+def measure_carrying(arm: Arm, q: Array) -> tuple[Array, Array]:
+    """Positions of the hand, and its angles from the first orientation, by Drake."""
+    model, places, turns = ArmModel(arm), [], []
+    for row in q:
+        model.set_posture(row)
+        X_WH = model.compute_hand_pose()
+        places.append(X_WH.translation())
+        turns.append(X_WH.rotation().matrix())
+    angles = [Rotation.from_matrix(turn @ turns[0].T).magnitude() for turn in turns]
+    return np.array(places), np.array(angles)
+
+
+def test_what_is_carried_stays_level_on_its_path(arm: Arm) -> None:
+    task = load_task(MODELS, "carry")
+    assert isinstance(task, Carry)
+    cost = task.build_cost(ArmModel(arm), HELD.components, SETTINGS)
+    assert cost.infeasible_reason == ""
+    places, angles = measure_carrying(arm, cost.motion.q[::20])
+    times = cost.motion.control_period * np.arange(len(cost.motion.q))[::20]
+    trajectory = task.path.build_trajectory()
+    asked = np.array([trajectory.value(time)[:, 0] for time in times])
+    assert np.linalg.norm(places - places[0] - asked, axis=1).max() < task.path.tolerance
+    assert angles.max() < task.tilt
+    assert np.linalg.norm(places[-1] - places[0]) > 0.3
+
+
+def test_what_is_carried_stays_level_in_simulation(arm: Arm) -> None:
+    """The same task by the controller of the trials, which knows the densities, in Drake's plant."""
+    task = load_task(MODELS, "carry")
+    assert isinstance(task, Carry)
+    carrying = task.begin(ArmModel(arm))
+    record = TrialRunner(SETTINGS).run(HELD, carrying, KNOWN, duration=task.duration)
+    places, angles = measure_carrying(arm, record.q[::20])
+    asked = np.array([carrying.compute_reference(time)[0] for time in record.times[::20]])
+    assert np.linalg.norm(places - asked, axis=1).max() < task.path.tolerance
+    assert angles.max() < task.tilt

@@ -1,0 +1,51 @@
+"""What could be done where a task cannot: by less weight, or an easier task; and why it cannot."""
+
+import numpy as np
+import pytest
+from helpers.two_tools import STICK
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.carry import Carry
+from affordance.choice.demand import Criterion
+from affordance.choice.keep import Keep
+from affordance.choice.options import Option
+from affordance.choice.reach import Reach
+from affordance.choice.tool_options import list_drawn_options
+from affordance.choice.weighing import GripBounds, weigh
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.objects.tool import list_densities
+from affordance.settings import Settings
+
+SETTINGS = Settings()
+HELD = STICK.gripped_by(STICK.grips[0])
+KNOWN = MaterialMemory.from_densities(list_densities([STICK]))
+START = load_path(MODELS / "paths" / "reach.yaml").start
+FAR = TimedPath(points=((0.5, 0.0, 0.3),), duration=1.0, tolerance=0.02, start=START)
+
+
+def list_one() -> list[Option]:
+    return list_drawn_options([STICK])[:1]
+
+
+@pytest.mark.parametrize("task", [Reach(FAR), Carry(FAR)])
+def test_path_beyond_reach_says_where_by_how_much_and_what_could_be_done(task: Reach | Carry) -> None:
+    advice = weigh(list_one(), task, KNOWN, SETTINGS, num_samples=50, rng=np.random.default_rng(0))
+    with pytest.raises(AffordanceError) as caught:
+        _ = advice.best
+    said = str(caught.value)
+    assert "leaves the path by 0." in said
+    assert " m, must stay within 0.02 m: near point " in said
+    assert ", where " in said
+    assert said.endswith(" it could")
+    assert "; 0." in said or "; mirrored" in said or "times slower" in said
+
+
+def test_tool_that_is_too_heavy_could_be_lighter() -> None:
+    held = {"options": list_one(), "task": Keep(1.0), "memory": KNOWN, "settings": SETTINGS}
+    weight = weigh(**held, criterion=Criterion.GRIP, num_samples=50, rng=np.random.default_rng(0)).best.force.mean
+    bounds = GripBounds(force=0.5 * weight)
+    advice = weigh(**held, bounds=bounds, num_samples=50, rng=np.random.default_rng(0))
+    with pytest.raises(AffordanceError, match=r"with 0\.(49|48|47|46) times its weight it could$"):
+        _ = advice.best
