@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tasks",
         choices=("fit", "keep"),
         default="fit",
-        help="whether path, blow and objects are changed to what the arm can do",
+        help="whether paths, blow and objects are changed to what the arm can do",
     )
     parser.add_argument("--out", type=Path, required=True, help="folder for the models; must be new or empty")
 

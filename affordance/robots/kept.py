@@ -50,7 +50,7 @@ def import_arm(
         options: Options of the import.
         folder: Destination; must not exist, or be empty.
         with_meshes: True to draw the robot's meshes.
-        fits_tasks: True to adapt path, blow and objects to what the arm can do.
+        fits_tasks: True to adapt paths, blow and objects to what the arm can do.
 
     Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 

@@ -87,7 +87,7 @@ def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[st
     if fitted is None:
         tasks = Part("Tasks", ["not adapted"])
     elif not fitted.changes:
-        tasks = Part("Tasks", ["path, blow and objects are feasible" if not fitted.lacks else "nothing was changed"])
+        tasks = Part("Tasks", ["paths, blow and objects are feasible" if not fitted.lacks else "nothing was changed"])
     else:
         table = [
             (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes

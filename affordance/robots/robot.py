@@ -1,5 +1,6 @@
 """Robot as one thing: its arm, its tasks and its objects, all from one folder of models."""
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -52,8 +53,8 @@ class Robot:
 
     @property
     def name(self) -> str:
-        """Name of the folder, or "the paper's arm"."""
-        return "the paper's arm" if self.is_default else self.folder.name
+        """Name of the folder, without the digest of a kept import, or "the paper's arm"."""
+        return "the paper's arm" if self.is_default else re.sub("-[0-9a-f]{12}$", "", self.folder.name)
 
     @property
     def is_default(self) -> bool:

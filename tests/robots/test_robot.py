@@ -95,6 +95,7 @@ def test_robots_file_is_imported_once(folder: Path, tmp_path: Path, monkeypatch:
     one, other = (open_robot(path, TIP, tmp_path / "kept") for _ in range(2))
     assert one == other
     assert imports == ["two_arms.urdf"]
+    assert one.name == "two_arms-right_tool"
 
 
 def test_trials_and_rankings_are_of_the_robot(folder: Path) -> None:
