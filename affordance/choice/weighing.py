@@ -158,14 +158,13 @@ def weigh(
         AffordanceError: There is no option, or two have the same name.
         ModelFileError: The arm cannot be loaded.
     """
-    arm = load_arm(settings.arm)
-    plans = [plan_once(Work.of(task, option.gripped), settings, arm) for option in options]
-    choice = Choice(options, plans, settings)
+    choice = plan_options(options, task, settings)
     draws = choice.draw(memory, rng, num_samples)
-    costs, demand = _measure(choice, draws.parameters, criterion, bounds)
+    costs, demand = measure(choice, draws.parameters, criterion, bounds)
     chosen = pick_cheapest(costs, rng)
+    joint_names = load_arm(settings.arm).joint_names
     weighed = [
-        _weigh_one(choice, i, costs, demand, (chosen == i).mean(), (criterion, bounds), arm.joint_names)
+        _weigh_one(choice, i, costs, demand, (chosen == i).mean(), (criterion, bounds), joint_names)
         for i in range(len(options))
     ]
     order = sorted(range(len(weighed)), key=lambda i: _place(weighed[i]))
@@ -196,7 +195,20 @@ def _place(weighed: Weighed) -> tuple[float, float]:
     return (-weighed.p_feasible, weighed.value) if weighed.infeasible_reason else (-2.0, weighed.value)
 
 
-def _measure(choice: Choice, pi: Array, criterion: Criterion, bounds: GripBounds) -> tuple[Costs, Demand]:
+def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
+    """Plans a task with every option, once in a process; options with which nothing can be planned cost infinitely.
+
+    Raises:
+        AffordanceError: There is no option, or two have the same name.
+        ModelFileError: The arm cannot be loaded.
+    """
+    arm = load_arm(settings.arm)
+    return Choice(options, [plan_once(Work.of(task, option.gripped), settings, arm) for option in options], settings)
+
+
+def measure(
+    choice: Choice, pi: Array, criterion: Criterion, bounds: GripBounds = GripBounds()
+) -> tuple[Costs, Demand]:
     """Computes the costs by a criterion, and the demands, of all options for parameters, (options, S, 10)."""
     costs, demand = choice.compute_costs(pi), choice.compute_demands(pi)
     feasible = costs.feasible & bounds.admit(demand.force, demand.moment)

@@ -10,6 +10,7 @@ STUDIES = {
     "people": "studies.people.command",
     "learners": "studies.learners.command",
     "arms": "studies.arms.command",
+    "loop": "studies.loop.command",
     "recorded": "studies.recorded.command",
     "tools": "studies.tools.command",
     "hammering": "studies.hammering.command",

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from helpers import counter_runs as runs
 from helpers import counter_runs_of_studies as studies
+from helpers import loop_runs
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
 from helpers.section_files import find_sections
 
@@ -197,6 +198,18 @@ ALL = {
         },
         dict.fromkeys(("complete", "parity", "real_time"), "weak arm, another mass, many ticks"),
         frozenset({"real_time"}),  # on any machine
+    ),
+    "loop": CounterExamples(
+        {
+            "as shipped": loop_runs.close_loop,
+            "oak is as heavy as steel": functools.partial(loop_runs.close_loop, mixed_up=True),
+            "nothing is forgotten": functools.partial(loop_runs.remember, forgets_nothing=True),
+        },
+        {
+            **dict.fromkeys(("right", "regret", "coverage"), "oak is as heavy as steel"),
+            "memory": "nothing is forgotten",
+        },
+        frozenset({"right", "regret", "coverage"}),  # of three observers
     ),
     "recorded": CounterExamples(
         {

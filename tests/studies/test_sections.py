@@ -26,6 +26,7 @@ def test_all_studies_with_a_report_are_looked_at():
     assert {path.parent.name for path in SECTIONS} >= {
         "arms",
         "learners",
+        "loop",
         "recorded",
         "robustness",
         "seeing",

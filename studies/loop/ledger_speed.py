@@ -1,0 +1,149 @@
+"""Ledger under load: time of recall and appending, what killed writers lose, and what forgetting leaves."""
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.memory.ledger import Ledger, open_memory
+from affordance.memory.stored_trials import Selection
+from affordance.memory.trial_evidence import TrialEvidence, show_time
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.vision.features import measure_drawing
+from affordance.vision.visual_prior import measure_geometry
+
+_ROOT = Path(__file__).parents[2]
+# Trials that are appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.
+_SINGLE, _RECALLS, _ACKNOWLEDGED = 200, 100, 50
+_BATCH = 2000
+_BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
+
+
+def measure_ledger(count: int) -> dict[str, float]:
+    """Measures a ledger of a number of trials.
+
+    Returns: The keys of ``memory`` in metrics.json: ``recall_ms_1e5`` (median time of a recall from a ledger that is
+        open, [ms]), ``appends_per_s``, ``lost`` and ``double`` (trials), ``forget_error`` (relative), and ``trials``.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "ledger.sqlite"
+        with open_memory(place) as ledger:
+            first = make_trials(0, min(_BATCH, count))
+            ledger.append(first)
+            ledger.recall()
+            for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch"):
+                ledger.append(make_trials(start, min(_BATCH, count - start)))
+            times = [_time_recall(ledger) for _ in range(_RECALLS)]
+            more = make_trials(count, _SINGLE)
+            begin = time.perf_counter()
+            for trial in more:
+                ledger.append([trial])
+            appends_per_s = _SINGLE / (time.perf_counter() - begin)
+            forget_error = _measure_forgetting(Path(folder), first[: min(500, count)])
+        lost, double = _kill_writer(Path(folder))
+    return {
+        "trials": count,
+        "recall_ms_1e5": 1e3 * float(np.median(times)),
+        "appends_per_s": appends_per_s,
+        "lost": lost,
+        "double": double,
+        "forget_error": forget_error,
+    }
+
+
+def make_trials(start: int, count: int) -> list[TrialEvidence]:
+    """Makes trials of holds of pieces of stock in the arm's home posture, numbered from a start."""
+    pieces = load_tools(MODELS / "workshop" / "blanks.yaml", load_materials())
+    static, noise = StaticHold(load_arm(ARM)), WeberNoise()
+    made = []
+    for piece in pieces:
+        features = measure_drawing(piece)
+        geometry = measure_geometry(features, range(len(features)), len(features))
+        nothing = noise.compute_features(static.tau_arm, static.tau_arm, static.Y)
+        parts = tuple(part.appearance for part in features)
+        made.append(TrialEvidence(piece.name, parts, geometry, noise, nothing, 10, len(static.tau_arm), "arm"))
+    trials = []
+    for number in range(start, start + count):
+        kind = number % len(pieces)
+        rng = np.random.default_rng([31, number])
+        tau = static.tau_arm + static.Y @ pieces[kind].parameters
+        tau = tau + noise.compute_sd(tau) * rng.standard_normal(len(tau))
+        moment = show_time(_BEGIN + timedelta(seconds=number))
+        # A thing is held ten times: a tenth as many things as trials.
+        name = f"{pieces[kind].name} {number // (10 * len(pieces))}"
+        felt = noise.compute_features(tau, static.tau_arm, static.Y)
+        trials.append(replace(made[kind], object_name=name, features=felt, time=moment))
+    return trials
+
+
+def _time_recall(ledger: Ledger) -> float:
+    begin = time.perf_counter()
+    ledger.recall()
+    return time.perf_counter() - begin
+
+
+def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
+    """Measures the largest relative difference of a belief after forgetting from one that never knew."""
+    with open_memory(folder / "forgets.sqlite") as ledger, open_memory(folder / "never.sqlite") as never:
+        ledger.append(trials)
+        ledger.recall()
+        forgotten = trials[-1].object_name
+        ledger.forget(Selection(object_name=forgotten))
+        never.append([trial for trial in trials if trial.object_name != forgotten])
+        one, other = (each.recall(prior=Prior()) for each in (ledger, never))
+        assert isinstance(one, MaterialMemory)
+        differences = [
+            np.abs(a - b).max() / np.abs(b).max()
+            for a, b in (
+                (one.belief.precision, other.belief.precision),
+                (one.belief.information_vector, other.belief.information_vector),
+            )
+        ]
+        return float(max(differences))
+
+
+def _kill_writer(folder: Path) -> tuple[int, int]:
+    """Kills a process that appends while another appends too; returns the trials lost, and those counted twice."""
+    place = folder / "killed.sqlite"
+    words = [sys.executable, "-m", "studies.loop.ledger_speed", str(place)]
+    with (
+        subprocess.Popen([*words, "0", "1000000"], cwd=_ROOT, stdout=subprocess.PIPE, text=True) as killed,
+        subprocess.Popen([*words, "500000", "50"], cwd=_ROOT, stdout=subprocess.PIPE, text=True) as other,
+    ):
+        assert killed.stdout is not None
+        assert other.stdout is not None
+        acknowledged = [killed.stdout.readline().strip() for _ in range(_ACKNOWLEDGED)]
+        killed.kill()
+        acknowledged += killed.stdout.read().split()
+        acknowledged += other.stdout.read().split()
+    with open_memory(place) as ledger:
+        ids = [trial.id for trial in ledger.list_trials()]
+    return len(set(acknowledged) - set(ids)), len(ids) - len(set(ids))
+
+
+def append_slowly(place: str, start: int, count: int) -> None:
+    """Appends trials one by one, and prints the id of each once it is appended."""
+    with open_memory(place) as ledger:
+        for number in range(start, start + count):
+            (trial,) = make_trials(number, 1)
+            ledger.append([trial])
+            print(trial.id, flush=True)
+
+
+if __name__ == "__main__":
+    append_slowly(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

@@ -1,0 +1,140 @@
+"""Life of one observer: pieces of stock are held one after the other, and what is chosen is judged in between."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
+from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.choice.weighing import measure, weigh
+from affordance.identification.identify import identify, see_tool
+from affordance.identification.settings import DEFAULT_SETTINGS
+from affordance.memory.identified_trial import build_identified_trial
+from affordance.memory.ledger import open_memory
+from affordance.objects.inertia import build_transform_map
+from affordance.objects.tool import Tool
+from affordance.settings import Settings
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import measure_geometry
+from studies.loop.recordings import Recorder
+
+# Numbers of pieces after which choices are judged, by their name in metrics.json.
+LEVELS: Mapping[str, int] = {"before": 0, "after_1": 1, "after_2": 2, "after_5": 5}
+# Sizes of stock are measured with a rule, relative standard deviation [1].
+_SIZE_ERROR = 0.02
+# Deviations leave a density of at least this share of the material's.
+_LEAST = 0.3
+_IDENTIFICATION = replace(DEFAULT_SETTINGS, num_samples=500)
+
+
+class Judged(NamedTuple):
+    """Choice that was judged by the true inertias.
+
+    Attributes:
+        is_right: True if no usable option costs less.
+        regret: Cost in excess of that of the best option, as a fraction of it.
+    """
+
+    is_right: bool
+    regret: float
+
+
+class TrueTool(NamedTuple):
+    """Tool with its true densities.
+
+    Attributes:
+        name: Name of the tool.
+        parameters: Its ten parameters about To, expressed in T, (10,).
+    """
+
+    name: str
+    parameters: Array
+
+
+def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> TrueTool:
+    """Draws the true inertia of a tool, whose materials deviate from their means, each by one deviation in a tool."""
+    features = measure_features(tool, VisionError(), rng)
+    materials = list(dict.fromkeys(part.material.name for part in tool.components))
+    geometry = measure_geometry(
+        features, [materials.index(part.material.name) for part in tool.components], len(materials)
+    )
+    means = np.array([next(p.material.density for p in tool.components if p.material.name == m) for m in materials])
+    densities = np.maximum(means + deviation_sd * rng.standard_normal(len(means)), _LEAST * means)
+    return TrueTool(tool.name, geometry.Phi @ densities)
+
+
+def live(
+    place: Path, recorder: Recorder, pieces: Sequence[Tool], settings: Settings, rng: np.random.Generator
+) -> Iterator[Memory]:
+    """Holds pieces of stock in random order; yields the recalled memory before the first and after each.
+
+    Args:
+        place: File of the lasting memory.
+        recorder: Robot that records itself.
+        pieces: Pieces of stock, as they are held.
+        settings: Settings of prior and learner.
+        rng: Random generator of the order, the true densities and all errors.
+    """
+    with open_memory(place) as ledger:
+        yield ledger.recall(settings.learner, settings.prior)
+        for index in rng.permutation(len(pieces)):
+            piece = pieces[index]
+            truth = draw_truth(piece, settings.prior.deviation_sd, rng)
+            seen = see_tool(piece, ledger.recall(prior=settings.prior), settings.prior, _SIZE_ERROR)
+            runs = recorder.record(truth.parameters, rng, piece.name)
+            belief = identify(
+                recorder.chain, runs, seen=seen, deviation_sd=settings.prior.deviation_sd, settings=_IDENTIFICATION
+            )
+            if belief.teaches:
+                trial = build_identified_trial(
+                    belief, seen, recorder.chain, runs.loaded, piece.name, _IDENTIFICATION.unseen_share
+                )
+                ledger.append([trial])
+            yield ledger.recall(settings.learner, settings.prior)
+
+
+def judge(
+    choice: Choice,
+    task: TaskCostModel,
+    memory: Memory,
+    truths: Sequence[TrueTool],
+    criterion: Criterion,
+    num_samples: int,
+    rng: np.random.Generator,
+) -> Judged:
+    """Judges the option that is advised under a memory by the true inertias, along the motions that are planned."""
+    advice = weigh(
+        choice.options, task, memory, choice.settings, criterion=criterion, num_samples=num_samples, rng=rng
+    )
+    costs = find_true_costs(choice, truths, criterion)
+    names = [option.name for option in choice.options]
+    best = float(costs.min())
+    # Where nothing is usable under the belief, one takes what is ranked first.
+    chosen = float(costs[names.index(advice.ranked[0].option.name)])
+    return Judged(chosen <= best, (chosen - best) / best if np.isfinite(chosen) else 1.0)
+
+
+def find_true_costs(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> Array:
+    """Computes the costs of all options with true inertias, infinite where infeasible, (options,)."""
+    named = {truth.name: truth.parameters for truth in truths}
+    pi = np.array(
+        [build_transform_map(np.linalg.inv(option.X_TG)) @ named[option.object_name] for option in choice.options]
+    )
+    costs, _ = measure(choice, pi[:, None], criterion)
+    true_costs: Array = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
+    return true_costs
+
+
+def is_mass_covered(
+    choice: Choice, memory: Memory, truths: Sequence[TrueTool], rng: np.random.Generator
+) -> list[bool]:
+    """Checks for each tool whether the 90 % interval of its predicted mass holds the true one."""
+    masses = choice.draw(memory, rng, 2000).parameters[:, :, 0]
+    low, high = np.quantile(masses, [0.05, 0.95], axis=1)
+    first = {option.object_name: i for i, option in reversed(list(enumerate(choice.options)))}
+    return [bool(low[first[t.name]] <= t.parameters[0] <= high[first[t.name]]) for t in truths]

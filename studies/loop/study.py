@@ -1,0 +1,201 @@
+"""Numbers of the study of the loop: choices and predictions of many observers on several robots."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Criterion
+from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.choice.options import Option
+from affordance.choice.tool_options import list_tool_options
+from affordance.choice.weighing import plan_options, weigh
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.objects.tool import Tool
+from affordance.reporting.statistics import estimate_proportion
+from affordance.robots.robot import Robot
+from affordance.settings import Settings
+from studies.loop.lives import LEVELS, TrueTool, draw_truth, find_true_costs, is_mass_covered, judge, live
+from studies.loop.recordings import MOTORS, TORQUE_SENSORS, build_recorder
+
+TASKS = ("hammer", "reach")
+CRITERIA = (Criterion.WORK, Criterion.GRIP)
+# Tools that hammer; kitchen tools only reach.
+_HAMMERS, _KITCHEN = "tools.yaml", "uncommon.yaml"
+_SAMPLES = 1000
+# Of `rank_seconds`: numbers of options and of samples of the belief.
+_TIMED_OPTIONS, _TIMED_SAMPLES = 10, 10_000
+
+
+@dataclass(frozen=True)
+class LoopConfig:
+    """Configuration of the lives on one robot.
+
+    Attributes:
+        folder: Folder of models of the robot.
+        has_torque_sensors: True for torque sensors at the joints, false for motor torques.
+        seed: Root of every random draw.
+    """
+
+    folder: Path
+    has_torque_sensors: bool
+    seed: int = 0
+
+
+class Bench(NamedTuple):
+    """Robot with all that is chosen from and held: planned once, as every observer sees the same tools.
+
+    Attributes:
+        robot: Robot.
+        settings: Settings, with its arm.
+        pieces: Pieces of stock.
+        tools: Tools, three hammers and two of a kitchen.
+        tasks: Tasks by name.
+        choices: Planned options by task.
+    """
+
+    robot: Robot
+    settings: Settings
+    pieces: Sequence[Tool]
+    tools: Sequence[Tool]
+    tasks: Mapping[str, TaskCostModel]
+    choices: Mapping[str, Choice]
+
+
+@lru_cache(maxsize=4)
+def build_bench(config: LoopConfig) -> Bench:
+    """Builds the bench of a robot: tools are seen in pictures, and every motion is planned."""
+    robot = Robot.load(config.folder)
+    settings = Settings(arm=robot.directives)
+    materials = load_materials(MODELS / "materials.yaml")
+    hammers, kitchen = (load_tools(MODELS / "workshop" / name, materials) for name in (_HAMMERS, _KITCHEN))
+    seen = list_tool_options([*hammers, *kitchen], by_sight=True, seed=config.seed)
+    names = {tool.name for tool in hammers}
+    tasks = {name: robot.load_task(name) for name in TASKS}
+    choices = {
+        name: plan_options([each for each in seen if name != "hammer" or each.object_name in names], task, settings)
+        for name, task in tasks.items()
+    }
+    pieces = load_tools(MODELS / "workshop" / "blanks.yaml", materials)
+    return Bench(robot, settings, pieces, [*hammers, *kitchen], tasks, choices)
+
+
+def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs one observer's life.
+
+    Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``covered``, (levels, tools); ``spread``, the excess
+        cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
+    """
+    bench = build_bench(config)
+    rng = np.random.default_rng([config.seed, repeat, 17])
+    recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
+    truths = [draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools]
+    shape = (len(LEVELS), len(TASKS), len(CRITERIA))
+    right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
+    with TemporaryDirectory() as folder:
+        lives = live(Path(folder) / "memory.sqlite", recorder, bench.pieces, bench.settings, rng)
+        memories = dict(enumerate(lives))
+    # Masses are predicted from looks of the observer's own, which need no plan.
+    own = list_own_options(bench, 1 + repeat + 1000 * config.seed)
+    seen = Choice(own, [bench.choices["reach"].cost_models[0]] * len(own), bench.settings)
+    for level, number in enumerate(LEVELS.values()):
+        memory = memories[number]
+        for i, task in enumerate(TASKS):
+            for j, criterion in enumerate(CRITERIA):
+                judged = judge(bench.choices[task], bench.tasks[task], memory, truths, criterion, _SAMPLES, rng)
+                right[level, i, j], regret[level, i, j] = judged
+        covered[level] = is_mass_covered(seen, memory, truths, rng)
+    spread = [[_find_spread(bench.choices[task], truths, each) for each in CRITERIA] for task in TASKS]
+    return {"right": right, "regret": regret, "covered": covered, "spread": np.array(spread)}
+
+
+def list_own_options(bench: Bench, seed: int) -> list[Option]:
+    """Lists the options of one observer, who looks at the tools by itself."""
+    return list_tool_options(bench.tools, by_sight=True, seed=seed)
+
+
+def _find_spread(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> float:
+    costs = find_true_costs(choice, truths, criterion)
+    usable: Array = costs[np.isfinite(costs)]
+    return float(usable.max() / usable.min() - 1.0)
+
+
+def describe_robot(
+    arrays: Mapping[str, NDArray[Any]], tasks: Sequence[str] = TASKS
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Describes what was found on a robot.
+
+    Returns: Content of metrics.json: for the criterion in which options differ most the shares of right choices and
+        the regret by level, over both tasks, and the coverage of predicted masses after all pieces; and details: the
+        same by task and criterion, with 95 % intervals.
+    """
+    best = int(np.argmax(arrays["spread"].mean(axis=(0, 1))))
+    right, regret = (arrays[name][..., best].mean(axis=2) for name in ("right", "regret"))
+    metrics = {
+        "by": CRITERIA[best].value,
+        "right": {name: float(right[:, i].mean()) for i, name in enumerate(LEVELS)},
+        "regret": {name: float(regret[:, i].mean()) for i, name in enumerate(LEVELS)},
+        "coverage_mass": float(arrays["covered"][:, -1].mean()),
+        "coverage_by_experience": {name: float(arrays["covered"][:, i].mean()) for i, name in enumerate(LEVELS)},
+    }
+    details: dict[str, Any] = {
+        task: {
+            criterion.value: {name: _describe_cell(arrays, (level, i, j)) for level, name in enumerate(LEVELS)}
+            | {"spread": float(arrays["spread"][:, i, j].mean())}
+            for j, criterion in enumerate(CRITERIA)
+        }
+        for i, task in enumerate(tasks)
+    }
+    return metrics, details
+
+
+def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
+    """Summarises all robots by the worst of them, for claims."""
+    each = list(robots.values())
+    return {
+        "least_right": min(robot["right"]["after_5"] for robot in each),
+        "largest_regret": max(robot["regret"]["after_5"] for robot in each),
+        "largest_rise": max(robot["regret"][level] - robot["regret"]["before"] for robot in each for level in LEVELS),
+        "least_coverage": min(robot["coverage_mass"] for robot in each),
+        "largest_coverage": max(robot["coverage_mass"] for robot in each),
+    }
+
+
+def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:
+    hits = arrays["right"][:, *place]
+    share = estimate_proportion(np.array(hits.sum()), len(hits))
+    return {
+        "right": float(share.mean),
+        "right_ci95": [float(share.low), float(share.high)],
+        "regret": float(arrays["regret"][:, *place].mean()),
+    }
+
+
+def time_ranking(config: LoopConfig) -> dict[str, float]:
+    """Times the ranking of ten options under 10,000 beliefs: planned for the first time, and again, [s]."""
+    bench = build_bench(config)
+    options = bench.choices["reach"].options[:_TIMED_OPTIONS]
+    settings = Settings(arm=bench.settings.arm, angle_margin=bench.settings.angle_margin * (1.0 + 1e-12))
+    times = []
+    for _ in range(2):  # settings that nothing was planned with before
+        begin = perf_counter()
+        weigh(
+            options,
+            bench.tasks["reach"],
+            MaterialMemory(),
+            settings,
+            num_samples=_TIMED_SAMPLES,
+            rng=np.random.default_rng(0),
+        )
+        times.append(perf_counter() - begin)
+    return {"first": times[0], "repeated": times[1]}

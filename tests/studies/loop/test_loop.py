@@ -1,0 +1,101 @@
+"""Study of the loop, small: recordings are those of the robot, lives teach, and choices are judged by the truth."""
+
+import numpy as np
+import pytest
+from helpers.loop_runs import QUIET, TASKS, build_bench, remember, run_lives
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Criterion
+from affordance.identification.identify import identify
+from affordance.robots.robot import Robot
+from affordance.settings import DEFAULT_SETTINGS
+from studies.loop import study
+from studies.loop.figure import draw_loop
+from studies.loop.ledger_speed import make_trials
+from studies.loop.lives import LEVELS, draw_truth, find_true_costs, judge, live
+from studies.loop.recordings import MOTORS, build_recorder, draw_errors, move
+
+PRIOR = DEFAULT_SETTINGS.prior
+
+
+@pytest.fixture(scope="module")
+def bench():
+    return build_bench()
+
+
+@pytest.mark.parametrize("signals", [QUIET, MOTORS._replace(noise_sd=4e-4, friction=(1e-3, 1e-3, 1e-3))])
+def test_recorded_pieces_are_identified(bench, signals):
+    rng = np.random.default_rng(3)
+    recorder = build_recorder(bench.robot, signals, rng)
+    truth = draw_truth(bench.pieces[0], PRIOR.deviation_sd, rng)
+    belief = identify(recorder.chain, recorder.record(truth.parameters, rng, "bar"))
+    assert belief.is_trusted, belief.doubts
+    assert abs(belief.mass - truth.parameters[0]) < 3.0 * belief.mass_sd
+    assert belief.mass_sd < 0.2 * truth.parameters[0]
+
+
+def test_motions_keep_limits_and_are_derivatives():
+    robot = Robot()
+    q, v, vdot = move(robot, np.random.default_rng(0))
+    limits = robot.limits
+    assert (q > limits.q_lower).all()
+    assert (q < limits.q_upper).all()
+    assert (np.abs(v) < limits.v_max).all()
+    np.testing.assert_allclose(np.gradient(q, 0.01, axis=0)[5:-5], v[5:-5], atol=1e-3)
+    np.testing.assert_allclose(np.gradient(v, 0.01, axis=0)[5:-5], vdot[5:-5], atol=5e-3)
+
+
+def test_errors_have_unit_variance_and_agree_for_their_time():
+    errors = draw_errors(200_000, 1, 20.0, np.random.default_rng(1))[:, 0]
+    assert errors.std() == pytest.approx(1.0, rel=0.05)
+    means = errors.reshape(-1, 1000).mean(axis=1)
+    assert 1000.0 * means.var() == pytest.approx(20.0, rel=0.2)
+
+
+def test_life_teaches_piece_by_piece(bench, tmp_path):
+    rng = np.random.default_rng(1)
+    recorder = build_recorder(bench.robot, QUIET, rng)
+    memories = list(live(tmp_path / "m.sqlite", recorder, bench.pieces, bench.settings, rng))
+    assert [len(memory.colours) for memory in memories] == [0, 1, 2, 3]
+    densities = memories[-1].belief
+    for piece in bench.pieces:
+        (material,) = {part.material for part in piece.components}
+        place = memories[-1].colours.index(material.colour)
+        sd = np.sqrt(densities.covariance[place, place])
+        assert abs(densities.untruncated_mean[place] - material.density) < 3.0 * sd
+
+
+def test_true_costs_are_those_of_known_densities_and_who_knows_them_is_right(bench):
+    choice, task = bench.choices["reach"], bench.tasks["reach"]
+    rng = np.random.default_rng(0)
+    truths = [draw_truth(tool, 0.0, rng) for tool in bench.tools]
+    densities = {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
+    known = MaterialMemory.from_densities(densities)
+    for criterion in Criterion:
+        judged = judge(choice, task, known, truths, criterion, 200, rng)
+        assert judged.is_right
+        assert judged.regret == 0.0
+    works = find_true_costs(choice, truths, Criterion.WORK)
+    rho = np.array([[densities[colour] for colour in choice.add_colours(known).colours]])
+    expected = choice.compute_costs(choice.compute_parameters(known, rho)).work[:, 0]
+    np.testing.assert_allclose(works, expected, rtol=0.05)  # a drawing's errors are of the first order
+
+
+def test_numbers_and_figure_of_a_small_study():
+    arrays = run_lives()
+    metrics, details = study.describe_robot(arrays, TASKS)
+    assert set(metrics) == {"by", "right", "regret", "coverage_mass", "coverage_by_experience"}
+    assert list(metrics["right"]) == list(metrics["regret"]) == list(LEVELS)
+    assert metrics["regret"]["after_5"] <= metrics["regret"]["before"]
+    assert set(details["reach"]) == {"work", "grip"}
+    low, high = details["reach"]["work"]["after_5"]["right_ci95"]
+    assert low <= details["reach"]["work"]["after_5"]["right"] <= high
+    figure = draw_loop({"ours": details})
+    assert [axes.get_title() for axes in figure.axes[:2]] == ["reach, compared by work", "reach, compared by grip"]
+
+
+def test_trials_of_the_timed_ledger_differ_and_recall_their_materials():
+    trials = make_trials(0, 12)
+    assert len({trial.id for trial in trials}) == 12
+    assert remember()["forget_error"] < 1e-9
+    assert remember(forgets_nothing=True)["forget_error"] > 1e-9
