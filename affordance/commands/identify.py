@@ -14,7 +14,9 @@ NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("robot", type=Path, help="folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml")
+    what = "folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml"
+    add("robot", nargs="?", type=Path, help=what)
+    add("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as other commands name it")
     add("--tip", help="link that carries the payload, or the wrist sensor (default: the run's description)")
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, required=True, metavar="RUN", help="recording with the load")
@@ -38,6 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add(
         "--size-error", type=float, default=0.2, metavar="SD", help="of the sizes of its parts, relative (default .2)"
+    )
+    add(
+        "--unseen",
+        type=float,
+        default=0.2,
+        metavar="SD",
+        help="mass that the camera does not see, relative (default .2; .02 of solid stock)",
     )
     add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
     add(

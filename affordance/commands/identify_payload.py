@@ -136,7 +136,10 @@ def _place_object(run: Run, values: Sequence[float]) -> Run:
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, NUM_SAMPLES)
-    settings = IdentificationSettings(num_samples=arguments.samples, seed=arguments.seed)
+    check_number("--unseen", arguments.unseen, 0.0, 1.0)
+    settings = IdentificationSettings(
+        num_samples=arguments.samples, seed=arguments.seed, unseen_share=arguments.unseen
+    )
     if arguments.min_speed is not None:
         check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
@@ -145,10 +148,16 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
 
 
 def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
-    tip = arguments.tip or loaded.description.tip or (HAND_FRAME if arguments.robot.is_dir() else "")
+    given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
+    if len(given) != 1:
+        raise BadValueError(
+            "--robot", "", f"is given {len(given)} times, must be given once, as an option or without"
+        )
+    (robot,) = given
+    tip = arguments.tip or loaded.description.tip or (HAND_FRAME if robot.is_dir() else "")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
-    return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
+    return load_robot(robot, tip, arguments.base or loaded.description.base or None)
 
 
 def _find_tool(arguments: argparse.Namespace) -> Tool:

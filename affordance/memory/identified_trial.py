@@ -12,6 +12,7 @@ from affordance.identification.recording.run import Run
 from affordance.memory.felt_models import PayloadQuadratic, pack
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.plant.arm import ARM
 from affordance.vision.systems import measure_geometry
 
 
@@ -46,9 +47,14 @@ def build_identified_trial(
         features=pack(felt),
         num_samples=len(run.q),
         num_joints=len(robot.joint_names),
-        robot=Path(robot.source).stem,
+        robot=_name_robot(Path(robot.source)),
         fingerprint=robot.fingerprint,
         p_value=1.0 if belief.p_value is None else belief.p_value,
         source=Path(run.source).name,
         source_hash=run.fingerprint,
     )
+
+
+def _name_robot(source: Path) -> str:
+    """Names a robot by its file, or by the folder that import-arm wrote."""
+    return source.resolve().parent.name if source.name == ARM.name else source.stem

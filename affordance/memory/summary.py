@@ -121,13 +121,17 @@ def _describe_thing(
         belief.precision - selection.T @ shared.precision @ selection,
         belief.information_vector - selection.T @ shared.information_vector,
     )
-    densities = others.select(chosen).add_object_variation(prior.deviation_sd).condition(own)
+    before = others.select(chosen).add_object_variation(prior.deviation_sd)
+    densities = before.condition(own)
+    # The mass is that of the whole, whatever of it was not seen: the body, given what was felt of it.
     geometry = of_object.build_geometry()
-    mean = densities.compute_mean()
-    volumes = geometry.Phi[0]
-    variance = volumes @ densities.covariance @ volumes + geometry.compute_covariance(mean)[0, 0]
+    C = geometry.Phi @ before.covariance @ geometry.Phi.T + geometry.compute_covariance(densities.compute_mean())
+    H, b = of_object.body.precision, of_object.body.information
+    start = geometry.Phi @ before.untruncated_mean
+    covariance = np.linalg.solve(np.eye(len(C)) + C @ H, C)
+    mass = float((start + covariance @ (b - H @ start))[0])
     medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
-    return KnownThing(name, float(volumes @ mean), float(np.sqrt(variance)), medians, _describe(trials))
+    return KnownThing(name, mass, float(np.sqrt(covariance[0, 0])), medians, _describe(trials))
 
 
 def _describe(trials: Sequence[TrialEvidence]) -> Experience:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, ScalarFormatter
 
 from affordance.memory.summary import Experience, MemorySummary
 from affordance.objects.colour import Colour
@@ -10,6 +11,8 @@ from affordance.reporting.figures import tidy
 
 # Height of a row, and of all else, [inch].
 _ROW, _REST = 0.3, 1.2
+# Densities at the axis, and the least that is shown, [kg/m^3].
+_TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
 # Half of the standard normal's 90 % interval.
 _HALF90 = 1.645
 
@@ -29,6 +32,11 @@ def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
         of_materials.plot([low, high], [place, place], color=each.colour, linewidth=6.0, solid_capstyle="butt")
         of_materials.plot(each.median, place, "o", color="black", markersize=4.0)
     of_materials.set_xscale("log")
+    ends = [end for each in summary.materials for end in each.interval90] or [100.0, 10_000.0]
+    of_materials.set_xlim(max(min(ends) / 1.5, _LIGHTEST), max(ends) * 1.5)
+    of_materials.set_xticks([tick for tick in _TICKS if min(ends) / 1.5 <= tick <= max(ends) * 1.5])
+    of_materials.xaxis.set_major_formatter(ScalarFormatter())
+    of_materials.xaxis.set_minor_formatter(NullFormatter())
     of_materials.set_xlabel("density: median and 90 % interval (kg/m³)")
     labels = [_label(names[each.colour], each.experience) for each in summary.materials]
     of_materials.set_yticks(range(len(labels)), labels)
@@ -41,7 +49,7 @@ def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
     labels = [_label(each.name, each.experience) for each in summary.things]
     of_things.set_yticks(range(len(labels)), labels)
     for axes in (of_materials, of_things):
-        axes.invert_yaxis()
+        axes.set_ylim(rows - 0.5, -0.5)
     tidy(of_materials, of_things)
     return figure
 

@@ -10,6 +10,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+from affordance.vision.systems import measure_geometry
 from tqdm import tqdm
 
 from affordance.belief.density_belief import Prior
@@ -25,7 +26,6 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.vision.features import measure_drawing
-from affordance.vision.visual_prior import measure_geometry
 
 _ROOT = Path(__file__).parents[2]
 # Trials that are appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.

@@ -169,6 +169,7 @@ def test_pose_of_the_object_is_checked(folder):
     ("words", "message"),
     [
         (["--reference-mass", "-1"], "--reference-mass: is -1.0, must be from 0.001 to 1000 kg"),
+        (["--robot", "nowhere"], "--robot: is given 2 times, must be given once"),
         (["--samples", "5"], "--samples: is 5, must be from 100 to 1000000"),
         (["--min-speed", "-1"], "--min-speed: is -1.0, must be from 0 to 10 rad/s"),
         (["--tip", "flunge"], "--tip: is .flunge., which .* has not; nearest: flange"),

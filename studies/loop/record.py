@@ -1,0 +1,69 @@
+"""Recordings of pieces of stock on disk, as a user's logs: ``python -m studies.loop.record ROBOT --out DIR``.
+
+For each piece two CSV files, the motion with an empty hand and with the piece, and a YAML file that describes them.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from affordance.files.atomic import write_text
+from affordance.files.model_folder import MODELS
+from affordance.identification.recording.run import Run
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.plant.load import HAND_FRAME
+from affordance.robots.robot import Robot
+from affordance.settings import DEFAULT_SETTINGS
+from studies.loop.lives import draw_truth
+from studies.loop.recordings import MOTORS, TORQUE_SENSORS, Signals, build_recorder
+
+STOCK = MODELS / "workshop" / "blanks.yaml"
+
+
+def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dict[str, tuple[Path, Path]]:
+    """Writes the recordings of all pieces of stock; returns the empty and the loaded file of each, by its name."""
+    rng = np.random.default_rng(seed)
+    recorder = build_recorder(robot, signals, rng)
+    files = {}
+    for piece in load_tools(STOCK, load_materials()):
+        truth = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation_sd, rng)
+        runs = recorder.record(truth.parameters, rng, piece.name)
+        stem = piece.name.replace(" ", "_")
+        files[piece.name] = (
+            _write(folder / f"{stem}_empty.csv", runs.empty[0]),
+            _write(folder / f"{stem}.csv", runs.loaded),
+        )
+    return files
+
+
+def _write(path: Path, run: Run) -> Path:
+    assert run.v is not None
+    joints = run.description.joint_names
+    header = ",".join(["time", *(f"{kind}_{i + 1}" for kind in ("q", "v", "tau") for i in range(len(joints)))])
+    rows = np.hstack([run.times[:, None], run.q, run.v, run.signal])
+    lines = [header, *(",".join(f"{value:.6g}" for value in row) for row in rows)]
+    write_text(path, "\n".join(lines) + "\n")
+    text = f"joints: [{', '.join(joints)}]\nsignal: {run.description.kind.value}\ntip: {HAND_FRAME}\n"
+    write_text(path.with_suffix(".yaml"), text)
+    return path
+
+
+def main() -> None:
+    """Records the stock by the command line."""
+    parser = argparse.ArgumentParser(description="record pieces of stock on a simulated robot, as CSV files")
+    parser.add_argument("robot", type=Path, help="folder that import-arm wrote")
+    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
+    parser.add_argument("--motors", action="store_true", help="motor torques in place of torque sensors")
+    parser.add_argument("--seed", type=int, default=0, help="root of every random draw")
+    arguments = parser.parse_args()
+    signals = MOTORS if arguments.motors else TORQUE_SENSORS
+    for name, (_, loaded) in record_stock(
+        Robot.load(arguments.robot), arguments.out, signals, arguments.seed
+    ).items():
+        print(f"{name}: {loaded}")
+
+
+if __name__ == "__main__":
+    main()
