@@ -7,14 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from affordance.arguments import check_whole
+from affordance.choice.demand import Criterion
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.constraints import Whole
 from affordance.robots.kept import open_robot
 from studies.arms.robots import ROBOTS, Robot, find_folder
+from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import measure_ledger
-from studies.loop.study import LoopConfig, describe_robot, run_life, summarise_robots, time_ranking
+from studies.loop.study import (
+    LoopConfig,
+    build_bench,
+    describe_robot,
+    run_life,
+    start_life,
+    summarise_robots,
+    time_ranking,
+)
 from studies.study import Findings, Study, Work, run_kept
 
 # Robots that are studied, and whether they have torque sensors at their joints.
@@ -73,6 +83,7 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
             description=f"loop: {robot.name}",
         )
         metrics[robot.name], details[robot.name] = describe_robot(arrays)
+        metrics[robot.name]["executed"] = execute_choices(config, Criterion(metrics[robot.name]["by"]))
     assert timed is not None
     memory = measure_ledger(arguments.trials)
     numbers = {
@@ -85,6 +96,13 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
         **{name: memory[name] for name in ("recall_ms_1e5", "lost", "double", "forget_error")},
     }
     yield Findings(numbers=numbers, details=details, figures={"loop": partial(draw_loop, details)})
+
+
+def execute_choices(config: LoopConfig, criterion: Criterion) -> dict[str, Any]:
+    """Simulates in full what the first observer chooses after all pieces."""
+    bench = build_bench(config)
+    *_, memory = start_life(config, bench, 0).memories.values()
+    return execute(bench, memory, criterion, config.seed)
 
 
 STUDY = Study(

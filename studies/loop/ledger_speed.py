@@ -10,7 +10,6 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
-from affordance.vision.systems import measure_geometry
 from tqdm import tqdm
 
 from affordance.belief.density_belief import Prior
@@ -25,7 +24,8 @@ from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
-from affordance.vision.features import measure_drawing
+from affordance.vision.eye import measure_drawing
+from affordance.vision.systems import measure_geometry
 
 _ROOT = Path(__file__).parents[2]
 # Trials that are appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from affordance.vision.systems import measure_geometry
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
@@ -20,7 +19,9 @@ from affordance.memory.ledger import open_memory
 from affordance.objects.inertia import build_transform_map
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
-from affordance.vision.features import VisionError, measure_features
+from affordance.vision.eye import measure_features
+from affordance.vision.features import VisionError
+from affordance.vision.systems import measure_geometry
 from studies.loop.recordings import Recorder
 
 # Numbers of pieces after which choices are judged, by their name in metrics.json.

@@ -5,6 +5,7 @@ For each piece two CSV files, the motion with an empty hand and with the piece, 
 
 import argparse
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +23,22 @@ from studies.loop.recordings import MOTORS, TORQUE_SENSORS, Signals, build_recor
 STOCK = MODELS / "workshop" / "blanks.yaml"
 
 
-def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dict[str, tuple[Path, Path]]:
-    """Writes the recordings of all pieces of stock; returns the empty and the loaded file of each, by its name."""
+class Recorded(NamedTuple):
+    """Recorded piece of stock.
+
+    Attributes:
+        mass: True mass, [kg].
+        empty: Recording of the empty hand.
+        loaded: Recording with the piece.
+    """
+
+    mass: float
+    empty: Path
+    loaded: Path
+
+
+def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dict[str, Recorded]:
+    """Writes the recordings of all pieces of stock; returns what was recorded of each, by its name."""
     rng = np.random.default_rng(seed)
     recorder = build_recorder(robot, signals, rng)
     files = {}
@@ -31,7 +46,8 @@ def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dic
         truth = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation_sd, rng)
         runs = recorder.record(truth.parameters, rng, piece.name)
         stem = piece.name.replace(" ", "_")
-        files[piece.name] = (
+        files[piece.name] = Recorded(
+            float(truth.parameters[0]),
             _write(folder / f"{stem}_empty.csv", runs.empty[0]),
             _write(folder / f"{stem}.csv", runs.loaded),
         )
@@ -59,10 +75,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw")
     arguments = parser.parse_args()
     signals = MOTORS if arguments.motors else TORQUE_SENSORS
-    for name, (_, loaded) in record_stock(
-        Robot.load(arguments.robot), arguments.out, signals, arguments.seed
-    ).items():
-        print(f"{name}: {loaded}")
+    recorded = record_stock(Robot.load(arguments.robot), arguments.out, signals, arguments.seed)
+    for name, piece in recorded.items():
+        print(f"{name}: truly {piece.mass:.3f} kg: {piece.loaded}")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.options import Option
@@ -90,6 +91,30 @@ def build_bench(config: LoopConfig) -> Bench:
     return Bench(robot, settings, pieces, [*hammers, *kitchen], tasks, choices)
 
 
+class Life(NamedTuple):
+    """Observer with its true tools and its memories.
+
+    Attributes:
+        rng: Random generator of all that is still to be drawn.
+        truths: Tools with their true inertias.
+        memories: Memory by the number of pieces that were held.
+    """
+
+    rng: np.random.Generator
+    truths: Sequence[TrueTool]
+    memories: Mapping[int, Memory]
+
+
+def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
+    """Lets an observer hold all pieces of stock."""
+    rng = np.random.default_rng([config.seed, repeat, 17])
+    recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
+    truths = [draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools]
+    with TemporaryDirectory() as folder:
+        lives = live(Path(folder) / "memory.sqlite", recorder, bench.pieces, bench.settings, rng)
+        return Life(rng, truths, dict(enumerate(lives)))
+
+
 def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
@@ -97,14 +122,9 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
         cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
     """
     bench = build_bench(config)
-    rng = np.random.default_rng([config.seed, repeat, 17])
-    recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
-    truths = [draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools]
+    rng, truths, memories = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
-    with TemporaryDirectory() as folder:
-        lives = live(Path(folder) / "memory.sqlite", recorder, bench.pieces, bench.settings, rng)
-        memories = dict(enumerate(lives))
     # Masses are predicted from looks of the observer's own, which need no plan.
     own = list_own_options(bench, 1 + repeat + 1000 * config.seed)
     seen = Choice(own, [bench.choices["reach"].cost_models[0]] * len(own), bench.settings)

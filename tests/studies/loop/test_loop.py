@@ -10,6 +10,7 @@ from affordance.identification.identify import identify
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
 from studies.loop import study
+from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import make_trials
 from studies.loop.lives import LEVELS, draw_truth, find_true_costs, judge, live
@@ -99,3 +100,9 @@ def test_trials_of_the_timed_ledger_differ_and_recall_their_materials():
     assert len({trial.id for trial in trials}) == 12
     assert remember()["forget_error"] < 1e-9
     assert remember(forgets_nothing=True)["forget_error"] > 1e-9
+
+
+def test_chosen_reach_is_executed_within_its_tolerance(bench):
+    found = execute(bench, MaterialMemory(), Criterion.WORK, 0)["reach"]
+    assert found["option"] in [option.name for option in bench.choices["reach"].options]
+    assert 0.0 < found["error_m"] < found["tolerance_m"]

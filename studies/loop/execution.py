@@ -1,0 +1,54 @@
+"""Full simulation of what is chosen: the blow with contact, and the reach, on the robot for which it was chosen."""
+
+from typing import Any
+
+import numpy as np
+
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
+from affordance.choice.hammer import Hammer
+from affordance.choice.options import Option
+from affordance.choice.reach import Reach
+from affordance.choice.weighing import weigh
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm_model import ArmModel
+from affordance.simulation.blow import simulate_blow
+from affordance.simulation.rollout import roll_out
+from studies.loop.study import Bench
+
+_SAMPLES = 1000
+
+
+def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> dict[str, Any]:
+    """Chooses for each task under a memory, and simulates what is chosen with the tool as it is.
+
+    Returns: By task the chosen option; of a blow ``force_error``, the peak resistance over that demanded, less one,
+        and ``travel_m``; of a reach ``error_m``, the largest distance of the free end from its path, and tolerance.
+    """
+    found: dict[str, Any] = {}
+    for name, task in bench.tasks.items():
+        advice = weigh(
+            bench.choices[name].options,
+            task,
+            memory,
+            bench.settings,
+            criterion=criterion,
+            num_samples=_SAMPLES,
+            rng=np.random.default_rng(seed),
+        )
+        option = advice.ranked[0].option
+        tool = _grip(bench, option)
+        if isinstance(task, Hammer):
+            planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)
+            blow = simulate_blow(tool, task, planned, list_densities([tool]), bench.settings)
+            error = blow.force / task.force - 1.0
+            found[name] = {"option": option.name, "force_error": error, "travel_m": blow.travel}
+        elif isinstance(task, Reach):
+            motion = roll_out(tool, task, list_densities([tool]), bench.settings)
+            found[name] = {"option": option.name, "error_m": motion.error, "tolerance_m": task.path.tolerance}
+    return found
+
+
+def _grip(bench: Bench, option: Option) -> Tool:
+    tool = next(tool for tool in bench.tools if tool.name == option.object_name)
+    return tool.gripped_by(next(grip for grip in tool.grips if grip.name == option.grip))
