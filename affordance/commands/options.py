@@ -68,6 +68,12 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     add_arm_arguments(parser)
 
 
+def find_shipped(arguments: argparse.Namespace) -> Path:
+    """Returns the folder whose protocols can be named: that of the robot, or of the program for a robot's file."""
+    robot: Path | None = arguments.robot
+    return robot if robot is not None and robot.is_dir() else MODELS
+
+
 def add_set(parser: argparse.ArgumentParser) -> None:
     """Adds ``--set``, which changes settings by name."""
     parser.add_argument(

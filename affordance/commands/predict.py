@@ -2,14 +2,14 @@
 
 import argparse
 
-from affordance.commands.options import add_run_options, check_bounds
+from affordance.commands.options import add_run_options, check_bounds, find_shipped, read_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.suite import load_experiment
 from affordance.named_settings import parse_changes
-from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.reporting.learner_predictions import format_predictions
+from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 
@@ -23,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("protocol", help="path of a protocol, or the name of a shipped one")
     add_run_options(
-        parser, None, f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})"
+        parser,
+        None,
+        f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})",
+        models="",
     )
 
 
@@ -33,15 +36,16 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         BadValueError: An option is out of bounds, or the protocol is invalid.
     """
-    number = find_number_of_observers(arguments.protocol, arguments.models)
+    number = find_number_of_observers(arguments.protocol, find_shipped(arguments))
     if arguments.repeats is None:
         arguments.repeats = number or _REPEATS
     check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     check_folder(arguments.out)
-    settings, changes = Settings(arm=arguments.models / ARM.name), parse_changes(arguments.changes)
-    experiment = load_experiment(arguments.protocol, arguments.models, arguments.seed, settings, changes)
+    robot = open_robot(arguments.robot, read_options(arguments), arguments.out / "arms")
+    settings, changes = Settings(arm=robot.directives), parse_changes(arguments.changes)
+    experiment = load_experiment(arguments.protocol, robot.folder, arguments.seed, settings, changes)
     found = predict_protocol(experiment, arguments.out, repeats=arguments.repeats, jobs=arguments.jobs)
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
     print(f"The predictions: {found.path}")

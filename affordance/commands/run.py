@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import add_run_options, check_bounds, read_options
+from affordance.commands.options import add_run_options, check_bounds, find_shipped, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
-from affordance.files.model_folder import MODELS, has_studies
+from affordance.files.model_folder import has_studies
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
 from affordance.robots.kept import open_robot
@@ -95,7 +95,7 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return DEFAULT_REPEATS
     _check_experiment(arguments)
-    return find_number_of_observers(arguments.experiment, _find_shipped(arguments.robot)) or DEFAULT_REPEATS
+    return find_number_of_observers(arguments.experiment, find_shipped(arguments)) or DEFAULT_REPEATS
 
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -118,15 +118,10 @@ def _open_models(arguments: argparse.Namespace) -> Path:
     return robot.folder
 
 
-def _find_shipped(robot: Path | None) -> Path:
-    """Returns the folder whose protocols can be named: that of the robot, or of the program for a robot's file."""
-    return robot if robot is not None and robot.is_dir() else MODELS
-
-
 def _check_experiment(arguments: argparse.Namespace) -> None:
     """Checks that an experiment exists, or is the path of a protocol."""
     if Path(arguments.experiment).suffix in SUFFIXES:
         return
-    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(_find_shipped(arguments.robot))))
+    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(find_shipped(arguments))))
     if arguments.experiment not in known:
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
