@@ -24,6 +24,7 @@ COMMANDS = (
     "new-protocol",
     "predict",
     "rank",
+    "next",
     "settings",
     "import-arm",
     "identify",

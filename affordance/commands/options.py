@@ -7,11 +7,16 @@ from pathlib import Path
 import joblib
 
 from affordance.arguments import JOBS, REPEATS, check_whole
-from affordance.exceptions import BadValueError
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
+from affordance.memory.evidence_sums import SameColours
+from affordance.memory.ledger import open_memory
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
+from affordance.objects.tool import Tool
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -248,3 +253,33 @@ def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
             raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
         pairs.append((parse_colour(one), parse_colour(other)))
     return pairs
+
+
+def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
+    """Recalls a lasting memory; without one, returns the memory of an observer who knows nothing.
+
+    Raises:
+        BadValueError: There is no memory at this place.
+    """
+    if place is None:
+        return MaterialMemory()
+    with open_memory(place, create=False) as ledger:
+        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
+
+
+def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
+    """Selects tools by their names, all if no names are given.
+
+    Raises:
+        BadValueError: A name is unknown.
+        AffordanceError: A tool has no grips.
+    """
+    known = {tool.name: tool for tool in tools}
+    for name in names:
+        if name not in known:
+            raise BadValueError(path, "--only", describe_choice(name, list(known)))
+    chosen = [known[name] for name in names] or list(tools)
+    for tool in chosen:
+        if not tool.grips:
+            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
+    return chosen

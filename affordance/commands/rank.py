@@ -9,8 +9,6 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.keep import Keep
@@ -24,16 +22,16 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    choose_tools,
     parse_same_colours,
     read_options,
+    recall,
     refuse_changes,
 )
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import SameColours
-from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
@@ -159,18 +157,6 @@ def choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Cr
     return criterion
 
 
-def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
-    """Recalls a lasting memory; without one, returns the memory of an observer who knows nothing.
-
-    Raises:
-        BadValueError: There is no memory at this place.
-    """
-    if place is None:
-        return MaterialMemory()
-    with open_memory(place, create=False) as ledger:
-        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
-
-
 def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     """Reads what the gripper holds.
 
@@ -183,24 +169,6 @@ def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
         if value is not None:
             given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
     return GripBounds(**given)
-
-
-def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by their names, all if no names are given.
-
-    Raises:
-        BadValueError: A name is unknown.
-        AffordanceError: A tool has no grips.
-    """
-    known = {tool.name: tool for tool in tools}
-    for name in names:
-        if name not in known:
-            raise BadValueError(path, "--only", describe_choice(name, list(known)))
-    chosen = [known[name] for name in names] or list(tools)
-    for tool in chosen:
-        if not tool.grips:
-            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
-    return chosen
 
 
 def _draw(folder: Path, advice: Advice, settings: Settings, tools: Sequence[Tool], title: str) -> None:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.memory.evidence_sums import MaterialSum, ObjectSum, SameColours
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger
@@ -107,6 +108,23 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
         if not isinstance(trials[thing][0].model, MeanDensities)
     )
     return MemorySummary(tuple(materials), known)
+
+
+def recall_own(ledger: Ledger, prior: Prior) -> dict[str, Likelihood]:
+    """Recalls the likelihood of each thing's own densities by its name, a density for each colour of its parts."""
+    found = {}
+    total = MaterialSum(prior)
+    for thing in ledger.list_things():
+        trials = ledger.list_thing_trials(thing)
+        of_object = ObjectSum.start(trials[0], total.recognise(trials[0].parts))
+        for trial in trials:
+            of_object = of_object.add(trial, prior)
+        if of_object.body.precision.any():
+            own = of_object.compute_own_likelihood(prior)
+            order = [of_object.materials.index(column) for column in dict.fromkeys(of_object.columns)]
+            precision = own.precision[np.ix_(order, order)]
+            found[thing] = Likelihood(precision, own.information_vector[order], np.nan)
+    return found
 
 
 def _describe_thing(

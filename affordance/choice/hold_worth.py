@@ -1,0 +1,190 @@
+"""Worth of holding something before choosing: by how much the least expected cost is expected to fall.
+
+With c_i the cost of option i and y what would be felt,
+
+    worth = min_i E[c_i] - E_y[min_i E[c_i | y]]
+
+E[c_i | y] is estimated by regression of the costs on what would be felt, one outcome for each sample of the belief
+(Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570): a polynomial of the whitened percept.
+Samples are divided into folds: the option is picked by a fit to the other folds and priced by the costs of its own,
+as noise among nearly equal options would otherwise count as worth. A poor fit thus lowers a worth and never raises it. Closed forms for normal beliefs and linear costs are
+wrong for hammering, whose effective mass is not linear in densities.
+"""
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.objects.inertia import Geometry
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import NoiseModel
+
+# Degree of the polynomial by the number of variables, folds of the samples, and share of the largest singular value
+# below which a direction of the percept says nothing about materials.
+_DEGREES, _FOLDS, _SEEN = {0: 0, 1: 6, 2: 4}, 4, 1e-3
+_LEAST_DEGREE = 3
+# A sample with which an option is infeasible is charged this many times the mean cost of the dearest feasible option:
+# with a threshold of probability in its place, information would have a negative worth.
+_FAILURE = 2.0
+# Standard deviations beyond which percepts are squeezed, so that tails do not lead the fit.
+_TAIL = 3.0
+_TIE = 1e-9
+
+
+class PossibleHold(NamedTuple):
+    """Object that may be held still, with what would be felt.
+
+    Attributes:
+        name: Name of the object.
+        geometry: Geometry of the object in the hand, a column for each of the M colours of the memory.
+        densities: Samples of its own densities, (S, M), [kg/m^3].
+    """
+
+    name: str
+    geometry: Geometry
+    densities: Array
+
+
+class Decision(NamedTuple):
+    """Choice among k options, with their costs under each of S samples.
+
+    Attributes:
+        name: Name of the task.
+        options: Names of the options.
+        cost: Costs, (k, S).
+        feasible: True where an option is feasible, (k, S).
+        uses: Number of times that the task is to be done.
+    """
+
+    name: str
+    options: tuple[str, ...]
+    cost: Array
+    feasible: NDArray[np.bool_]
+    uses: float = 1.0
+
+    def charge(self) -> Array:
+        """Computes the costs with infeasible samples charged, (k, S)."""
+        usable = self.feasible & np.isfinite(self.cost)
+        if not usable.any():
+            return np.zeros_like(self.cost)
+        means = [row[ok].mean() for row, ok in zip(self.cost, usable, strict=True) if ok.any()]
+        return np.where(usable, self.cost, np.maximum(_FAILURE * max(means), np.where(usable, self.cost, 0.0)))
+
+    def mark_best(self) -> Array:
+        """Marks the cheapest feasible option of each sample by one, ties by shares of it, (k, S)."""
+        cost = np.where(self.feasible, self.cost, np.inf)
+        least = cost.min(axis=0)
+        equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
+        marked: Array = equal / np.maximum(equal.sum(axis=0), 1)
+        return marked
+
+    def find_best(self) -> tuple[int, Array, float]:
+        """Finds the option of least expected cost.
+
+        Returns: Its index, the probability of each option to be the cheapest feasible one, (k,), and the regret that
+            is expected of taking the first: its mean cost less the mean of the least cost of each sample.
+        """
+        charged = self.charge()
+        best = int(charged.mean(axis=1).argmin())
+        return best, self.mark_best().mean(axis=1), float((charged[best] - charged.min(axis=0)).mean())
+
+
+class Worth(NamedTuple):
+    """Worth of a hold.
+
+    Attributes:
+        worths: Worth for each decision, once, at least 0, (D,), in the unit of its cost.
+        se: Standard error of the sum over decisions and uses.
+        p_best_after: Probability of being the cheapest that the chosen option is expected to have then, (D,).
+    """
+
+    worths: Array
+    se: float
+    p_best_after: Array
+
+
+def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
+    """Draws what would be felt of an object, one outcome for each sample, reduced to what tells about materials.
+
+    Args:
+        hold: Object.
+        static: Arm in the posture of the hold.
+        noise: Errors of measured torques.
+        sd: Standard deviations of the samples of material means, (M,), [kg/m^3].
+        rng: Random generator of the errors of geometry and torque.
+
+    Returns: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
+    """
+    errors = rng.standard_normal((len(hold.densities), len(hold.geometry.Phi_errors)))
+    load = hold.geometry.compute_parameters(hold.densities, errors) @ static.Y.T
+    total = static.tau_arm + load
+    scale = noise.compute_sd(total.mean(axis=0))
+    felt = load + np.array([noise.compute_sd(each) for each in total]) * rng.standard_normal(load.shape)
+    regressor = static.Y @ hold.geometry.Phi
+    # All but the materials' means: errors of torque and geometry, and the object's own deviation.
+    own = hold.densities - hold.densities.mean(axis=0)
+    spread = np.maximum(own.var(axis=0) - sd**2, 0.0)
+    covariance = np.diag(scale**2) + regressor * spread @ regressor.T
+    covariance += static.Y @ hold.geometry.compute_covariance(hold.densities.mean(axis=0)) @ static.Y.T
+    root = np.linalg.cholesky(covariance)
+    u, s, _ = np.linalg.svd(np.linalg.solve(root, regressor) * sd, full_matrices=False)
+    if not s.size or s[0] == 0.0:
+        return np.zeros((len(felt), 0))
+    reduced: Array = felt @ np.linalg.solve(root.T, u[:, s > _SEEN * s[0]])
+    return reduced
+
+
+def measure_worth(percepts: Sequence[Array], decisions: Sequence[Decision]) -> Worth:
+    """Measures the worth of holds that are all made before choosing.
+
+    Args:
+        percepts: Percept of each hold, (S, r) each, under the same samples as the costs.
+        decisions: Decisions that are to be made.
+    """
+    X = _expand(np.hstack(percepts))
+    num_samples = len(X)
+    fold = np.arange(num_samples) % _FOLDS
+    charged = [decision.charge() for decision in decisions]
+    best = [decision.mark_best() for decision in decisions]
+    targets = np.concatenate([*charged, *best])
+    worths, certain = np.zeros((_FOLDS, len(decisions))), np.zeros((_FOLDS, len(decisions)))
+    ends = np.cumsum([0, *(len(cost) for cost in charged)])
+    for k in range(_FOLDS):
+        inside = fold == k
+        fit = X[inside] @ np.linalg.lstsq(X[~inside], targets[:, ~inside].T, rcond=None)[0]
+        found = targets[:, inside].T
+        rows = np.arange(len(found))
+        for d, (a, b) in enumerate(itertools.pairwise(ends)):
+            now = int(charged[d][:, ~inside].mean(axis=1).argmin())
+            picked = fit[:, a:b].argmin(axis=1)
+            worths[k, d] = (found[:, a + now] - found[rows, a + picked]).mean()
+            certain[k, d] = found[rows, ends[-1] + a + picked].mean()
+    uses = np.array([decision.uses for decision in decisions])
+    se = float((worths @ uses).std(ddof=1) / np.sqrt(_FOLDS))
+    return Worth(np.maximum(worths.mean(axis=0), 0.0), se, np.clip(certain.mean(axis=0), 0.0, 1.0))
+
+
+def measure_information(hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array) -> float:
+    """Computes the information of a hold about materials, for a normal belief, [nat]; covariance of (M, M)."""
+    rho = hold.densities.mean(axis=0)
+    regressor = static.Y @ hold.geometry.Phi
+    spread = np.maximum(hold.densities.var(axis=0) - np.diag(covariance), 0.0)
+    R = np.diag(noise.compute_sd(static.tau_arm + regressor @ rho) ** 2) + regressor * spread @ regressor.T
+    R += static.Y @ hold.geometry.compute_covariance(rho) @ static.Y.T
+    gain = regressor.T @ np.linalg.solve(R, regressor)
+    return 0.5 * float(np.linalg.slogdet(np.eye(len(gain)) + covariance @ gain)[1])
+
+
+def _expand(percept: Array) -> Array:
+    """Expands percepts, (S, r), to all their products up to a degree, (S, number of products)."""
+    centred = percept - percept.mean(axis=0)
+    t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
+    columns = [np.ones(len(t))]
+    for degree in range(1, _DEGREES.get(t.shape[1], _LEAST_DEGREE) + 1):
+        for chosen in itertools.combinations_with_replacement(range(t.shape[1]), degree):
+            columns.append(t[:, chosen].prod(axis=1))
+    return np.stack(columns, axis=1)

@@ -1,0 +1,184 @@
+"""``affordance next``: says what to hold next before tools are chosen, what it is worth, and when to stop."""
+
+import argparse
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from affordance.arguments import check_number, check_whole
+from affordance.belief.likelihood import Likelihood
+from affordance.choice.demand import Criterion
+from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
+from affordance.choice.tool_options import list_tool_options
+from affordance.choice.weighing import plan_options
+from affordance.commands.options import (
+    add_robot,
+    add_same_colour,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    choose_tools,
+    parse_same_colours,
+    read_options,
+    recall,
+)
+from affordance.exceptions import name_object
+from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.files.constraints import Whole
+from affordance.files.model_folder import MODELS
+from affordance.memory.ledger import open_memory
+from affordance.memory.summary import recall_own, summarise
+from affordance.objects.colour import is_same_colour
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import Tool
+from affordance.reporting.figures import save_figure
+from affordance.reporting.hold_figure import draw_holds
+from affordance.robots.kept import open_robot
+from affordance.settings import Settings
+
+HELP = "say what to hold next so that the choice of a tool comes out right, and when to stop"
+_SAMPLES = Whole(100, 1_000_000)
+_USES_MAX, _PRICE_MAX = 1e9, 1e9
+_NAME = "next"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    workshop = MODELS / "workshop"
+    add = parser.add_argument
+    add("tasks", nargs="+", metavar="TASK", help="tasks of the robot that are to be done: hammer, reach, ...")
+    add(
+        "--tools", type=Path, default=workshop / "tools.yaml", metavar="FILE", help="tools with grips (default: ours)"
+    )
+    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
+    add(
+        "--may-hold",
+        type=Path,
+        default=workshop / "blanks.yaml",
+        metavar="FILE",
+        help="objects that may be held first (default: our pieces of stock)",
+    )
+    add("--include-tools", action="store_true", help="the tools themselves may be held too")
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
+    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
+    add_same_colour(parser)
+    add("--by", choices=[each.value for each in Criterion], help="what is compared (default: as rank)")
+    add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
+    add(
+        "--price",
+        type=float,
+        default=0.0,
+        metavar="COST",
+        help="price of a hold, in the unit of the cost (default 0)",
+    )
+    add("--samples", type=int, default=4000, metavar="N", help="samples of the belief (default 4000)")
+    add("--json", action="store_true", help="print the advice as JSON")
+    add("--out", type=Path, metavar="DIR", help="folder for next.json, .txt, .png and .svg (default: none)")
+    add_robot(parser)
+    add_seed(parser)
+    add_set(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints what to hold next, and writes it with a picture if there is a folder for it.
+
+    Raises:
+        AffordanceError: An argument or a file is invalid.
+    """
+    check_bounds(arguments)
+    check_whole("--samples", arguments.samples, _SAMPLES)
+    check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
+    check_number("--price", arguments.price, 0.0, _PRICE_MAX)
+    robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
+    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
+    tools = choose_tools(load_tools(arguments.tools, materials), arguments.only, arguments.tools)
+    held = load_tools(arguments.may_hold, materials)
+    candidates = [*held, *(tools if arguments.include_tools else [])]
+    same_colours = parse_same_colours(arguments.same_colour)
+    memory = recall(arguments.memory, settings, same_colours)
+    own, single = _read_things(arguments.memory, settings, tools)
+    options = list_tool_options(tools, by_sight=False, seed=arguments.seed)
+    tasks = list(dict.fromkeys(arguments.tasks))
+    questions = [Question(t, plan_options(options, robot.load_task(t), settings), arguments.uses) for t in tasks]
+    advice = advise_hold(
+        candidates,
+        questions,
+        memory,
+        settings,
+        criterion=criterion,
+        price=arguments.price,
+        known=own,
+        num_samples=arguments.samples,
+        seed=arguments.seed,
+    )
+    sentence = describe_stop(advice, single)
+    content = {
+        **advice._asdict(),
+        "ranked": [each._asdict() for each in advice.ranked],
+        "decisions": [each._asdict() for each in advice.decisions],
+        "rests_on": single,
+        "sentence": sentence,
+    }
+    text = "\n".join([*tabulate(advice, arguments.uses), sentence])
+    if arguments.out is not None:
+        write_text(arguments.out / f"{_NAME}.txt", text + "\n")
+        write_json(arguments.out / f"{_NAME}.json", content)
+        save_figure(draw_holds(advice, sentence), arguments.out, _NAME)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+    return 0
+
+
+def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
+    """Formats the decisions as they stand, and what may be held."""
+    unit = advice.unit
+    lines = [
+        f"{each.name}: take {name_object(each.best)}, best with probability {each.p_best:.2f}; "
+        f"expected loss {each.regret:.3g} {unit}"
+        for each in advice.decisions
+    ]
+    width = max(len(each.name) for each in advice.ranked)
+    times = "a use of each" if uses == 1.0 else f"{uses:g} uses of each"
+    lines.append(f"{'':<{width}}  worth, {times} ({unit})  information (nat)  P(best) then")
+    for each in advice.ranked:
+        worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
+        then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
+        lines.append(f"{each.name:<{width}}  {worth:>24}  {each.information:17.2f}  {then}")
+    return lines
+
+
+def describe_stop(advice: HoldAdvice, single: Mapping[str, str]) -> str:
+    """Says in words what to hold next, or why to stop."""
+    first, unit = advice.ranked[0], advice.unit
+    if advice.stop == "certain":
+        text = "Nothing more needs to be held: every choice is certain."
+        rests = [f"of {name} on {name_object(thing)}" for name, thing in single.items()]
+        return f"{text} That rests {', '.join(rests)} alone: holding another would check it." if rests else text
+    if advice.stop:
+        worst = min(advice.decisions, key=lambda each: each.p_best)
+        tie = f"P = {worst.p_best:.2f} of {worst.name} is a tie worth {worst.regret:.2g} {unit}"
+        return f"Nothing here is worth holding: {first.name} is worth {first.worth:.2g} {unit}; {tie}."
+    if advice.pair is not None:
+        one, other = (name_object(each) for each in advice.pair)
+        return f"Hold {one} and then {other}: worth {advice.pair_worth:.3g} {unit} together, and little alone."
+    return f"Hold {name_object(first.name)} next: worth {first.worth:.3g} ± {first.worth_se:.1g} {unit}."
+
+
+def _read_things(
+    place: str | None, settings: Settings, tools: Sequence[Tool]
+) -> tuple[dict[str, Likelihood], dict[str, str]]:
+    """Reads what is known of single things, and the tools' materials that are known from one thing only."""
+    if place is None:
+        return {}, {}
+    with open_memory(place, create=False) as ledger:
+        own = recall_own(ledger, settings.prior)
+        known = summarise(ledger, settings.prior).materials
+    single = {}
+    for part in (part.looks_like for tool in tools for part in tool.components):
+        found = next((each for each in known if is_same_colour(each.colour, part.colour)), None)
+        if found is not None and len(found.things) == 1:
+            single[part.name] = found.things[0]
+    return own, single

@@ -1,0 +1,125 @@
+"""Worth of a hold, against closed forms and quadratures, and where there is none."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from affordance.choice.hold_worth import Decision, PossibleHold, feel, measure_information, measure_worth
+from affordance.objects.inertia import Geometry
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WeberNoise
+
+S = 8000
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(2)
+
+
+def decide(*costs, feasible=None, uses=1.0):
+    cost = np.array(costs)
+    names = tuple(f"option {i}" for i in range(len(cost)))
+    return Decision("task", names, cost, np.ones(cost.shape, dtype=bool) if feasible is None else feasible, uses)
+
+
+@pytest.mark.parametrize(("mean", "noise"), [(0.0, 1.0), (0.7, 0.5), (-1.5, 0.3), (0.2, 5.0)])
+def test_two_options_with_a_linear_difference_have_the_closed_form(rng, mean, noise):
+    d = mean + rng.standard_normal(S)
+    percept = d + noise * rng.standard_normal(S)
+    s = 1.0 / np.sqrt(1.0 + noise**2)  # SD of the posterior mean of d
+    expected = s * norm.pdf(mean / s) - abs(mean) * norm.cdf(-abs(mean) / s)
+    worth = measure_worth([percept[:, None]], [decide(d, np.zeros(S))])
+    assert worth.worths[0] == pytest.approx(expected, abs=max(0.02, 3.0 * worth.se))
+
+
+def test_cost_that_is_not_linear_is_priced_as_by_quadrature(rng):
+    """The cost is a square of what is felt: the posterior is normal, and its expectation is a quadrature."""
+    d = rng.standard_normal(S)
+    percept = d + 0.5 * rng.standard_normal(S)
+    worth = measure_worth([percept[:, None]], [decide(d**2, np.full(S, 0.8))])
+    share, variance = 1.0 / 1.25, 0.2
+    y = np.sqrt(1.25) * np.linspace(-6.0, 6.0, 4001)
+    density = norm.pdf(y, scale=np.sqrt(1.25))
+    density /= density.sum()
+    expected = 0.8 - float(density @ np.minimum((share * y) ** 2 + variance, 0.8))
+    assert worth.worths[0] == pytest.approx(expected, abs=max(0.02, 3.0 * worth.se))
+
+
+def test_what_tells_nothing_is_worth_nothing_even_at_ties(rng):
+    cost = rng.standard_normal((6, S))
+    worth = measure_worth([rng.standard_normal((S, 2))], [decide(*(5.0 + cost))])
+    assert worth.worths[0] <= 0.05 + 3.0 * worth.se
+    assert measure_worth([np.zeros((S, 0))], [decide(*cost)]).worths[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_pair_may_be_worth_what_neither_is_alone(rng):
+    """The cost depends on the product of two signs: each by itself says nothing."""
+    a, b = rng.standard_normal((2, S))
+    decision = decide(np.sign(a) * np.sign(b), np.zeros(S))
+    alone = [measure_worth([each[:, None]], [decision]).worths[0] for each in (a, b)]
+    together = measure_worth([a[:, None], b[:, None]], [decision]).worths[0]
+    assert max(alone) < 0.05
+    assert together > 0.15
+
+
+def test_infeasible_samples_are_charged_and_information_is_never_of_negative_worth(rng):
+    d = rng.standard_normal(S)
+    feasible = np.stack([d < 1.0, np.ones(S, dtype=bool)])
+    decision = decide(np.where(d < 1.0, 1.0, np.inf), np.full(S, 1.5), feasible=feasible)
+    charged = decision.charge()
+    assert np.isfinite(charged).all()
+    assert charged[0][d >= 1.0].min() == pytest.approx(3.0)  # twice the dearest mean
+    worth = measure_worth([(d + 0.1 * rng.standard_normal(S))[:, None]], [decision])
+    share = float((d < 1.0).mean())
+    expected = min(share + 3.0 * (1.0 - share), 1.5) - (share + 1.5 * (1.0 - share))
+    assert worth.worths[0] == pytest.approx(expected, abs=0.05)
+    best, shares, regret = decision.find_best()
+    assert shares == pytest.approx([share, 1.0 - share])
+    assert regret == pytest.approx(min(share + 3.0 * (1.0 - share), 1.5) - (share + 1.5 * (1.0 - share)))
+    assert best == 0
+
+
+def test_nothing_feasible_is_worth_nothing():
+    decision = decide(np.full(100, np.inf), np.full(100, np.inf), feasible=np.zeros((2, 100), dtype=bool))
+    assert measure_worth([np.random.default_rng(0).standard_normal((100, 1))], [decision]).worths[0] == 0.0
+
+
+def test_uses_scale_the_error_and_not_the_worth_of_one(rng):
+    d = rng.standard_normal(S)
+    once = measure_worth([d[:, None]], [decide(d, np.zeros(S))])
+    often = measure_worth([d[:, None]], [decide(d, np.zeros(S), uses=10.0)])
+    assert often.worths == pytest.approx(once.worths)
+    assert often.se == pytest.approx(10.0 * once.se)
+
+
+def test_probability_of_being_right_afterwards(rng):
+    d = rng.standard_normal(S)
+    worth = measure_worth([(d + 0.5 * rng.standard_normal(S))[:, None]], [decide(d, np.zeros(S))])
+    # P(sign of the posterior mean is that of d) = 1/2 + arcsin(correlation) / pi
+    expected = 0.5 + np.arcsin(1.0 / np.sqrt(1.25)) / np.pi
+    assert worth.p_best_after[0] == pytest.approx(expected, abs=0.02)
+
+
+def test_percepts_are_those_of_a_hold_and_keep_its_information(rng):
+    """Regressing a density on what is felt leaves the variance that Bayes' rule leaves."""
+    static, noise = StaticHold(load_arm(ARM)), WeberNoise(weber_fraction=0.0, threshold=0.1)
+    Phi = np.zeros((10, 1))
+    Phi[:4, 0] = 1e-4 * np.array([1.0, 0.2, 0.0, 0.0])
+    geometry = Geometry(Phi, np.zeros((0, 10, 1)))
+    mu = 3000.0 + 800.0 * rng.standard_normal((S, 1))
+    own = mu + 100.0 * rng.standard_normal((S, 1))
+    hold = PossibleHold("bar", geometry, own)
+    percept = feel(hold, static, noise, mu.std(axis=0), rng)
+    assert percept.shape == (S, 1)
+    A = static.Y @ Phi
+    precision = float((A.T @ A)[0, 0]) / 0.1**2
+    gain = precision / (1.0 + 100.0**2 * precision)
+    expected = 1.0 / (1.0 / 800.0**2 + gain)
+    slope, at = np.polyfit(percept[:, 0], mu[:, 0], 1)
+    left = (mu[:, 0] - slope * percept[:, 0] - at).var()
+    assert left == pytest.approx(expected, rel=0.05)
+    found = measure_information(hold, static, noise, np.cov(mu.T).reshape(1, 1))
+    assert found == pytest.approx(0.5 * np.log(800.0**2 / expected), rel=0.05)

@@ -1,0 +1,61 @@
+"""``affordance next``: what a person reads, what a program reads, and one line for bad input."""
+
+import json
+
+import pytest
+from helpers.trials import write_known
+
+from affordance.cli import main
+
+ONE = ["next", "reach", "--only", "machinist hammer", "--samples", "800"]
+
+
+def test_what_to_hold_is_said_tabulated_and_drawn(tmp_path, capsys):
+    assert main([*ONE, "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("reach: take the machinist hammer by ")
+    assert said.strip().split("\n")[-1].startswith("Hold the ")
+    content = json.loads((tmp_path / "out" / "next.json").read_text())
+    assert (tmp_path / "out" / "next.txt").read_text() == said
+    assert (tmp_path / "out" / "next.png").stat().st_size > 1000
+    assert [each["worth"] for each in content["ranked"]] == sorted(
+        (each["worth"] for each in content["ranked"]), reverse=True
+    )
+    assert {each["name"] for each in content["ranked"]} == {
+        "bar of oak",
+        "rod of cast steel",
+        "block of rubber",
+        "sheet of stainless steel",
+        "pin of brass",
+    }
+    assert content["unit"] == "J"
+    assert content["decisions"][0]["name"] == "reach"
+
+
+def test_who_knows_its_materials_stops_and_says_on_what_that_rests(tmp_path, capsys):
+    known = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
+    assert main([*ONE, "--memory", str(known), "--include-tools", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["stop"] == "certain"
+    assert "Nothing more needs to be held" in content["sentence"]
+    assert content["rests_on"] == {"oak": "stock", "cast_steel": "stock"}
+    assert "machinist hammer" in {each["name"] for each in content["ranked"]}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["next", "reech"], "task: is 'reech', must be one of"),
+        (["next", "reach", "--only", "nothing"], "--only: is 'nothing', must be one of"),
+        (["next", "reach", "--may-hold", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
+        (["next", "reach", "--uses", "-1"], "--uses: is -1"),
+        (["next", "reach", "--price", "nan"], "--price: is nan"),
+        (["next", "reach", "--samples", "3"], "--samples: is 3, must be from 100"),
+        (["next", "reach", "--memory", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
+    ],
+)
+def test_bad_input_is_one_line(words, message, capsys):
+    assert main(words) == 2
+    error = capsys.readouterr().err.strip()
+    assert message in error
+    assert "\n" not in error
