@@ -5,6 +5,7 @@ from .belief.learner import Learner
 from .belief.learners import start_memory
 from .belief.material_memory import MaterialMemory
 from .choice.hammer import Hammer, load_hammer
+from .choice.next_hold import HoldAdvice, advise_hold
 from .choice.observed_options import list_options
 from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
@@ -42,6 +43,7 @@ __all__ = [
     "BadValueError",
     "Gains",
     "Hammer",
+    "HoldAdvice",
     "ImportOptions",
     "KindMemory",
     "Learner",
@@ -64,6 +66,7 @@ __all__ = [
     "TrialRunner",
     "WeberNoise",
     "WhiteNoise",
+    "advise_hold",
     "change_settings",
     "identify",
     "import_arm",

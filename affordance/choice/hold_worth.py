@@ -7,8 +7,9 @@ With c_i the cost of option i and y what would be felt,
 E[c_i | y] is estimated by regression of the costs on what would be felt, one outcome for each sample of the belief
 (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570): a polynomial of the whitened percept.
 Samples are divided into folds: the option is picked by a fit to the other folds and priced by the costs of its own,
-as noise among nearly equal options would otherwise count as worth. A poor fit thus lowers a worth and never raises it. Closed forms for normal beliefs and linear costs are
-wrong for hammering, whose effective mass is not linear in densities.
+as noise among nearly equal options would otherwise count as worth. A poor fit thus lowers a worth and never raises
+it. Closed forms for normal beliefs and linear costs are wrong for hammering, whose effective mass is not linear in
+densities.
 """
 
 import itertools
