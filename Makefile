@@ -29,8 +29,9 @@ run: $(VENV)/run.stamp ## run every experiment with 100 observers, and which end
 	$(PYTHON) run_experiments.py --repeats 100
 	$(PYTHON) -m affordance study tools --jobs 2
 
+# Compiled modules are kept, whatever the environment says: processes that tests start would compile them anew.
 test: $(VENV)/dev.stamp ## run the test suite
-	$(PYTHON) -m pytest
+	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest
 
 wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
 	./.ci/try_wheel.sh

@@ -1,7 +1,11 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
 import dataclasses
+import os
 from collections.abc import Iterator
+
+# Before numpy is imported: matrices here are small, and threads of its libraries would wait for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import pytest
