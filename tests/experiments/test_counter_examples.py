@@ -221,9 +221,9 @@ ALL = {
                 **studies.time_identification(),
                 **studies.judge_itself(),
             },
-            "nothing makes it doubt": functools.partial(studies.judge_itself, is_blind=True),
+            "nothing makes it doubt": functools.partial(studies.judge_itself, is_blind=True, only=("mistakes",)),
             "noise of thirty times, few samples": functools.partial(
-                studies.judge_itself, noise_sd=3.0, num_samples=200
+                studies.judge_itself, noise_sd=3.0, num_samples=200, only=("false_alarms", "seed_shift_over_sd")
             ),
             "gains that change, no friction, a load in the empty hand": functools.partial(
                 studies.identify_current, is_wrong=True

@@ -6,6 +6,7 @@ Robots, recordings and tools that others published are not in the repository; in
 import dataclasses
 import functools
 import tempfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -229,13 +230,16 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
         return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
 
 
-def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 2_000) -> Numbers:
+def judge_itself(
+    *, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 2_000, only: Collection[str] = ()
+) -> Numbers:
     """What identification says of itself on a generated pair.
 
     Args:
         is_blind: Whether nothing makes it doubt.
         noise_sd: Noise of the pair whose windows are judged, [N m].
         num_samples: Samples by which edges of intervals are found.
+        only: Names of the numbers that are wanted; none for all.
     """
     robot, rng = _build_robot(), np.random.default_rng(3)
     pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
@@ -256,13 +260,12 @@ def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: 
         if is_blind:
             patch.setattr(identify_module, "find_doubts", lambda *arguments: ())
         settings = dataclasses.replace(_IDENTIFICATION, num_samples=num_samples)
-        return flatten(
-            {
-                "mistakes": verdicts.study_mistakes(pair, gains, settings)[0],
-                "false_alarms": verdicts.measure_false_alarms(pair, gains, panda, settings)[0],
-                "seed_shift_over_sd": verdicts.measure_seed_shift(pair, gains, panda, settings),
-            }
-        )
+        found = {
+            "mistakes": lambda: verdicts.study_mistakes(pair, gains, settings)[0],
+            "false_alarms": lambda: verdicts.measure_false_alarms(pair, gains, panda, settings)[0],
+            "seed_shift_over_sd": lambda: verdicts.measure_seed_shift(pair, gains, panda, settings),
+        }
+        return flatten({name: find() for name, find in found.items() if name in (only or found)})
 
 
 def time_identification(*, num_samples: int = 300) -> Numbers:
