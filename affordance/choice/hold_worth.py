@@ -124,7 +124,7 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
     load = hold.geometry.compute_parameters(hold.densities, errors) @ static.Y.T
     total = static.tau_arm + load
     scale = noise.compute_sd(total.mean(axis=0))
-    felt = load + np.array([noise.compute_sd(each) for each in total]) * rng.standard_normal(load.shape)
+    felt = load + noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(load.shape)
     regressor = static.Y @ hold.geometry.Phi
     # All but the materials' means: errors of torque and geometry, and the object's own deviation.
     own = hold.densities - hold.densities.mean(axis=0)

@@ -11,6 +11,7 @@ STUDIES = {
     "learners": "studies.learners.command",
     "arms": "studies.arms.command",
     "loop": "studies.loop.command",
+    "active": "studies.active.command",
     "recorded": "studies.recorded.command",
     "tools": "studies.tools.command",
     "hammering": "studies.hammering.command",

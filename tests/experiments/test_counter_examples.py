@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from helpers import active_runs, loop_runs
 from helpers import counter_runs as runs
 from helpers import counter_runs_of_studies as studies
-from helpers import loop_runs
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
 from helpers.section_files import find_sections
 
@@ -198,6 +198,15 @@ ALL = {
         },
         dict.fromkeys(("complete", "parity", "real_time"), "weak arm, another mass, many ticks"),
         frozenset({"real_time"}),  # on any machine
+    ),
+    "active": CounterExamples(
+        {
+            "as shipped": active_runs.choose_actively,
+            "what tells nothing is held first": functools.partial(active_runs.choose_actively, is_perverse=True),
+            "many samples": functools.partial(active_runs.choose_actively, num_samples=100_000),
+        },
+        {"few_holds": "what tells nothing is held first", "fast": "many samples"},
+        frozenset({"few_holds", "fast"}),  # of four observers, on any machine
     ),
     "loop": CounterExamples(
         {

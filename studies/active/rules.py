@@ -1,0 +1,101 @@
+"""Rules that pick what is held next."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
+from affordance.choice.hold_worth import Decision, PossibleHold, measure_information
+from affordance.choice.next_hold import advise_hold
+from studies.active.world import Workshop, build_hold_geometry, decide
+
+# Samples of a belief, and normal points of the closed form.
+NUM_SAMPLES = 2000
+_POINTS = 2000
+
+# Rule: picks one of the candidates that are left.
+type Rule = Callable[[Workshop, Memory, Sequence[str], np.random.Generator], str]
+
+
+def pick_by_value(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+    """Picks what is worth most by regression; ``advise_hold``."""
+    advice = advise_hold(
+        [workshop.candidates[name] for name in left],
+        workshop.questions,
+        memory,
+        workshop.settings,
+        criterion=Criterion.WORK,
+        num_samples=NUM_SAMPLES,
+        seed=int(rng.integers(2**31)),
+    )
+    return advice.pair[0] if advice.pair is not None else advice.ranked[0].name
+
+
+def pick_linear(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+    """Picks what is worth most if beliefs are normal and costs linear in densities."""
+    mu, decisions = decide(workshop, memory, NUM_SAMPLES, rng)
+    C = np.cov(mu.T)
+    z = rng.standard_normal((_POINTS, len(C)))
+    worths = {}
+    for name in left:
+        gain = _find_gain(workshop, memory, name, mu)
+        fall = C @ np.linalg.solve(np.eye(len(C)) + gain @ C, gain @ C)
+        values, vectors = np.linalg.eigh(0.5 * (fall + fall.T))
+        shifts = z @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
+        worths[name] = sum(_price_linear(decision, mu, shifts) for decision in decisions)
+    return max(left, key=lambda name: worths[name])
+
+
+def pick_by_information(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+    """Picks what tells most about materials."""
+    mu = memory.belief.draw_samples(rng, NUM_SAMPLES)
+    covariance = np.cov(mu.T)
+    found = {}
+    for name in left:
+        own = mu + workshop.settings.prior.deviation_sd * rng.standard_normal(mu.shape)
+        geometry = build_hold_geometry(workshop, name, memory)
+        possible = PossibleHold(name, geometry, np.maximum(own, 0.0))
+        found[name] = measure_information(possible, workshop.static, workshop.settings.noise, covariance)
+    return max(left, key=lambda name: found[name])
+
+
+def pick_largest(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+    """Picks the largest object."""
+    return max(left, key=lambda name: sum(part.shape.volume for part in workshop.candidates[name].components))
+
+
+def pick_at_random(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+    """Picks any object."""
+    return left[int(rng.integers(len(left)))]
+
+
+RULES: Mapping[str, Rule] = {
+    "value": pick_by_value,
+    "linear": pick_linear,
+    "information": pick_by_information,
+    "largest_first": pick_largest,
+    "random": pick_at_random,
+}
+
+
+def _find_gain(workshop: Workshop, memory: Memory, name: str, mu: Array) -> Array:
+    """Computes the precision that a hold adds to materials' means, (M, M)."""
+    geometry, noise = build_hold_geometry(workshop, name, memory), workshop.settings.noise
+    A, rho = workshop.static.Y @ geometry.Phi, mu.mean(axis=0)
+    R = np.diag(noise.compute_sd(workshop.static.tau_arm + A @ rho) ** 2)
+    R += workshop.static.Y @ geometry.compute_covariance(rho) @ workshop.static.Y.T
+    R += workshop.settings.prior.deviation_sd**2 * A @ A.T
+    gain: Array = A.T @ np.linalg.solve(R, A)
+    return gain
+
+
+def _price_linear(decision: Decision, mu: Array, shifts: Array) -> float:
+    """Prices what is known after shifts of the means, (n, M), by costs that are linear in these."""
+    cost = decision.charge()
+    centred = mu - mu.mean(axis=0)
+    sd = np.maximum(centred.std(axis=0), 1e-9)
+    slopes = np.linalg.lstsq(centred / sd, (cost - cost.mean(axis=1, keepdims=True)).T, rcond=1e-6)[0].T / sd
+    means = cost.mean(axis=1)
+    return float(means.min() - (means + shifts @ slopes.T).min(axis=1).mean())

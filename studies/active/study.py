@@ -1,0 +1,126 @@
+"""Numbers of the study of active choice: right choices against holds, by the rule that picks what is held."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from time import process_time
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief.learners import start_memory as start_learner
+from affordance.choice.demand import Criterion
+from affordance.choice.next_hold import advise_hold
+from affordance.reporting.statistics import estimate_proportion
+from studies.active import world as worlds
+from studies.active.rules import RULES
+
+# Holds after which choices are judged, at most.
+HORIZON = 9
+# Share of right choices that is to be reached, and cost of a choice that cannot be done, over the dearest that can.
+_RIGHT, _FAILED = 0.95, 2.0
+_NUM_JUDGED = 1000
+
+
+@dataclass(frozen=True)
+class ActiveConfig:
+    """Configuration of the observers of one rule.
+
+    Attributes:
+        rule: Name of the rule.
+        seed: Root of every random draw; worlds and errors are the same for all rules.
+        tasks: Names of the tasks.
+        horizon: Largest number of holds.
+    """
+
+    rule: str
+    seed: int = 0
+    tasks: tuple[str, ...] = worlds.TASKS
+    horizon: int = HORIZON
+
+
+def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Lets an observer hold one thing after the other.
+
+    Returns: ``right``, (holds + 1, tasks); ``regret``, the cost beyond the least, of the same shape, [J]; ``held``,
+        the index of what is held, (holds,).
+    """
+    workshop = worlds.build_workshop(config.tasks)
+    true = worlds.draw_world(workshop, np.random.default_rng([config.seed, repeat, 1]))
+    memory = worlds.start_memory(workshop, start_learner())
+    left, names = list(workshop.candidates), list(workshop.candidates)
+    right, regret, held = [], [], []
+    for number in range(config.horizon + 1):
+        judged = _judge(workshop, true, memory, np.random.default_rng([config.seed, repeat, 2, number]))
+        right.append(judged[0])
+        regret.append(judged[1])
+        if number < config.horizon:
+            rng = np.random.default_rng([config.seed, repeat, 3, number])
+            name = RULES[config.rule](workshop, memory, left, rng)
+            left.remove(name)
+            held.append(names.index(name))
+            memory = worlds.hold(workshop, true, name, memory, (config.seed, repeat, 4 + names.index(name)))
+    return {"right": np.array(right), "regret": np.array(regret), "held": np.array(held)}
+
+
+def _judge(
+    workshop: worlds.Workshop, true: worlds.TrueWorld, memory: Any, rng: np.random.Generator
+) -> tuple[list[float], list[float]]:
+    """Judges the choices under a memory by the true costs."""
+    _, decisions = worlds.decide(workshop, memory, _NUM_JUDGED, rng)
+    right, regret = [], []
+    for decision in decisions:
+        costs = true.costs[decision.name]
+        finite = costs[np.isfinite(costs)]
+        chosen = float(np.where(np.isfinite(costs), costs, _FAILED * finite.max())[decision.find_best()[0]])
+        right.append(float(chosen <= finite.min()))
+        regret.append(chosen - float(finite.min()))
+    return right, regret
+
+
+def count_holds(right: NDArray[Any]) -> int:
+    """Counts the holds after which .95 of choices are right and stay so; one more than the horizon if never."""
+    shares = right.mean(axis=(0, 2))
+    reached = shares >= _RIGHT
+    stays = np.flatnonzero(~reached)
+    return 0 if not len(stays) else int(stays[-1]) + 1
+
+
+def describe_rules(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+    """Describes what was found, by rule, as in metrics.json."""
+    rules = {}
+    for name, arrays in found.items():
+        right = arrays["right"]
+        share = estimate_proportion(right.sum(axis=(0, 2)), right.shape[0] * right.shape[2])
+        rules[name] = {
+            "right": share.mean.tolist(),
+            "right_ci95": share.ci95.tolist(),
+            "regret_J": arrays["regret"].sum(axis=2).mean(axis=0).tolist(),
+        }
+    holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
+    others = [number for name, number in holds.items() if name != "value"]
+    third = min(3, len(rules["value"]["regret_J"]) - 1)
+    return {
+        "workshop": {"holds_to_95": holds, "regret_after_3": rules["value"]["regret_J"][third], "rules": rules},
+        "value_holds": holds["value"],
+        "value_over_random": holds["value"] / holds["random"] if holds["random"] else 1.0,
+        "value_less_best_other": holds["value"] - min(others),
+        "regret_after_3": rules["value"]["regret_J"][third],
+    }
+
+
+def time_advice(tasks: tuple[str, ...] = worlds.TASKS, num_samples: int = 4000) -> float:
+    """Times the advice on all candidates; CPU time for each, [ms]."""
+    workshop = worlds.build_workshop(tasks)
+    candidates = list(workshop.candidates.values())
+    memory = worlds.start_memory(workshop, start_learner())
+    more, few = (_time(candidates[:number], workshop, memory, num_samples) for number in (len(candidates), 1))
+    return 1e3 * (more - few) / (len(candidates) - 1)
+
+
+def _time(candidates: Any, workshop: worlds.Workshop, memory: Any, num_samples: int) -> float:
+    begin = process_time()
+    advise_hold(
+        candidates, workshop.questions, memory, workshop.settings, criterion=Criterion.WORK, num_samples=num_samples
+    )
+    return process_time() - begin

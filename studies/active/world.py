@@ -1,0 +1,173 @@
+"""Workshop in which observers may hold pieces of stock before they choose tools: true costs, and percepts."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
+from affordance.choice.hold_worth import Decision
+from affordance.choice.next_hold import Question
+from affordance.choice.tool_options import list_drawn_options
+from affordance.choice.weighing import measure, plan_options
+from affordance.files.model_folder import MODELS
+from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
+from affordance.proprioception.estimator import condition_on_torques
+from affordance.proprioception.static_hold import StaticHold
+from affordance.robots.robot import Robot
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.eye import measure_drawing
+from affordance.vision.systems import measure_geometry, predict_object
+
+TASKS = ("hammer", "reach", "mash")
+# Materials that no tool is made of.
+_NUM_OTHERS = 4
+# A deviation leaves at least this share of a density.
+_LEAST = 0.3
+
+
+class Workshop(NamedTuple):
+    """Workshop on the paper's arm: stock, tools and tasks, planned once.
+
+    Attributes:
+        candidates: Objects that may be held, by name: our five pieces of stock, and one of each of four others.
+        questions: Tasks with their planned options.
+        static: Arm at rest at home.
+        settings: Settings.
+    """
+
+    candidates: Mapping[str, Tool]
+    questions: Sequence[Question]
+    static: StaticHold
+    settings: Settings
+
+
+class TrueWorld(NamedTuple):
+    """World of one observer.
+
+    Attributes:
+        densities: True density of each candidate, [kg/m^3].
+        costs: True costs of all options of each task, infinite where infeasible, (k,) each, [J].
+    """
+
+    densities: Mapping[str, float]
+    costs: Mapping[str, Array]
+
+
+@lru_cache(maxsize=1)
+def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
+    """Builds the workshop; hammers hammer and reach, kitchen tools mash."""
+    robot, settings, materials = Robot(), DEFAULT_SETTINGS, load_materials()
+    folder = MODELS / "workshop"
+    stock = load_tools(folder / "blanks.yaml", materials)
+    shown = {part.material.name for tool in stock for part in tool.components}
+    pattern = stock[1]  # a rod: of any material it can be held
+    others = [
+        replace(
+            pattern,
+            name=f"rod of {name}",
+            components=tuple(replace(part, material=each, looks_like=each) for part in pattern.components),
+        )
+        for name, each in materials.items()
+        if name not in shown
+    ][:_NUM_OTHERS]
+    tools = {"mash": load_tools(folder / "uncommon.yaml", materials)}
+    hammers = load_tools(folder / "tools.yaml", materials)
+    questions = [
+        Question(name, plan_options(list_drawn_options(tools.get(name, hammers)), robot.load_task(name), settings))
+        for name in tasks
+    ]
+    return Workshop(
+        {tool.name: tool for tool in [*stock, *others]}, questions, StaticHold(load_arm(settings.arm)), settings
+    )
+
+
+def draw_world(workshop: Workshop, rng: np.random.Generator) -> TrueWorld:
+    """Draws the world of an observer: every object deviates from its materials."""
+    sd = workshop.settings.prior.deviation_sd
+    densities = {}
+    for name, tool in workshop.candidates.items():
+        mean = tool.components[0].material.density
+        densities[name] = max(mean + sd * rng.standard_normal(), _LEAST * mean)
+    means = {each.colour: each.density for each in load_materials().values()}
+    costs = {}
+    for question in workshop.questions:
+        true: dict[str, Array] = {}
+        for option in question.choice.options:
+            if option.object_name not in true:
+                colours = list(dict.fromkeys(part.colour for part in option.features))
+                geometry = measure_geometry(
+                    option.features, [colours.index(part.colour) for part in option.features], len(colours)
+                )
+                of_parts = np.array([means[colour] for colour in colours])
+                rho = np.maximum(of_parts + sd * rng.standard_normal(len(colours)), _LEAST * of_parts)
+                true[option.object_name] = geometry.Phi @ rho
+        pi = np.array(
+            [
+                build_transform_map(np.linalg.inv(each.X_TG)) @ true[each.object_name]
+                for each in question.choice.options
+            ]
+        )
+        found, _ = measure(question.choice, pi[:, None], Criterion.WORK)
+        costs[question.name] = np.where(found.feasible, found.cost, np.inf)[:, 0]
+    return TrueWorld(densities, costs)
+
+
+def start_memory(workshop: Workshop, memory: Memory) -> Memory:
+    """Adds the colours of all candidates and tools, so that beliefs of all rules have the same order."""
+    for tool in workshop.candidates.values():
+        memory = memory.add_colours([part.looks_like.colour for part in tool.components], workshop.settings.prior)
+    for question in workshop.questions:
+        memory = question.choice.add_colours(memory)
+    return memory
+
+
+def hold(workshop: Workshop, world: TrueWorld, name: str, memory: Memory, seed: tuple[int, ...]) -> Memory:
+    """Lets an observer hold an object; returns what it remembers then."""
+    settings, static = workshop.settings, workshop.static
+    belief = predict_object(measure_drawing(workshop.candidates[name]), memory, settings.prior)
+    rho = np.where(belief.geometry.Phi.any(axis=0), world.densities[name], 0.0)
+    statistics = static.measure(belief, rho, settings.noise, seed)
+    posterior, _ = condition_on_torques(
+        belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
+    )
+    return posterior.memory
+
+
+def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:
+    """Builds the geometry of a candidate with a column for each colour of a memory."""
+    parts = measure_drawing(workshop.candidates[name])
+    columns = [memory.colours.index(part.colour) for part in parts]
+    return measure_geometry(parts, columns, len(memory.colours))
+
+
+def decide(
+    workshop: Workshop, memory: Memory, num_samples: int, rng: np.random.Generator
+) -> tuple[Array, list[Decision]]:
+    """Draws materials' means, (S, M), and the costs of all options given these."""
+    mu = memory.belief.draw_samples(rng, num_samples)
+    sd = workshop.settings.prior.deviation_sd
+    decisions = []
+    for question in workshop.questions:
+        drawn: dict[str, Array] = {}
+        for option in question.choice.options:
+            if option.object_name not in drawn:
+                columns = [memory.colours.index(part.colour) for part in option.features]
+                geometry = measure_geometry(option.features, columns, len(memory.colours))
+                own = np.maximum(mu + sd * rng.standard_normal(mu.shape), 0.0)
+                errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
+                drawn[option.object_name] = geometry.compute_parameters(own, errors)
+        options = question.choice.options
+        pi = np.array([drawn[each.object_name] @ build_transform_map(np.linalg.inv(each.X_TG)).T for each in options])
+        costs, _ = measure(question.choice, pi, Criterion.WORK)
+        names = tuple(each.name for each in options)
+        decisions.append(Decision(question.name, names, costs.cost, costs.feasible))
+    return mu, decisions

@@ -1,0 +1,79 @@
+"""Study of active choice, small: worlds are what they say, rules pick, choices are judged by the truth."""
+
+import numpy as np
+import pytest
+from helpers.active_runs import TASKS, choose_actively
+
+from affordance.belief.learners import start_memory
+from affordance.belief.material_memory import MaterialMemory
+from studies.active import world as worlds
+from studies.active.figure import draw_rules
+from studies.active.rules import RULES
+from studies.active.study import ActiveConfig, count_holds, run_observer
+
+
+@pytest.fixture(scope="module")
+def workshop():
+    return worlds.build_workshop(TASKS)
+
+
+def test_who_knows_the_densities_chooses_rightly_in_a_world_without_deviations(workshop):
+    known = {
+        part.material.colour: part.material.density
+        for tool in workshop.candidates.values()
+        for part in tool.components
+    }
+    memory = worlds.start_memory(workshop, MaterialMemory.from_densities(known))
+    rng = np.random.default_rng(0)
+    exact = workshop._replace(
+        settings=workshop.settings.__class__(prior=workshop.settings.prior.__class__(deviation_sd=0.0))
+    )
+    true = worlds.draw_world(exact, rng)
+    _, (decision,) = worlds.decide(exact, memory, 500, rng)
+    costs = true.costs["reach"]
+    assert decision.find_best()[0] == int(np.argmin(costs))
+    np.testing.assert_allclose(decision.cost.mean(axis=1), costs, rtol=0.02)
+
+
+def test_holding_teaches_the_density_of_what_is_held(workshop):
+    true = worlds.draw_world(workshop, np.random.default_rng(1))
+    memory = worlds.start_memory(workshop, start_memory())
+    for name in ("bar of oak", "rod of cast steel"):
+        memory = worlds.hold(workshop, true, name, memory, (1, 2))
+        colour = workshop.candidates[name].components[0].looks_like.colour
+        place = memory.colours.index(colour)
+        sd = np.sqrt(memory.belief.covariance[place, place])
+        assert abs(memory.belief.untruncated_mean[place] - true.densities[name]) < 4.0 * sd
+        assert sd < 0.5 * workshop.settings.prior.sd
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_rules_pick_what_is_left(workshop, rule):
+    memory = worlds.start_memory(workshop, start_memory())
+    left = ["rod of steel", "bar of oak", "pin of brass"]
+    picked = RULES[rule](workshop, memory, left, np.random.default_rng(0))
+    assert picked in left
+    if rule in ("value", "linear", "largest_first"):
+        assert picked == "bar of oak"  # the only one of a material of the hammers; and the largest
+
+
+def test_observers_hold_each_object_once_and_the_same_world_serves_all_rules():
+    lives = [run_observer(ActiveConfig(rule, tasks=TASKS, horizon=3), 0) for rule in ("random", "largest_first")]
+    assert all(len(set(each["held"].tolist())) == 3 for each in lives)
+    assert lives[0]["regret"][0] == pytest.approx(lives[1]["regret"][0])
+
+
+@pytest.mark.parametrize(
+    ("shares", "holds"), [([1.0, 1.0, 1.0], 0), ([0.5, 1.0, 1.0], 1), ([0.5, 1.0, 0.9], 3), ([0.0, 0.9, 0.95], 2)]
+)
+def test_holds_are_counted_until_choices_stay_right(shares, holds):
+    right = np.array([[[float(i < round(100 * share))] for share in shares] for i in range(100)])
+    assert count_holds(right) == holds
+
+
+def test_numbers_and_figure_of_a_small_study():
+    numbers = choose_actively()
+    assert set(numbers["workshop"]["holds_to_95"]) == {"value", "information", "random"}
+    assert numbers["value_holds"] <= choose_actively(is_perverse=True)["value_holds"]
+    figure = draw_rules(numbers["workshop"]["rules"])
+    assert [axes.get_xlabel() for axes in figure.axes] == ["objects held before"] * 2
