@@ -1,8 +1,7 @@
 # What the package offers at its top; __init__.py reads it. What else there is lies one level down (docs/python.md).
 from .belief.density_belief import Prior
-from .belief.kind_memory import KindMemory
+from .belief.kind_memory import KindMemory, start_memory
 from .belief.learner import Learner
-from .belief.learners import start_memory
 from .belief.material_memory import MaterialMemory
 from .choice.hammer import Hammer, load_hammer
 from .choice.next_hold import HoldAdvice, advise_hold

@@ -40,7 +40,7 @@ class Settings:
         arm: Drake model directives of the arm.
         prior: Prior of the density of a material that was never held.
         learner: Learner of all observers; the paper's has one density for each colour, and ``ARM_LEARNER`` of
-            ``belief.learners`` is recommended for robots.
+            ``belief.kind_memory`` is recommended for robots.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.

@@ -22,18 +22,23 @@ scatter of objects within a material (``Prior.deviation_sd``). They are two numb
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.arguments import check_member, check_number, check_seed
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, FindLikelihood
 from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
+from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
 
 # Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
+# Bounds of the numbers in the gate's settings, dimensionless.
+_LEAST, _MOST = 1e-9, 1e9
 
 
 class GateSettings(NamedTuple):
@@ -86,6 +91,40 @@ class Verdict(NamedTuple):
     log_evidence: float
     likelihood: Likelihood
     posterior: DensityBelief
+
+
+@dataclass(frozen=True)
+class KindSettings:
+    """Settings of a learner with kinds.
+
+    Attributes:
+        gate: Settings of the gate.
+        pick: Rule by which a hypothesis is adopted.
+        seed: Seed of random choices, different for each observer.
+    """
+
+    gate: GateSettings
+    pick: Pick = Pick.MAP
+    seed: tuple[int, ...] = (0,)
+
+    def __post_init__(self) -> None:
+        """Checks the gate's numbers, the pick and the seed.
+
+        Raises:
+            BadArgumentError: A number is not finite and positive, or pick or seed is invalid.
+        """
+        for name, value in self.gate._asdict().items():
+            check_number(name, value, _LEAST, _MOST)
+        object.__setattr__(self, "pick", check_member("pick", self.pick, Pick))
+        object.__setattr__(self, "seed", check_seed(self.seed))
+
+    def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
+        """Picks a verdict; the number of the lift, from 1, and the seed determine random choices."""
+        probabilities = np.array([verdict.probability for verdict in verdicts])
+        if self.pick is Pick.MAP:
+            return verdicts[int(probabilities.argmax())]
+        rng = np.random.default_rng([*self.seed, lift])
+        return verdicts[int(rng.choice(len(verdicts), p=probabilities))]
 
 
 def compute_kind_probabilities(

@@ -18,8 +18,8 @@ from sqlalchemy import delete, func, select
 
 from affordance.arguments import Seed, check_kind, check_member
 from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError

@@ -11,8 +11,8 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.belief.memory_file import parse_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.task import Task

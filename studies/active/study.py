@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.learners import start_memory as start_learner
+from affordance.belief.kind_memory import start_memory as start_learner
 from affordance.choice.demand import Criterion
 from affordance.choice.next_hold import advise_hold
 from affordance.reporting.statistics import estimate_proportion

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.kind_memory import KAPPA
 from affordance.belief.learner import Learner
-from affordance.belief.learners import KAPPA
 from affordance.commands.options import add_run_options
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.presented import PresentationExperiment

@@ -13,10 +13,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kind_memory import KindMemory, start_memory
 from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_files import list_arm_files

@@ -6,10 +6,9 @@ from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, 
 from scipy.stats import chisquare
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, KindSettings
-from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.kind_memory import KAPPA, KindMemory, start_memory
+from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Learner, Pick
-from affordance.belief.learners import KAPPA, start_memory
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.appearance import PartAppearance

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, KindSettings
-from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.kinds_summary import count_kinds, find_kind, summarise_kinds
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, KindSettings
-from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.kind_memory import KindMemory, format_kinds, parse_kinds
+from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import format_kinds, format_memory, parse_kinds, parse_memory
+from affordance.belief.memory_file import format_memory, parse_memory
 from affordance.exceptions import BadValueError
 from affordance.objects.appearance import PartAppearance
 

@@ -5,7 +5,7 @@ import pytest
 from helpers.loop_runs import build_bench
 from helpers.workshop import BLANKS
 
-from affordance.belief.learners import start_memory
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion

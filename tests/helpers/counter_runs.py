@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from affordance.belief import learners
+from affordance.belief import kind_memory
 from affordance.belief.learner import Learner, Pick
 from affordance.choice import blow_cost
 from affordance.choice.inner_simulation import Choice, plan_choice
@@ -217,7 +217,7 @@ def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
 def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:
     if kappa is not None:
         for pick in Pick:
-            patch.setitem(learners.KAPPA, pick, kappa)
+            patch.setitem(kind_memory.KAPPA, pick, kappa)
 
 
 def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:

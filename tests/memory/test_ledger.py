@@ -14,8 +14,8 @@ import pytest
 from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory import ledger as module

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import ClampAndRelease
 from affordance.experiments.protocol_runs import load_protocol_experiment

@@ -4,8 +4,8 @@ import time
 import numpy as np
 import pytest
 
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.kind_memory import parse_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import parse_kinds
 from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import KindMemory
-from affordance.belief.memory_file import format_kinds
+from affordance.belief.kind_memory import KindMemory, format_kinds
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.files.model_files import list_arm_files

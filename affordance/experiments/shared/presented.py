@@ -11,9 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
+from affordance.belief.kind_memory import KAPPA
 from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
-from affordance.belief.learners import KAPPA
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Arrays, Experiment, Outputs

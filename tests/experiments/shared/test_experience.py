@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from affordance.belief.kind_memory import format_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import format_kinds
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.experiments.shared.gain_experience import gain_experience, run_trials

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.active_runs import TASKS, choose_actively
 
-from affordance.belief.learners import start_memory
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from studies.active import world as worlds
 from studies.active.figure import draw_rules

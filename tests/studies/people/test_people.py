@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.learners import start_memory
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.protocols.measured import MeasuredObservers, compute_of_observers
