@@ -23,6 +23,8 @@ _AtNode = Callable[[int, Array], tuple[Array, ...]]
 # simulated peak is 0.988 to 1.031 times the demand (three start postures, 22 blows; docs/decisions/0013-nail.md), so
 # blows aim 2 % above it.
 AIM = 1.02
+# Speed of what cannot strike, over that of the fastest swing.
+_BEYOND = 2.0
 # Bisection steps of the search for the greatest depth: a nail's depth is then known to micrometres.
 _HALVINGS = 16
 
@@ -68,9 +70,19 @@ class BlowCost:
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
         middle = self.masses[len(self.masses) // 2].compute(pi)
-        speed = self.nail.compute_tip_speed(aim, middle)
+        speed = self._find_speed(aim, middle)
         (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self.masses[node].compute(chunk),))
-        return self.nail.compute_tip_speed(aim, mass)
+        return self._find_speed(aim, mass)
+
+    def _find_speed(self, force: Array, mass: Array) -> Array:
+        """Computes the tip speed for a peak force with effective masses, (S,), [m/s].
+
+        Errors of geometry are of the first order, so that samples of them may be bodies that cannot be, with a negative
+        mass at the tip: these need a speed beyond all swings.
+        """
+        possible = mass > 0.0
+        speed = self.nail.compute_tip_speed(force, np.where(possible, mass, 1.0))
+        return np.where(possible, speed, _BEYOND * self.speeds[-1])
 
     def pick_swing(self, speed: float) -> Swing | None:
         """Picks the slowest swing that is at least as fast as a speed, [m/s]; None if all are slower."""

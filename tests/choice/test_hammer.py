@@ -67,6 +67,17 @@ def test_many_tools_cost_what_each_costs_alone(planned, rng):
         assert together.feasible[k] == alone.feasible[0]
 
 
+def test_body_that_cannot_be_is_infeasible_and_leaves_the_others_as_they_are(planned):
+    """Large errors of geometry may give a sample a negative moment of inertia, and a negative mass at the tip."""
+    bodies, cost = np.tile(PI["steel"], (3, 1)), planned["steel"]
+    bodies[1, 4:7] = -1.0
+    with np.errstate(all="raise"):
+        found = cost.compute(bodies)
+    assert found.feasible.tolist() == [True, False, True]
+    assert np.isfinite(found.work).all()
+    assert found.work[0] == pytest.approx(cost.compute(bodies[:1]).work[0])
+
+
 def test_lighter_tool_must_be_faster(planned):
     speeds = planned["wood"].find_speed(np.array([1.0, 0.5, 0.1, 0.0])[:, None] * PI["wood"])
     assert (np.diff(speeds) > 0.0).all()
