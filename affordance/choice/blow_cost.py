@@ -77,8 +77,8 @@ class BlowCost:
     def _find_speed(self, force: Array, mass: Array) -> Array:
         """Computes the tip speed for a peak force with effective masses, (S,), [m/s].
 
-        Errors of geometry are of the first order, so that samples of them may be bodies that cannot be, with a negative
-        mass at the tip: these need a speed beyond all swings.
+        Errors of geometry are of the first order, so that samples of them may be bodies that cannot be, with a
+        negative mass at the tip: these need a speed beyond all swings.
         """
         possible = mass > 0.0
         speed = self.nail.compute_tip_speed(force, np.where(possible, mass, 1.0))
