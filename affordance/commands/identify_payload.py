@@ -117,9 +117,15 @@ def _teach(
             with open_memory(arguments.memory) as before:
                 ledger.merge(before)
         is_new = ledger.append([trial])
+        changed = ledger.count_of_other_arms(trial.robot, trial.fingerprint)
         memory = ledger.recall(prior=prior)
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
-    return belief, f"{place} {'has learned them' if is_new else 'learns nothing: this run has taught it before'}"
+    lesson = f"{place} {'has learned them' if is_new else 'learns nothing: this run has taught it before'}"
+    if changed:
+        lesson += (
+            f"; the arm of {trial.robot} was another in {changed} earlier trials, which still count for materials"
+        )
+    return belief, lesson
 
 
 def _place_object(run: Run, values: Sequence[float]) -> Run:

@@ -97,6 +97,7 @@ def insert_trials(connection: Connection, trials: Sequence[TrialEvidence], place
                 "id": trial.id,
                 "time": trial.time,
                 "robot": trial.robot,
+                "fingerprint": trial.fingerprint,
                 "object": trial.object_name,
                 "thing": thing,
                 "content": content,

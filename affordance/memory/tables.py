@@ -45,10 +45,12 @@ TRIALS = Table(
     Column("id", String(24), primary_key=True),
     Column("time", String(32), nullable=False),
     Column("robot", String(200), nullable=False),
+    Column("fingerprint", String(64), nullable=False),
     Column("object", String(200), nullable=False),
     Column("thing", String(220), nullable=False),
     Column("content", Text, nullable=False),
     Index("by_time", "time", "id"),
+    Index("by_robot", "robot", "fingerprint"),
     Index("by_thing", "thing", "time", "id"),
     Index("by_object", "object", "time", "id"),
 )

@@ -319,6 +319,13 @@ def test_verifying_finds_what_was_changed_from_outside(ledger, change):
     assert ("must be '" in problem and "digest" in problem) if change == "content" else "the sums for" in problem
 
 
+def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
+    ledger.append(hold_workshop(6))  # of "arm" and "other", by turns
+    assert ledger.count_of_other_arms("arm", "arm 1") == 0
+    assert ledger.count_of_other_arms("arm", "arm 2") == 3
+    assert ledger.count_of_other_arms("nobody", "arm 2") == 0
+
+
 def test_url_of_sqlite_is_a_place_too(tmp_path):
     with open_memory(f"sqlite:///{tmp_path / 'memory.sqlite'}") as ledger:
         ledger.append(hold_workshop(3))
