@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust numbers mutants robustness-proof clean
+.PHONY: run test wheel lint format diagrams picture bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -48,6 +48,9 @@ format: $(VENV)/dev.stamp ## reformat the code and sort its imports
 
 diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 	$(PYTHON) diagrams/redraw.py
+
+picture: $(VENV)/run.stamp ## redraw the moving picture of README from a simulation
+	$(PYTHON) docs/moving_picture.py
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 	$(PYTHON) -m studies.speed.run

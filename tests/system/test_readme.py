@@ -1,18 +1,32 @@
-"""What the README shows works as it says."""
+"""What the README and the pages of first use show works as it says."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
+import pytest
+
+from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command
+from affordance.commands.study import STUDIES
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+COMMANDS_PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+OBJECTS_PAGE = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
 
 
-def find_blocks(language):
-    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+def find_blocks(language, page=README):
+    return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
+
+
+def list_commands():
+    """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
+    lines = re.findall(r"^    (affordance [^#\n]*)", README + COMMANDS_PAGE, re.MULTILINE)
+    lines += re.findall(r"`(affordance [^`]*)`", README)
+    return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND", line)})
 
 
 def run_block(block, capsys):
@@ -21,13 +35,13 @@ def run_block(block, capsys):
 
 
 def test_first_example_prints_what_stands_below_it(capsys):
-    before, _ = README.split("```text\n")
-    assert before.count("\n") + find_blocks("text")[0].count("\n") < 40
-    assert run_block(find_blocks("python")[0], capsys) == find_blocks("text")[0]
+    (code,) = find_blocks("python")
+    assert code.count("\n") <= 12
+    assert run_block(code, capsys) == find_blocks("text")[0]
 
 
 def test_example_of_ranking_runs(capsys):
-    lines = run_block(find_blocks("python")[1], capsys).splitlines()
+    lines = run_block(find_blocks("python", OBJECTS_PAGE)[0], capsys).splitlines()
     assert len(lines) == 4
     assert re.fullmatch(r"stick by steel: \d+\.\d J, best with probability 1\.00", lines[0])
 
@@ -35,10 +49,31 @@ def test_example_of_ranking_runs(capsys):
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
-    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0], encoding="utf-8")
+    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml", OBJECTS_PAGE)[0], encoding="utf-8")
     report, _ = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
     assert "dumb-bell" in report.read_text(encoding="utf-8")
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()
+
+
+@pytest.mark.parametrize("line", list_commands())
+def test_commands_are_such_as_the_program_takes(line):
+    _, name, *words = shlex.split(line)
+    if name == "study":
+        assert words[0] in STUDIES
+        return
+    assert name in (*COMMANDS, *EXPERIMENTS)
+    parser = OneLineParser(prog=name)
+    load_command(name).add_arguments(parser)
+    parser.parse(words)
+
+
+def test_targets_of_make_exist():
+    targets = re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert set(re.findall(r"^    make ([a-z-]+)", README, re.MULTILINE)) <= set(targets)
+
+
+def test_readme_is_read_in_some_minutes():
+    assert README.count("\n") <= 115
 
 
 def list_anchors(page):
