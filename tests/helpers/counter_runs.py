@@ -51,7 +51,7 @@ type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
 
 # Observers who hold, and who learn at rest; how long an object is held, [s].
-_HOLDERS, _LEARNERS = 2, 120
+_HOLDERS, _LEARNERS = 2, 60
 _HELD = {"weight": 0.6, "com": 1.0}
 # A wooden and a steel part of unlike sizes, bent, by other postures along a turned path, and a tap on the nail.
 OTHER_WORLD = {

@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -35,12 +36,11 @@ from helpers.robot_files import write_urdf
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 from studies.arms import command as arms
 from studies.arms import measure, parity, robot_study
-from studies.recorded import simulated_truths, timing, verdicts
+from studies.recorded import simulated_truths, timing, ur10e, verdicts
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
 from studies.recorded.command import flatten
 from studies.recorded.panda import study_panda
 from studies.recorded.simulated_truths import measure_class_coverage, measure_coverage
-from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 from studies.robustness import experiment as robustness
 from studies.tools import holds as tool_holds
@@ -177,7 +177,11 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
     if is_wrong:
         factor = np.where(np.arange(len(loaded.times)) < len(loaded.times) // 2, 1.0, 1.1)[:, None]
         empty, loaded = (dataclasses.replace(run, signal=factor * run.signal) for run in (empty, loaded))
-    return flatten({"ur10e": study_ur10e(Ur10eData(robot, empty, loaded), _IDENTIFICATION).numbers})
+    with pytest.MonkeyPatch.context() as patch:
+        # Beliefs and windows are details, of which no claim is.
+        patch.setattr(ur10e, "identify", Mock())
+        patch.setattr(ur10e, "_measure_drift", Mock())
+        return flatten({"ur10e": ur10e.study_ur10e(Ur10eData(robot, empty, loaded), _IDENTIFICATION).numbers})
 
 
 def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
@@ -252,7 +256,7 @@ def judge_itself(
     pair = Ur10eData(robot, empty, loaded)
     gains = calibrate_gains(pair_runs(robot, empty, loaded, _IDENTIFICATION), UR10E_LOAD, _IDENTIFICATION)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[4::20])
+        patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[4:5])
         patch.setattr(verdicts, "_PAIR_LENGTHS", (16.0,))
         patch.setattr(verdicts, "_MODES", verdicts._MODES[1:2])
         patch.setattr(verdicts, "_SINGLE_LENGTHS", (15.0,))
