@@ -1,6 +1,7 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
 import dataclasses
+import gc
 import os
 from collections.abc import Iterator
 
@@ -10,6 +11,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 import pytest
 from helpers.children import Start, keep_children
+from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once
 from helpers.two_tools import HELD
 
@@ -28,6 +30,12 @@ from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Spares garbage collection what was imported: it would look at all of it again, tens of milliseconds a time."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture
@@ -93,7 +101,7 @@ def hammering() -> ChoiceExperiment:
 
 @pytest.fixture(scope="session")
 def hammering_plan(hammering: ChoiceExperiment, tmp_path_factory: pytest.TempPathFactory) -> ChoicePlan:
-    return compute_once(tmp_path_factory, "hammering_plan", lambda: hammering.plan(jobs=1))
+    return compute_once(tmp_path_factory, "hammering_plan", lambda: plan_roughly(hammering))
 
 
 @pytest.fixture(scope="session")

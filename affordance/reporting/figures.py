@@ -40,11 +40,16 @@ _LEGEND_WIDTH = 60
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
     """Writes a figure as NAME.png and NAME.svg, each atomically and with reproducible bytes."""
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
+    prepare_figure(figure)
+    write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
+    write_atomic(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
+
+
+def prepare_figure(figure: Figure) -> None:
+    """Has a figure laid out when it is drawn, and dollar signs in its texts drawn as they are."""
     figure.set_layout_engine("constrained")
     for text in figure.findobj(Text):  # Tick labels are set when drawn; those of powers remain formulae.
         text.set_parse_math("$" not in text.get_text())
-    write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
-    write_atomic(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
 
 
 def count_columns(labels: Sequence[str]) -> int:

@@ -7,6 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers.results_files import check_names, check_results, read_section, render
+from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, make_folder_once
 
 from affordance.belief.material_memory import MaterialMemory
@@ -41,7 +42,7 @@ def experiment():
 
 @pytest.fixture(scope="module")
 def plan(experiment, tmp_path_factory):
-    return compute_once(tmp_path_factory, "reach_plan", lambda: experiment.plan(jobs=1))
+    return compute_once(tmp_path_factory, "reach_plan", lambda: plan_roughly(experiment))
 
 
 @pytest.fixture(scope="module")

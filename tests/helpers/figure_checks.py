@@ -2,14 +2,14 @@
 
 from matplotlib.text import Text
 
-from affordance.reporting.figures import save_figure
+from affordance.reporting.figures import prepare_figure
 
 # Labels as long as users may choose.
 LONG_NAMES = [f"held by _{end}_end_of_an_extraordinarily_long_painted_handle" for end in ("upper", "lower")]
 
 
 def assert_all_is_on_the_figure(figure, folder):
-    save_figure(figure, folder, "a")
+    prepare_figure(figure)
     figure.draw_without_rendering()
     for text in figure.findobj(Text):
         if text.get_text() and text.get_visible():

@@ -93,7 +93,7 @@ def test_broken_file_is_refused_by_file_and_key(models, name):
     assert Path(case.file).name in found.err
 
 
-@QUICKLY
+@settings(QUICKLY, max_examples=40)
 @given(spoil())
 def test_file_spoilt_anywhere_is_refused_by_file_and_key(models, case):
     found = answer(models, case)

@@ -73,14 +73,14 @@ def test_as_many_choose_as_in_the_simulations(defaults):
 
 
 def test_interpolated_motions_are_those_of_full_holds(defaults):
-    """Of every object that claims are about, by the simulations' own integrator; of four of all."""
+    """Of every object that claims are about, by the simulations' own integrator; of two of all, the last among them."""
     _, outcome = defaults
     runner = TrialRunner(DEFAULT_SETTINGS)
     largest = {}
     for name, held in outcome.held.items():
         for each in held.tools:
             density = each.believed[:, 0]
-            for observer in set(density.argsort()[[0, 40, 120, -1]].tolist()) if density[0] != density[1] else [0]:
+            for observer in set(density.argsort()[[40, -1]].tolist()) if density[0] != density[1] else [0]:
                 memory = MaterialMemory.from_densities(dict(zip(each.colours, each.believed[observer], strict=True)))
                 full = runner.run_hold(each.tool, memory, duration=3.0).height_centre
                 error = float(np.abs(each.motions.heights[observer] - full).max())
