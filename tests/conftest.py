@@ -4,6 +4,7 @@ import dataclasses
 import gc
 import os
 from collections.abc import Iterator
+from pathlib import Path
 
 # Before numpy is imported: matrices here are small, and threads of its libraries would wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -14,6 +15,7 @@ from helpers.children import Start, keep_children
 from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once
 from helpers.two_tools import HELD
+from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
@@ -41,6 +43,12 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20261120)
+
+
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are drawn, but files of them stay empty: for tests that look at no picture, as rendering takes long."""
+    monkeypatch.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
 
 
 @pytest.fixture

@@ -73,7 +73,7 @@ def test_as_many_choose_as_in_the_simulations(defaults):
 
 
 def test_interpolated_motions_are_those_of_full_holds(defaults):
-    """Of every object that claims are about, by the simulations' own integrator; of two of all, the last among them."""
+    """Of every object that claims are about, by the simulations' own integrator; of two of all."""
     _, outcome = defaults
     runner = TrialRunner(DEFAULT_SETTINGS)
     largest = {}
