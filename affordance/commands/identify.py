@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as other commands name it")
     add("--tip", help="link that carries the payload, or the wrist sensor (default: the run's description)")
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
-    add("--loaded", type=Path, required=True, metavar="RUN", help="recording with the load")
+    add("--loaded", type=Path, metavar="RUN", help="recording with the load (must be given)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
     add(
         "--description",
@@ -64,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
     add("--seed", type=int, default=0, help="of the samples (default 0)")
+    add("--demo", action="store_true", help="identify a simulated recording that comes with the package")
     add("--out", type=Path, help="folder for belief.json, samples.nc, gains.yaml and figures (default: none)")
     add("--json", action="store_true", help="print the belief as JSON")
     parser.add_argument(

@@ -13,6 +13,7 @@ from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
+from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
 from affordance.commands.options import change_by_name, check_bounds, list_groups, refuse_changes
 from affordance.commands.payload_text import describe_payload
 from affordance.exceptions import BadValueError
@@ -44,6 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument, a file or a recording is invalid.
     """
+    if arguments.demo:
+        return _run_demo(arguments)
+    if arguments.loaded is None:
+        raise BadValueError("--loaded", "", "is missing, must be a recording with the load (or --demo)")
     settings = _build_settings(arguments)
     refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a seen object has the prior's only")
     prior = change_by_name(arguments).prior
@@ -86,6 +91,24 @@ def run(arguments: argparse.Namespace) -> int:
         _write(arguments.out, belief, content, text, is_used)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
     return 0 if belief.is_trusted else 3
+
+
+def _run_demo(arguments: argparse.Namespace) -> int:
+    """Identifies the recording that comes with the package.
+
+    Raises:
+        BadValueError: Another robot, recording or object is given too.
+    """
+    check_alone(arguments, ("robot", "robot_option", "loaded", "empty", "object", "description", "tip", "base"))
+    words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
+    announce(["identify", *words, "--size-error", 0.02, "--unseen", 0.02], quietly=arguments.json)
+    arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
+    arguments.object, arguments.object_name = STOCK, PIECE
+    arguments.size_error = arguments.unseen = 0.02
+    status = run(arguments)
+    if not arguments.json:
+        print(f"\nIn the simulation the {PIECE} weighs {MASS:.3f} kg.")
+    return status
 
 
 def _recall(place: str | None, prior: Prior) -> Memory:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from affordance.choice.keep import Keep
 from affordance.choice.tasks import load_task_file
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, GripBounds, weigh
+from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import (
     add_robot,
     add_same_colour,
@@ -32,6 +34,8 @@ from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
+from affordance.memory.exchange import read_trials
+from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
@@ -75,6 +79,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
     add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--samples", type=int, default=10_000, metavar="N", help="samples of the belief (default: 10000)")
+    add("--demo", action="store_true", help="rank our hammers by what simulated recordings of the package taught")
     add("--json", action="store_true", help="print the ranking as JSON")
     add("--out", type=Path, metavar="DIR", help="folder for ranking.json, .txt, .png and .svg (default: none)")
     add_robot(parser)
@@ -88,6 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is invalid, or no option can do the task.
     """
+    if arguments.demo:
+        return _run_demo(arguments)
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, _SAMPLES)
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
@@ -126,6 +133,26 @@ def run(arguments: argparse.Namespace) -> int:
         _draw(arguments.out, advice, settings, tools, content["sentence"])
     print(json.dumps(content, indent=2) if arguments.json else text)
     return 0
+
+
+def _run_demo(arguments: argparse.Namespace) -> int:
+    """Ranks our hammers by a memory of the trials that come with the package.
+
+    Raises:
+        BadValueError: A task or a memory is given too.
+    """
+    check_alone(arguments, ("task", "file", "memory"))
+    announce(
+        ["memory", "import", "demo.sqlite", TRIALS],
+        ["rank", "hammer", "--memory", "demo.sqlite"],
+        quietly=arguments.json,
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "demo.sqlite"
+        with open_memory(place) as ledger:
+            ledger.append(read_trials(TRIALS, Settings().prior))
+        arguments.demo, arguments.task, arguments.memory = False, "hammer", str(place)
+        return run(arguments)
 
 
 def read_task(arguments: argparse.Namespace, robot: Robot) -> tuple[str, TaskCostModel]:
