@@ -39,11 +39,11 @@ class Judged(NamedTuple):
     """Choice that was judged by the true inertias.
 
     Attributes:
-        is_right: True if no usable option costs less.
+        is_right: 1 if no usable option costs less, else 0; not a number if no option can do the task.
         regret: Cost in excess of that of the best option, as a fraction of it.
     """
 
-    is_right: bool
+    is_right: float
     regret: float
 
 
@@ -117,9 +117,11 @@ def judge(
     costs = find_true_costs(choice, truths, criterion)
     names = [option.name for option in choice.options]
     best = float(costs.min())
+    if not np.isfinite(best):
+        return Judged(np.nan, np.nan)
     # Where nothing is usable under the belief, one takes what is ranked first.
     chosen = float(costs[names.index(advice.ranked[0].option.name)])
-    return Judged(chosen <= best, (chosen - best) / best if np.isfinite(chosen) else 1.0)
+    return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 
 
 def find_true_costs(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> Array:

@@ -119,7 +119,8 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
     Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``covered``, (levels, tools); ``spread``, the excess
-        cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
+        cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). Not a number where no
+        option can do the task with the true inertias.
     """
     bench = build_bench(config)
     rng, truths, memories = start_life(config, bench, repeat)
@@ -147,7 +148,7 @@ def list_own_options(bench: Bench, seed: int) -> list[Option]:
 def _find_spread(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> float:
     costs = find_true_costs(choice, truths, criterion)
     usable: Array = costs[np.isfinite(costs)]
-    return float(usable.max() / usable.min() - 1.0)
+    return float(usable.max() / usable.min() - 1.0) if len(usable) else np.nan
 
 
 def describe_robot(
@@ -159,8 +160,8 @@ def describe_robot(
         the regret by level, over both tasks, and the coverage of predicted masses after all pieces; and details: the
         same by task and criterion, with 95 % intervals.
     """
-    best = int(np.argmax(arrays["spread"].mean(axis=(0, 1))))
-    right, regret = (arrays[name][..., best].mean(axis=2) for name in ("right", "regret"))
+    best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
+    right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
     metrics = {
         "by": CRITERIA[best].value,
         "right": {name: float(right[:, i].mean()) for i, name in enumerate(LEVELS)},
@@ -171,7 +172,7 @@ def describe_robot(
     details: dict[str, Any] = {
         task: {
             criterion.value: {name: _describe_cell(arrays, (level, i, j)) for level, name in enumerate(LEVELS)}
-            | {"spread": float(arrays["spread"][:, i, j].mean())}
+            | {"spread": float(np.nanmean(arrays["spread"][:, i, j]))}
             for j, criterion in enumerate(CRITERIA)
         }
         for i, task in enumerate(tasks)
@@ -193,11 +194,13 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:
     hits = arrays["right"][:, *place]
+    hits = hits[np.isfinite(hits)]
     share = estimate_proportion(np.array(hits.sum()), len(hits))
     return {
         "right": float(share.mean),
         "right_ci95": [float(share.low), float(share.high)],
-        "regret": float(arrays["regret"][:, *place].mean()),
+        "regret": float(np.nanmean(arrays["regret"][:, *place])),
+        "worlds": len(hits),
     }
 
 

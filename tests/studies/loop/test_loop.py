@@ -74,7 +74,7 @@ def test_true_costs_are_those_of_known_densities_and_who_knows_them_is_right(ben
     known = MaterialMemory.from_densities(densities)
     for criterion in Criterion:
         judged = judge(choice, task, known, truths, criterion, 200, rng)
-        assert judged.is_right
+        assert judged.is_right == 1.0
         assert judged.regret == 0.0
     works = find_true_costs(choice, truths, Criterion.WORK)
     rho = np.array([[densities[colour] for colour in choice.add_colours(known).colours]])
