@@ -12,6 +12,8 @@ from affordance.protocols.protocol import find_number_of_observers, find_protoco
 from affordance.protocols.schema import write_protocol
 from affordance.reporting.learner_predictions import Spread, contrast_learners, format_predictions, summarise
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 @pytest.fixture
 def short(tmp_path):

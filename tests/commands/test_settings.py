@@ -34,6 +34,7 @@ def test_unknown_name_is_answered_with_the_nearest(capsys):
     assert "did you mean 'prior'?" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
     assert main(["run", "two_families", *SMALL, "--out", str(tmp_path), "--set", "noise.weber_fraction=0.13"]) == 0
     folder = tmp_path / "two_families"

@@ -173,6 +173,7 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
     assert len(table["rows"]) == 12
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_words_of_a_report_do_not_throw_observers_away(tmp_path, capsys):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "protocols" / "mine.yaml"

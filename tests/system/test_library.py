@@ -128,6 +128,7 @@ def test_lasting_memory_serves_every_learner(record, tmp_path):
         assert ledger.recall().density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=1e-3)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_experiment_is_loaded_and_run_from_python(tmp_path):
     report = run_suite("two_families", str(tmp_path), repeats=1, changes={"noise.weber_fraction": 0.1})
     numbers = json.loads((tmp_path / "two_families" / "metrics.json").read_text(encoding="utf-8"))

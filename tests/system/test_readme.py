@@ -46,6 +46,7 @@ def test_example_of_ranking_runs(capsys):
     assert re.fullmatch(r"stick by steel: \d+\.\d J, best with probability 1\.00", lines[0])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)

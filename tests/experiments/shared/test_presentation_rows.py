@@ -40,6 +40,7 @@ def run(path, tmp_path, *more):
     return tmp_path / "out" / "mine"
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path):
     rows = read(run(short, tmp_path) / "lifts.csv")
     assert tuple(rows[0]) == COLUMNS
@@ -69,6 +70,7 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
     assert metrics["learners"]["kinds_map"]["end_N"] == pytest.approx(np.mean(ends), rel=1e-6)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
     """Simulation II: holds in which observers learn, shared by three simulations; then three in which they do not."""
     experiment = shorten(load_hold_experiment("com"), 0.3, repetitions=1)
