@@ -136,7 +136,7 @@ def test_dent_of_a_mesh_is_not_filled():
     triangles = np.array([path.vertices[:3] for path in fill.get_paths()])
     points = triangles.reshape(-1, 2)
     hull = ConvexHull(points)
-    net = points.min(axis=0) + np.random.default_rng(0).random((4000, 2)) * np.ptp(points, axis=0)
+    net = points.min(axis=0) + np.random.default_rng(0).random((1000, 2)) * np.ptp(points, axis=0)
     in_hull = (hull.equations[:, :2] @ net.T + hull.equations[:, 2:] <= 0.0).all(axis=0)
     in_drawing = np.array([any(path.contains_point(point) for path in fill.get_paths()) for point in net[in_hull]])
     assert in_drawing.mean() < 0.9

@@ -19,6 +19,7 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 from studies.robustness import evaluate as evaluate_module
 from studies.robustness import experiment as study
+from studies.robustness import holding
 from studies.robustness.assumptions import list_defaults, sample_settings
 from studies.robustness.build import build_world
 from studies.robustness.claims import EXPERIMENTS
@@ -35,8 +36,16 @@ JUDGED = [
 ]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _shorter_holds():
+    """Half as long: drops and lifts come in their first second."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(holding, "HOLD_DURATION", 1.5)
+        yield
+
+
 @pytest.fixture(scope="module")
-def defaults(tmp_path_factory):
+def defaults(_shorter_holds, tmp_path_factory):
     """What the simulations' own setting gives, with as many observers as they have."""
     return compute_once(tmp_path_factory, "robustness_default", lambda: LOADED.evaluate(None))
 
@@ -82,7 +91,7 @@ def test_interpolated_motions_are_those_of_full_holds(defaults):
             density = each.believed[:, 0]
             for observer in set(density.argsort()[[40, -1]].tolist()) if density[0] != density[1] else [0]:
                 memory = MaterialMemory.from_densities(dict(zip(each.colours, each.believed[observer], strict=True)))
-                full = runner.run_hold(each.tool, memory, duration=3.0).height_centre
+                full = runner.run_hold(each.tool, memory, duration=holding.HOLD_DURATION).height_centre
                 error = float(np.abs(each.motions.heights[observer] - full).max())
                 largest[name] = max(largest.get(name, 0.0), error)
     assert sum(len(held.tools) for held in outcome.held.values()) == 8
