@@ -118,7 +118,7 @@ def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
 
 
 def test_payload_of_a_folder_needs_no_tip(folder: Path) -> None:
-    words = Namespace(robot=folder, tip=None, base=None)
+    words = Namespace(robot=folder, robot_option=None, tip=None, base=None)
     run = SimpleNamespace(description=SimpleNamespace(tip="", base=""))
     assert identify_payload._load_robot(words, run).tip == "hand_grip"  # type: ignore[arg-type]
     words.robot = folder / "arm.sdf"
