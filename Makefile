@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams picture bench trust numbers mutants robustness-proof clean
+.PHONY: run test wheel docs lint format diagrams picture bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -25,6 +25,10 @@ $(VENV)/dev.stamp: $(PYTHON) pyproject.toml constraints.txt
 	$(PYTHON) -m affordance doctor --install --tests
 	@touch $@ $(VENV)/run.stamp
 
+$(VENV)/docs.stamp: $(VENV)/run.stamp
+	$(PYTHON) -m pip install --quiet --editable '.[docs]'
+	@touch $@
+
 run: $(VENV)/run.stamp ## run every experiment with 100 observers, and which end of real tools to hold, and write results/report.html
 	$(PYTHON) run_experiments.py --repeats 100
 	$(PYTHON) -m affordance study tools --jobs 2
@@ -35,6 +39,10 @@ test: $(VENV)/dev.stamp ## run the test suite
 
 wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
 	./.ci/try_wheel.sh
+
+docs: $(VENV)/docs.stamp ## build the documentation with its tutorials executed, in build/site: some minutes, seconds once they are kept
+	OMP_NUM_THREADS=1 $(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going -b html -c docs . build/site
+	@echo "The documentation: build/site/index.html"
 
 lint: $(VENV)/dev.stamp ## check format, style and types
 	$(PYTHON) -m ruff format --check $(SOURCES)

@@ -42,7 +42,7 @@ class RankedOption(NamedTuple):
         work: Expected work over the same densities for all options, [J]. Where a torque limit would be exceeded, the
             work is that of the motion without this limit.
         works: Work under each sample, (S,), [J]; infinite where the option is infeasible.
-        effort: Expected integral of |tau|^2 dt over the same densities as work, [N^2 m^2 s].
+        effort: Expected integral of the squared torques over the same densities as work, [N^2 m^2 s].
         cost: Expected cost over the same densities by the measure of the settings, which orders the options; the work
             by default.
         p_best: Probability that the option is the cheapest.
@@ -76,7 +76,7 @@ class Ranking(NamedTuple):
         num_usable: Number of usable options.
         min_feasibility: Probability with which an option must at least be feasible to be usable.
         p_none: Probability that no option is feasible.
-        flips: True if the least expected integral of |tau|^2 would choose otherwise.
+        flips: True if the least expected integral of the squared torques would choose otherwise.
     """
 
     ranked: tuple[RankedOption, ...]

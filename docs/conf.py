@@ -1,0 +1,97 @@
+"""Documentation site: ``make docs`` builds it in build/site from the pages as they stand in the repository.
+
+The repository is the source folder, so that every relative link works on a git host and in the site alike.
+"""
+
+import hashlib
+import os
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from affordance import __version__  # noqa: E402
+from docs.formulas import add_formulas  # noqa: E402
+from docs.generated import fill_marks  # noqa: E402
+
+project = "Visual inertial affordances"
+author = copyright = "The developers of visual inertial affordances"
+version = release = __version__
+root_doc = "docs/index"
+include_patterns = ["*.md", "docs/**", "models/README.md", "affordance/tutorials/*.md"]
+exclude_patterns = [".*", "build", "results", "tests", "studies", "*.egg-info", "**/__pycache__", "docs/images"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+]
+
+html_theme = "furo"
+html_title = f"{project} {__version__}"
+html_copy_source = False
+html_math_renderer = "mathml"  # of the browser itself: formulas need no network
+
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
+myst_heading_anchors = 4
+
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+autodoc_class_signature = "separated"
+napoleon_use_ivar = True
+napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
+
+
+def _hash_program() -> str:
+    """Hashes what decides the results of tutorials: program, models and versions of libraries."""
+    digest = hashlib.sha256((ROOT / "constraints.txt").read_bytes())
+    for folder in ("affordance", "models"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in (".py", ".yaml", ".sdf", ".csv", ".jsonl", ".obj", ".j2"):
+                digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+# What a tutorial gave is kept until the program changes.
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(ROOT / "build" / "docs_cache" / _hash_program())
+nb_execution_in_temp = True
+nb_execution_timeout = 60
+nb_execution_raise_on_error = True
+nb_merge_streams = True
+# Commands of tutorials are those of this environment.
+os.environ["TQDM_DISABLE"] = "1"
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+
+
+def fill_page(app: Any, name: str, source: list[str]) -> None:
+    """Fills what is generated into a page, and points links to folders to a page or to nothing."""
+    path = Path(app.env.doc2path(name))
+    text = fill_marks(source[0])
+
+    def follow(link: re.Match[str]) -> str:
+        target = path.parent / link["target"]
+        if not target.is_dir():
+            return link[0]
+        index = next((each for each in ("index.md", "README.md") if (target / each).is_file()), None)
+        return f"[{link['text']}]({link['target']}/{index})" if index else link["text"]
+
+    source[0] = re.sub(r"\[(?P<text>[^\]\[]*)\]\((?P<target>[^():#]+)\)", follow, text)
+
+
+def write_entrance(app: Any, exception: Exception | None) -> None:
+    """Writes the page at the top of the site, which leads to the pages' index."""
+    if exception is None:
+        page = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url=docs/index.html">'
+        link = f'<a href="docs/index.html">{project}</a>'
+        (Path(app.outdir) / "index.html").write_text(f"{page}<title>{project}</title>{link}\n", encoding="utf-8")
+
+
+def setup(app: Any) -> None:
+    """Adds what this file defines to Sphinx."""
+    add_formulas(app)
+    app.connect("source-read", fill_page)
+    app.connect("build-finished", write_entrance)

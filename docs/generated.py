@@ -1,0 +1,232 @@
+"""Parts of pages that are generated from the program: ``<!-- generated: NAME -->`` in a page becomes the part.
+
+In ``<!-- toctree -->`` the pages that are linked between the last heading and the mark become chapters of the site.
+"""
+
+import argparse
+import importlib
+import inspect
+import itertools
+import json
+import pkgutil
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel
+
+import affordance
+from affordance.cli import COMMANDS, Command, OneLineParser, load_command, load_study
+from affordance.commands.study import STUDIES
+from affordance.exceptions import AffordanceError
+from affordance.named_settings import list_settings, show_setting
+
+_MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
+_CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
+_ROOT = Path(__file__).parents[1]
+# Files that users write or edit, and the model that reads each.
+_FORMATS = {
+    "tools/*.yaml, an entry of `tools`": "affordance.objects.tool_entries.ToolEntry",
+    "materials.yaml, an entry": "affordance.objects.materials.MaterialEntry",
+    "paths/*.yaml": "affordance.control.timed_path.PathEntry",
+    "nail.yaml": "affordance.plant.nail.NailEntry",
+    "tasks/*.yaml, of a load that is kept or carried": "affordance.choice.keep.KeepEntry",
+    "protocols/*.yaml": "affordance.protocols.protocol.Protocol",
+}
+
+
+def fill_marks(text: str) -> str:
+    """Replaces the marks of a page by what they name."""
+    return _CHAPTERS.sub(_add_chapters, _MARK.sub(lambda mark: PARTS[mark["part"]](), text))
+
+
+def _add_chapters(section: re.Match[str]) -> str:
+    pages = re.findall(r"\]\(([^)#:]+)\.md\)", section["text"])
+    return "\n".join([section[1], "```{toctree}", ":hidden:", f":caption: {section['title']}", "", *pages, "```"])
+
+
+def format_rows(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Formats a table in Markdown."""
+    lines = [header, ["---"] * len(header), *rows]
+    cells = [[" ".join(str(cell).split()).replace("|", "\\|") for cell in row] for row in lines]
+    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
+
+
+def list_names() -> str:
+    """Classes and functions at the top of the package, by the folder that defines them."""
+    names = [name for name in affordance.__all__ if callable(getattr(affordance, name))]
+    places = {name: getattr(affordance, name).__module__.split(".")[1] for name in names}
+    parts = []
+    for folder, group in itertools.groupby(sorted(names, key=lambda name: places[name]), places.__getitem__):
+        lead = (importlib.import_module(f"affordance.{folder}").__doc__ or "").partition("\n")[0]
+        entries = "\n\n".join(map(_refer_to, group))
+        parts.append(f"## affordance.{folder}\n\n{lead}\n\n```{{eval-rst}}\n{entries}\n```")
+    return "\n\n".join(parts)
+
+
+def _refer_to(name: str) -> str:
+    if inspect.isclass(getattr(affordance, name)):
+        return f".. autoclass:: affordance.{name}\n   :members:"
+    return f".. autofunction:: affordance.{name}"
+
+
+def list_commands() -> str:
+    """Every command with its usage and options."""
+    return "\n\n".join(_describe_command(name, load_command(name)) for name in COMMANDS)
+
+
+def list_studies() -> str:
+    """Every study with its usage and options."""
+    return "\n\n".join(_describe_command(f"study {name}", load_study(name)) for name in STUDIES)
+
+
+def _describe_command(name: str, command: Command) -> str:
+    parser = OneLineParser(prog=f"affordance {name}", description=command.HELP, add_help=False)
+    command.add_arguments(parser)
+    options = [action for action in parser._actions if action.help is not argparse.SUPPRESS]
+    rows = [(f"`{_name_option(parser, each)}`", each.help or "") for each in options]
+    table = [format_rows(["argument", "meaning"], rows)] if rows else []
+    return "\n\n".join([f"## {name}", f"`affordance {name}`: {command.HELP}.", *table])
+
+
+def _name_option(parser: argparse.ArgumentParser, action: argparse.Action) -> str:
+    value = parser._get_formatter()._format_args(action, action.dest.upper()) if action.nargs != 0 else ""
+    return f"{', '.join(action.option_strings)} {value}".strip()
+
+
+def list_assumptions() -> str:
+    """What was varied in the study of robustness: range, source, and the claims that it moves most."""
+    kept = json.loads((_ROOT / "docs" / "robustness.json").read_text(encoding="utf-8"))
+    rows = []
+    for name, entry in _read_assumptions().items():
+        span = entry.get("range") or entry["choices"]
+        shown = " to ".join(f"{each:g}" for each in span) if "range" in entry else ", ".join(map(str, span))
+        default = entry["default"]
+        rows.append((entry["label"], default, shown, _name_moved(kept, name), _link(entry["source"])))
+    return format_rows(["assumption", "value", "varied over", "claims that it moves most", "source"], rows)
+
+
+def list_all_settings() -> str:
+    """Every setting with value, unit, source and the claims that it moves most."""
+    kept = json.loads((_ROOT / "docs" / "robustness.json").read_text(encoding="utf-8"))
+    varied = _read_assumptions()
+    rows = []
+    for each in list_settings():
+        name = next((key for key in varied if each.name.replace(".", "_").endswith(key)), "")
+        moved = _name_moved(kept, name) if name else "not varied"
+        unit = "" if each.unit == "1" else each.unit
+        rows.append((f"`{each.name}`", show_setting(each.value), unit, each.meaning, moved, _link(each.source)))
+    return format_rows(["setting", "value", "unit", "meaning", "claims that it moves most", "source"], rows)
+
+
+def _link(source: str) -> str:
+    """Links the pages of docs/ and the decisions that a source names."""
+    linked = re.sub(r"\bdocs/([\w/-]+)\.md", r"[\1](\1.md)", source)
+    pages = {path.name[:4]: path.name for path in (_ROOT / "docs" / "decisions").glob("0*.md")}
+    return re.sub(r"\b00\d\d\b(?!-)", lambda number: f"[{number[0]}](decisions/{pages[number[0]]})", linked)
+
+
+def _read_assumptions() -> dict[str, Any]:
+    text = (_ROOT / "studies" / "robustness" / "assumptions.yaml").read_text(encoding="utf-8")
+    found: dict[str, Any] = yaml.safe_load(text)
+    return found
+
+
+def _name_moved(kept: dict[str, Any], name: str) -> str:
+    claims = {key: each["strongest_index"] for key, each in kept["claims"].items()}
+    moved = [key for key in claims if kept["claims"][key]["strongest_assumption"] == name]
+    return ", ".join(f"{key} ({claims[key]:.2f})" for key in sorted(moved, key=lambda key: -claims[key])) or "none"
+
+
+def list_formats() -> str:
+    """Keys of the files that users write, from the models that read them."""
+    return "\n\n".join(f"## {title}\n\n{_describe_model(_find(place))}" for title, place in _FORMATS.items())
+
+
+def _find(place: str) -> type[BaseModel]:
+    module, _, name = place.rpartition(".")
+    found: type[BaseModel] = getattr(importlib.import_module(module), name)
+    return found
+
+
+def _describe_model(model: type[BaseModel]) -> str:
+    schema = model.model_json_schema(by_alias=True)
+    parts = [(schema.get("description", ""), schema)]
+    parts += [(f"**{name}**: {each.get('description', '')}", each) for name, each in schema.get("$defs", {}).items()]
+    tables = [(lead, list(_list_keys(each, schema.get("$defs", {})))) for lead, each in parts]
+    return "\n\n".join(f"{lead}\n\n{format_rows(_KEYS, rows)}" for lead, rows in tables if rows)
+
+
+_KINDS = {
+    "number": "number",
+    "integer": "whole number",
+    "string": "text",
+    "boolean": "true or false",
+    "object": "mapping",
+}
+_KEYS = ["key", "value", "if left out", "meaning"]
+
+
+def _list_keys(schema: dict[str, Any], named: dict[str, Any]) -> Iterator[tuple[str, str, str, str]]:
+    required = schema.get("required", [])
+    for key, entry in schema.get("properties", {}).items():
+        default = "must be given" if key in required else f"`{json.dumps(entry.get('default'))}`"
+        shown = "" if default == "`null`" else default
+        yield f"`{key}`", _describe_type(entry, named), shown, entry.get("description", "")
+
+
+def _describe_type(entry: dict[str, Any], named: dict[str, Any]) -> str:
+    if "$ref" in entry:
+        name = entry["$ref"].rpartition("/")[2]
+        return str(name) if "properties" in named[name] else _describe_type(named[name], named)
+    if "enum" in entry or "const" in entry:
+        return ", ".join(f"`{each}`" for each in entry.get("enum", [entry.get("const")]))
+    choices = [each for each in entry.get("anyOf") or entry.get("oneOf") or () if each.get("type") != "null"]
+    if choices:
+        return " or ".join(dict.fromkeys(_describe_type(each, named) for each in choices))
+    if entry.get("type") == "array":
+        least, most = entry.get("minItems"), entry.get("maxItems")
+        inner = (entry.get("prefixItems") or [entry.get("items", {})])[0]
+        return f"list of {f'{least}, each a ' if least == most and least else ''}{_describe_type(inner, named)}"
+    if isinstance(entry.get("additionalProperties"), dict):
+        return f"mapping to {_describe_type(entry['additionalProperties'], named)}"
+    kinds = entry.get("type", [])
+    bounds = f" from {entry['minimum']:g} to {entry['maximum']:g}" if {"minimum", "maximum"} <= set(entry) else ""
+    return " or ".join(
+        f"{_KINDS[each]}{bounds}" for each in ([kinds] if isinstance(kinds, str) else kinds) if each != "null"
+    )
+
+
+def list_errors() -> str:
+    """Every error that the package raises for the input of a user, with its base, its meaning and its parts."""
+    for module in pkgutil.walk_packages(affordance.__path__, "affordance."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
+    rows = [_describe_error(each) for each in _walk_errors(AffordanceError)]
+    return format_rows(["error", "kind of", "meaning", "parts"], rows)
+
+
+def _walk_errors(base: type[AffordanceError]) -> Iterator[type[AffordanceError]]:
+    yield base
+    for each in base.__subclasses__():
+        yield from _walk_errors(each)
+
+
+def _describe_error(error: type[AffordanceError]) -> tuple[str, str, str, str]:
+    parts = ", ".join(getattr(error, "__dataclass_fields__", {}))
+    meaning = (inspect.getdoc(error) or "").splitlines()[0]
+    bases = ", ".join(base.__name__ for base in error.__bases__)
+    return f"`{error.__name__}`", bases, meaning, parts
+
+
+PARTS: dict[str, Callable[[], str]] = {
+    "names": list_names,
+    "commands": list_commands,
+    "studies": list_studies,
+    "assumptions": list_assumptions,
+    "settings": list_all_settings,
+    "formats": list_formats,
+    "errors": list_errors,
+}

@@ -1,0 +1,80 @@
+"""Documentation site: every page is a chapter, generated parts name all there is, and links lead somewhere."""
+
+import importlib.util
+import re
+
+import affordance
+from affordance.cli import COMMANDS
+from affordance.files.model_folder import MODELS
+from affordance.named_settings import list_settings
+
+ROOT = MODELS.parent
+_SPEC = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
+generated = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(generated)
+# Part of a page of the same name.
+_PARTS = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
+
+
+def list_pages():
+    return [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "models" / "README.md"]
+
+
+def list_chapters(page):
+    """Pages below a page in the site, and below those."""
+    found = {page}
+    for block in re.findall(r"```\{toctree\}\n(.*?)```", generated.fill_marks(page.read_text()), re.DOTALL):
+        for name in re.findall(r"^[^:\s]\S*$", block, re.MULTILINE):
+            found |= list_chapters((page.parent / f"{name}.md").resolve())
+    return found
+
+
+def test_every_page_is_a_chapter():
+    assert list_chapters(ROOT / "docs" / "index.md") == {page.resolve() for page in list_pages()}
+
+
+def test_every_decision_stands_in_their_index_with_its_title():
+    index = (ROOT / "docs" / "decisions" / "index.md").read_text()
+    for page in ROOT.glob("docs/decisions/0*.md"):
+        title = re.match(r"# \d+\. (.*)\n", page.read_text())[1]
+        assert f"- [{page.name[:4]}]({page.name}): {title}\n" in index
+
+
+def test_every_generated_part_stands_in_one_page():
+    marks = [name for page in list_pages() for name in _PARTS.findall(page.read_text())]
+    assert sorted(marks) == sorted(generated.PARTS)
+
+
+def test_generated_parts_name_all_there_is():
+    names, commands, settings, errors = (
+        generated.PARTS[name]() for name in ("names", "commands", "settings", "errors")
+    )
+    for name in affordance.__all__:
+        assert f":: affordance.{name}\n" in f"{names}\n" or not callable(getattr(affordance, name))
+    for name in COMMANDS:
+        assert f"## {name}\n" in commands
+    assert "`--reference-mass KG`" in commands
+    for each in list_settings():
+        assert f"| `{each.name}` |" in settings
+    for error in ("AffordanceError", "BadArgumentError", "NoFitError"):
+        assert f"| `{error}` |" in errors
+
+
+def test_cells_of_a_table_hold_bars_and_line_breaks():
+    assert generated.format_rows(["a"], [["x|y\nz"]]) == "| a |\n| --- |\n| x\\|y z |"
+
+
+def test_claims_stand_with_the_assumption_that_moves_them_most():
+    (row,) = (line for line in generated.list_assumptions().splitlines() if line.startswith("| density of the rods"))
+    assert "weight.density_estimate (0.67)" in row
+    (row,) = (line for line in generated.list_all_settings().splitlines() if line.startswith("| `cost_measure`"))
+    assert "reach.correct_grip (0.20)" in row
+
+
+def test_keys_of_files_come_with_units():
+    formats = generated.list_formats()
+    for row in (
+        "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | An ellipsoid: half the lengths along its own",
+        "| `density` | number from 0.1 to 25000 | must be given | Density of the material, [kg/m^3]. |",
+    ):
+        assert row in formats
