@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel docs lint format diagrams picture bench trust numbers mutants robustness-proof clean
+.PHONY: run test lowest wheel dist docs lint format diagrams picture bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -43,6 +43,14 @@ wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environmen
 docs: $(VENV)/docs.stamp ## build the documentation with its tutorials executed, in build/site: some minutes, seconds once they are kept
 	OMP_NUM_THREADS=1 $(PYTHON) -m sphinx --quiet --fail-on-warning --keep-going -b html -c docs . build/site
 	@echo "The documentation: build/site/index.html"
+
+lowest: $(VENV)/dev.stamp ## run the test suite with the lowest versions of libraries that are allowed, in an environment of its own
+	./.ci/try_lowest.sh
+
+dist: $(VENV)/dev.stamp ## build what is released into dist/ and check it
+	$(PYTHON) -m pip install --quiet '.[release]'
+	rm -rf dist && $(PYTHON) -m build --outdir dist
+	$(PYTHON) -m twine check --strict dist/*
 
 lint: $(VENV)/dev.stamp ## check format, style and types
 	$(PYTHON) -m ruff format --check $(SOURCES)
