@@ -48,7 +48,7 @@ lowest: $(VENV)/dev.stamp ## run the test suite with the lowest versions of libr
 	./.ci/try_lowest.sh
 
 dist: $(VENV)/dev.stamp ## build what is released into dist/ and check it
-	$(PYTHON) -m pip install --quiet '.[release]'
+	$(PYTHON) -m pip install --quiet --editable '.[release]'
 	rm -rf dist && $(PYTHON) -m build --outdir dist
 	$(PYTHON) -m twine check --strict dist/*
 
