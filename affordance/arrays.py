@@ -1,5 +1,6 @@
 """Array types for annotations, and read-only arrays of frozen dataclasses."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,8 @@ from numpy.typing import NDArray
 
 type Array = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
+# Arrays by name.
+type Arrays = Mapping[str, NDArray[Any]]
 
 
 def store_read_only(instance: object, **arrays: NDArray[Any]) -> None:

@@ -127,7 +127,17 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_text(arguments.out / f"{_NAME}.txt", text + "\n")
         write_json(arguments.out / f"{_NAME}.json", content)
-        save_figure(draw_holds(advice, sentence), arguments.out, _NAME)
+        figure = draw_holds(
+            [each.name for each in advice.ranked],
+            [(each.worth, each.worth_se) for each in advice.ranked],
+            [
+                (task.name, task.p_best, [each.p_best_after[k] for each in advice.ranked])
+                for k, task in enumerate(advice.decisions)
+            ],
+            unit=advice.unit,
+            title=sentence,
+        )
+        save_figure(figure, arguments.out, _NAME)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
     return 0
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Arrays
 from affordance.belief.object_belief import Memory
-from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.definition import Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presentation_rows import Presented, see
 from affordance.experiments.shared.presented import Means, PresentationExperiment

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any, ClassVar, Self, cast
 
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from pydrake.systems.framework import Diagram
 
+from affordance.arrays import Arrays
 from affordance.experiments.shared.experience import Experience
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool
@@ -18,8 +18,6 @@ from affordance.settings import Settings
 
 # Observer of which figures, trajectories and replay show every detail.
 OBSERVER_SHOWN = 0
-
-type Arrays = Mapping[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)

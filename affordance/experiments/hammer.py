@@ -1,47 +1,66 @@
 """Simulation IV (paper, IV-D): choosing a grip for driving a nail with a demanded peak force with least work."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.hammer import Hammer, find_swing, sample_swing
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.motion_cost import MotionCost
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.exceptions import BadValueError, name_object
-from affordance.experiments.blows import (
-    OF_BLOWS,
-    count_light_ends,
-    draw_start_and_strike,
-    label_blows,
-    measure_blows,
-    measure_demand,
-    write_slow_replay,
-)
 from affordance.experiments.definition import Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
-from affordance.experiments.shared.decisions import find_grip_of_densest, remove_errors
+from affordance.experiments.shared.decisions import NUM_PRIOR_CHOICES, find_grip_of_densest, remove_errors
 from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.files.netcdf import Trajectories
+from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.load import load_arm
-from affordance.reporting.figures import draw_blow
+from affordance.reporting.figures import draw_blow, draw_renderings
+from affordance.reporting.renderings import Pose, render_close_ups, render_poses
+from affordance.reporting.replay import Scene, write_replay
+from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
 from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.trial import get_runner
+from affordance.vision.features import ComponentFeatures
 
 # The posture at the strike, and with it the mass, hardly depends on the speed: the second swing is within a hundredth
 # of the speed of the first, and a third within a tenth of that.
 _NUM_SWINGS = 3
+# Time span saved around the first touch, and its step: driving takes 5 ms, or longer with a heavier arm, [s].
+_KEPT_FROM, _KEPT_TO, _KEPT_STEP = -0.002, 0.012, 2e-5
+# Factor of slow motion, and its span before and after the strike: driving takes 5 ms, [s].
+_SLOWER, _SLOW_BEFORE, _SLOW_AFTER = 80.0, 0.01, 0.03
+
+_MEASURES: Mapping[str, Callable[[Blow], float]] = {
+    "energy_true": lambda blow: blow.work,
+    "energy_raising_true": lambda blow: blow.work_raising,
+    "energy_without_raising_true": lambda blow: blow.work - blow.work_raising,
+    "kinetic_energy_true": lambda blow: blow.kinetic_energy,
+    "effort_true": lambda blow: blow.effort,
+    "force_measured_N": lambda blow: blow.force,
+    "contact_peak_N": lambda blow: float(blow.nail.contact.max()),
+    "travel_m": lambda blow: blow.travel,
+    "periods_limited": lambda blow: blow.record.counts.limited,
+}
+# Names of the numbers of blows.
+OF_BLOWS = tuple(_MEASURES)
 
 
 def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
@@ -155,3 +174,132 @@ class Hammering(ChoiceTask):
             trajectories=Trajectories(label_blows(list(blows.values())), {}),
             replay=lambda path: write_slow_replay(path, arm, first, blows),
         )
+
+
+def measure_blows(blows: Mapping[str, Blow], suffix: str = "") -> dict[str, Any]:
+    """Computes cost and outcome of blows, by grip."""
+    return {
+        name + suffix: {grip: measure(blow) for grip, blow in blows.items()} for name, measure in _MEASURES.items()
+    }
+
+
+def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
+    """Computes speed and energy of a tool's tip at the demanded force."""
+    nail = task.nail
+    pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
+    speeds = {grip: costs[grip].find_speed(pi[grip]) for grip in pi}
+    slower = min(speeds.values())
+    at_equal_speed = {grip: float(costs[grip].compute_at_speed(pi[grip], slower).work[0]) for grip in pi}
+    return {
+        "force_demanded_N": task.force,
+        "tip_speed": {grip: float(speed[0]) for grip, speed in speeds.items()},
+        "energy_planned": {grip: float(costs[grip].compute(pi[grip]).work[0]) for grip in pi},
+        "energy_at_equal_tip_speed": at_equal_speed,
+        # Energy to drive the nail from its set depth, and from the surface of the wood.
+        "tip_energy": (task.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness),
+        "tip_energy_from_surface": task.force**2 / (2.0 * nail.stiffness),
+    }
+
+
+def count_light_ends(
+    tool: Tool, costs: Mapping[str, BlowCost], experience: ExperienceConfig, settings: Settings
+) -> float | None:
+    """Computes the fraction of choices, under densities from the prior, that grip the less dense end.
+
+    The true features are used, however features are observed, as the number characterises the task.
+    """
+    choice = Choice(list_options(tool, seed=experience.seed), list(costs.values()), settings)
+    memory = MaterialMemory().add_colours(experience.colours, settings.prior)
+    rng = np.random.default_rng([experience.seed, Stream.LIGHT_ENDS])
+    rho = memory.belief.add_object_variation(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
+    chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, rho)), rng)
+    near, far = np.array([_order_colours(option.gripped, memory) for option in choice.options]).T
+    return compute_share_of_light_ends(chosen, rho=rho, near=near, far=far)
+
+
+def compute_share_of_light_ends(
+    chosen: Chosen, *, rho: Array, near: NDArray[np.intp], far: NDArray[np.intp]
+) -> float | None:
+    """Computes the fraction of choices that put the less dense end into the hand.
+
+    Args:
+        chosen: Index of the option, or NO_OPTION, (S,).
+        rho: Densities on which the choices are based, (S, M), [kg/m^3].
+        near: Index of the density nearest to the hand, by option.
+        far: Index of the density farthest from the hand, by option.
+
+    Returns: Fraction of the choices made; None if no choice was made.
+    """
+    decided = np.flatnonzero(chosen != NO_OPTION)
+    if not len(decided):
+        return None
+    option = chosen[decided]
+    return float((rho[decided, near[option]] < rho[decided, far[option]]).mean())
+
+
+def _order_colours(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> tuple[int, int]:
+    """Returns the indices of the materials nearest to and farthest from the hand."""
+    ordered = sorted(parts, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))
+    near, far = (memory.colours.index(part.colour) for part in (ordered[0], ordered[-1]))
+    return near, far
+
+
+def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
+    """Draws figure 9, rendered: the start and the strike with each grip of a tool, and the nail."""
+    held = tool.list_gripped()
+    poses, close = [], []
+    for grip, blow in blows.items():
+        row = int(np.argmin(np.abs(blow.record.times - blow.nail.time_of_touch)))
+        start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
+        strike = start._replace(
+            q=blow.record.q[row], travel=float(np.interp(blow.record.times[row], blow.nail.times, blow.nail.travel))
+        )
+        poses += [start, strike]
+        close.append(strike)
+    images = render_poses(arm, poses, width=1000, height=380)
+    close_ups = render_close_ups(arm, close, width=400, height=380)
+    rows = {f"held by {grip}": [*images[2 * i : 2 * i + 2], close_ups[i]] for i, grip in enumerate(blows)}
+    return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
+
+
+def label_blows(blows: Sequence[Blow]) -> dict[str, LabelledArray]:
+    """Labels the motion of the nail."""
+    longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
+    times = np.arange(_KEPT_FROM, max(_KEPT_TO, longest - _KEPT_FROM), _KEPT_STEP)
+    nails = {
+        name: LabelledArray(
+            ("trial", "time_since_touch"),
+            np.stack([np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name)) for b in blows]),
+            unit,
+            meaning,
+        )
+        for name, unit, meaning in (
+            ("resistance", "N", "resistance of the nail"),
+            ("contact", "N", "force of the tool on the nail"),
+            ("travel", "m", "how far the nail was driven"),
+        )
+    }
+    return {
+        **nails,
+        "time_since_touch": LabelledArray(("time_since_touch",), times, "s", "time since the tool touched the nail"),
+    }
+
+
+def write_slow_replay(path: Path, arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> None:
+    """Writes the blow with each grip of a tool, in slow motion around the strike."""
+    held = tool.list_gripped()
+    scenes = []
+    for grip, blow in blows.items():
+        strike, times = blow.strike.time_of_strike, blow.record.times
+        scenes.append(
+            Scene(
+                held[grip],
+                times,
+                blow.record.q,
+                f"held by {grip}: absolute work {blow.work:.1f} J, {blow.force:.0f} N",
+                placement=blow.strike.placement,
+                travel=np.interp(times, blow.nail.times, blow.nail.travel),
+                slow=(strike - _SLOW_BEFORE, strike + _SLOW_AFTER, _SLOWER),
+            )
+        )
+    write_replay(path, arm, scenes, title=f"Simulation IV: {tool.name}")

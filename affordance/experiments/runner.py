@@ -16,8 +16,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from tqdm import tqdm
 
+from affordance.arrays import Arrays
 from affordance.exceptions import UnavailableError
-from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Experiment, Outputs
+from affordance.experiments.definition import OBSERVER_SHOWN, Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.files.atomic import write_json
 from affordance.files.model_files import list_arm_files

@@ -2,17 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Arrays
 from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath
-from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
-from affordance.experiments.shared.experience import Experience
+from affordance.experiments.definition import OBSERVER_SHOWN, Outputs
+from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.presentation_rows import Presented, expect_mass, see
 from affordance.experiments.shared.presented import Means, PresentationExperiment
 from affordance.experiments.shared.trajectories import label_results
@@ -52,6 +54,10 @@ class Simulated(Means):
         return [
             np.random.default_rng([seed, repeat, Stream.ORDER, *([index] if index else [])]) for index in range(count)
         ]
+
+    def gain_experience(self, config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
+        """Lets observers hold the objects that they learn from, once for all experiments that share them."""
+        return collect_experience(config, folder, repeats=repeats, jobs=jobs)
 
     def present(
         self, experiment: PresentationExperiment, memory: Memory, drawn: Sequence[Presentation], repeat: int
@@ -130,7 +136,9 @@ class Simulated(Means):
         return Outputs(
             figures={},
             trajectories=Trajectories(
-                label_results(arrays, experiment.quantiles, [record for _, record in done]),
+                label_results(
+                    arrays, experiment.quantiles, [record for _, record in done], f"observer {OBSERVER_SHOWN}"
+                ),
                 {"trial": [tool.name for tool, _ in done], "joint": trial.arm.joint_names},
             ),
             diagram=lambda: trial.diagram,

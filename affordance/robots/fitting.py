@@ -2,12 +2,13 @@
 
 The path is tried unchanged, mirrored, slower, and last smaller; the blow unchanged, slower, and less deep; objects
 are changed only if the arm cannot hold them. Everything is planned as in the experiments, with the true densities,
-and feasible plans are simulated as in the experiments.
+and feasible plans are simulated as in the experiments; how is handed in.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,19 +25,21 @@ from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, name_object
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.objects.tool import Tool, list_densities
+from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.changes import SIZE_OF_TOOLS, Change, Fitted, apply_changes
 from affordance.settings import Settings
-from affordance.simulation.blow import simulate_blow
-from affordance.simulation.rollout import roll_out
 
 PATH, NAIL, CARRY = "paths/reach.yaml", "nail.yaml", "tasks/carry.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
+# Functions of a tool, what is done with it and settings, which describe what goes wrong in simulation; empty if
+# nothing does.
+type SimulatePath = Callable[[Tool, TimedPath, Settings], str]
+type SimulateBlow = Callable[[Tool, Hammer, BlowCost, Settings], str]
 # Factors on the duration of a path, and on its size if none of those suffices.
 _PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (1.0, 0.75, 0.5, 0.35)
 _SWING_PACES, _CARRYING_PACES = (1.0, 1.5, 2.0), (1.0, 1.5)
@@ -74,14 +77,20 @@ class Holding(NamedTuple):
     mass: float
 
 
-def fit_tasks(models: Path) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged."""
+def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: SimulateBlow) -> Fitted:
+    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged.
+
+    Args:
+        models: Folder of models, which is changed.
+        simulate_path: Function that simulates the path of a tool, and describes what goes wrong.
+        simulate_blow: Function that simulates a planned blow with a tool, and describes what goes wrong.
+    """
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
     for name, fit in (
         ("objects", fit_objects),
-        ("path", fit_path),
-        ("blow", fit_blow),
+        ("path", partial(fit_path, simulate=simulate_path)),
+        ("blow", partial(fit_blow, simulate=simulate_blow)),
         ("carry", fit_carry),
     ):
         if "objects" in lacks:
@@ -134,14 +143,14 @@ def fit_objects(models: Path) -> Fit:
     return Fit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
 
 
-def fit_path(models: Path) -> Fit:
+def fit_path(models: Path, simulate: SimulatePath) -> Fit:
     """Finds a path that the arm can follow with every novel object in every grip."""
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
     first_lack = ""
     for path, why in asked.list_easier(_PACES, _SIZES):
-        lack = _find_lack(model, path, tools, settings)
+        lack = _find_lack(model, path, tools, settings, simulate)
         first_lack = first_lack or lack
         if not lack:
             return Fit(tuple(_list_path_changes(PATH, asked, path, _explain(first_lack, why))))
@@ -181,18 +190,20 @@ def _explain(lack: str, why: str) -> str:
     return f"as it is {lack}; {why}" if lack else ""
 
 
-def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
+def _find_lack(
+    model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings, simulate: SimulatePath
+) -> str:
     """Describes why a path cannot be followed with some tool, which moves to the front; empty if it can with all."""
     # A feasible plan may still fail in simulation, as where limits hold the arm back.
-    for find in (_find_lack_of_plan, _find_lack_of_motion):
+    for find in (partial(_find_lack_of_plan, model), simulate):
         for k, tool in enumerate(tools):
-            if lack := find(model, path, tool, settings):
+            if lack := find(tool, path, settings):
                 tools.insert(0, tools.pop(k))
                 return lack
     return ""
 
 
-def _find_lack_of_plan(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
+def _find_lack_of_plan(model: ArmModel, tool: Tool, path: TimedPath, settings: Settings) -> str:
     try:
         cost = Reach(path).build_cost(model, tool.components, settings)
     except AffordanceError as error:
@@ -211,15 +222,6 @@ def _describe_overload(model: ArmModel, cost: MotionCost, tool: Tool) -> str:
     return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
 
 
-def _find_lack_of_motion(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
-    try:
-        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
-    except AffordanceError as error:
-        return str(error)
-    missed = path.describe_error(rollout.error)
-    return f"{tool.name} by {tool.grip}, simulated, {missed}" if missed else ""
-
-
 def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
     if old.points != new.points:
         yield Change(file, "points", [list(p) for p in old.points], [list(p) for p in new.points], why)
@@ -227,7 +229,7 @@ def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> I
         yield Change(file, "duration", old.duration, new.duration, why)
 
 
-def fit_blow(models: Path) -> Fit:
+def fit_blow(models: Path, simulate: SimulateBlow) -> Fit:
     """Finds the depth and swing duration with which the arm can drive the nail by every grip of every novel object.
 
     A blow counts if it can be planned and, simulated with contact, drives the nail with the demanded force.
@@ -237,7 +239,7 @@ def fit_blow(models: Path) -> Fit:
     depth, duration, lack = asked.nail.depth_set, 0.0, ""
     for pace in _SWING_PACES:
         task = replace(asked, duration=asked.duration * pace)
-        reached, limiting = _find_depth(task, tools, settings, least=depth)
+        reached, limiting = _find_depth(task, tools, settings, simulate, least=depth)
         lack = lack or limiting
         if reached > depth:
             depth, duration = reached, task.duration
@@ -253,7 +255,9 @@ def fit_blow(models: Path) -> Fit:
     return Fit(tuple(changes))
 
 
-def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> tuple[float, str]:
+def _find_depth(
+    task: Hammer, tools: list[Tool], settings: Settings, simulate: SimulateBlow, *, least: float
+) -> tuple[float, str]:
     """Finds the depth to which the nail can be driven with swings of one duration, [m], and why not to that demanded.
 
     The least stands for each depth that does not exceed it; the reason is empty if nothing lacks. A tool that fails
@@ -275,7 +279,7 @@ def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
         task, costs = replace(task, nail=nail, force=nail.force_demanded), [None] * len(tools)
     for k, tool in enumerate(tools):
         cost = costs[k] or task.build_cost(model, tool.components, settings)
-        if fault := _find_fault(tool, cost, task, settings):
+        if fault := simulate(tool, task, cost, settings):
             tools.insert(0, tools.pop(k))
             return least, fault
     return depth, reason
@@ -288,13 +292,3 @@ def _bound_depth(cost: BlowCost, tool: Tool) -> float:
         return nail.depth_set
     depth = cost.find_greatest_depth(tool.parameters)
     return depth if depth >= nail.depth_demanded else round(math.floor(depth / _STEP_OF_DEPTH) * _STEP_OF_DEPTH, 6)
-
-
-def _find_fault(tool: Tool, cost: BlowCost, task: Hammer, settings: Settings) -> str:
-    """Describes why a planned blow fails in simulation with contact; empty if it does not."""
-    try:
-        blow = simulate_blow(tool, task, cost, list_densities([tool]), settings)
-    except AffordanceError as error:
-        return str(error)
-    problem = blow.describe_force_error(task.force, load_arm(settings.arm))
-    return f"asked for {task.force:.0f} N, {name_object(tool.name)} by {tool.grip} {problem}" if problem else ""

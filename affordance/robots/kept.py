@@ -26,6 +26,8 @@ from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.report import list_warnings, write_report
 from affordance.robots.robot import Robot
+from affordance.simulation.blow import describe_blow_fault
+from affordance.simulation.rollout import describe_path_fault
 
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the models that come with the program.
@@ -62,7 +64,7 @@ def import_arm(
     check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
     imported = extract_arm(path, options)
     looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
-    fitted = fit_tasks(folder) if fits_tasks else None
+    fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
     write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, imported, fitted, looks)
     lines = [

@@ -19,9 +19,9 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.motion_cost import measure_cost
 from affordance.control.strike import Strike
-from affordance.exceptions import StallError
+from affordance.exceptions import AffordanceError, StallError, name_object
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -134,6 +134,16 @@ def simulate_blow(
     trial.model.set_state(np.concatenate([record.q[end], record.v[end]]))
     kinetic_energy = 0.5 * float(record.v[end] @ trial.model.compute_mass_matrix() @ record.v[end])
     return Blow(strike, record, nail_record, work, raising, effort, kinetic_energy)
+
+
+def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: Settings) -> str:
+    """Describes why a planned blow fails in simulation with contact, densities being known; empty if it does not."""
+    try:
+        blow = simulate_blow(tool, task, planned, list_densities([tool]), settings)
+    except AffordanceError as error:
+        return str(error)
+    problem = blow.describe_force_error(task.force, load_arm(settings.arm))
+    return f"asked for {task.force:.0f} N, {name_object(tool.name)} by {tool.grip} {problem}" if problem else ""
 
 
 def run_blow(

@@ -10,8 +10,10 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
+from affordance.control.timed_path import TimedPath
+from affordance.exceptions import AffordanceError
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_densities
 from affordance.settings import Settings
 from affordance.simulation.trial import finish, get_runner
 from affordance.simulation.trial_record import TrialRecord
@@ -59,3 +61,13 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
     work, effort = measure_cost(record.tau, record.v, settings.control_period)
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)
+
+
+def describe_path_fault(tool: Tool, path: TimedPath, settings: Settings) -> str:
+    """Describes why a simulated tool does not follow a path, densities being known; empty if it does."""
+    try:
+        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
+    except AffordanceError as error:
+        return str(error)
+    missed = path.describe_error(rollout.error)
+    return f"{tool.name} by {tool.grip}, simulated, {missed}" if missed else ""

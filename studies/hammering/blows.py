@@ -14,7 +14,7 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
-from affordance.experiments.blows import measure_blows
+from affordance.experiments.hammer import measure_blows
 from affordance.experiments.shared.choice_task import ChoicePlan
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.decisions import remove_errors

@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
-from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.arrays import Array, Arrays
+from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text

@@ -10,10 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Arrays
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.experiments.definition import Arrays
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment

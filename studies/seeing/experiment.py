@@ -19,7 +19,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.stats import norm
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Arrays
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.observed_options import list_options, seed_observation
 from affordance.choice.ranking import Ranking, rank
@@ -27,7 +27,7 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
-from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools

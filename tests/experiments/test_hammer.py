@@ -16,8 +16,7 @@ from affordance.choice.hammer import load_hammer
 from affordance.choice.off_axis import list_shifted, measure_change
 from affordance.choice.ranking import NO_OPTION
 from affordance.exceptions import BadValueError
-from affordance.experiments.blows import compute_share_of_light_ends, label_blows
-from affordance.experiments.hammer import Hammering
+from affordance.experiments.hammer import Hammering, compute_share_of_light_ends, label_blows
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared import choosing

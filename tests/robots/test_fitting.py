@@ -15,6 +15,9 @@ from affordance.objects.tool import Tool
 from affordance.robots import fitting
 from affordance.robots.changes import SIZE_OF_TOOLS, apply_changes
 from affordance.robots.fitting import CARRY, NAIL, PATH, fit_blow, fit_carry, fit_objects, fit_path, measure_holding
+from affordance.simulation import rollout
+from affordance.simulation.blow import describe_blow_fault
+from affordance.simulation.rollout import describe_path_fault
 
 ARM_FILES = ("arm.sdf", "arm.dmd.yaml", "package.xml", "materials.yaml", "nail.yaml")
 
@@ -66,12 +69,12 @@ def test_paths_are_tried_as_they_are_then_mirrored_then_slower_and_last_smaller(
 ) -> None:
     tried = []
 
-    def refuse(model: object, path: TimedPath, tools: object, settings: object) -> str:
+    def refuse(model: object, path: TimedPath, *others: object) -> str:
         tried.append((path.points[0][1], path.points[0][2], path.duration))
         return "is too much" if len(tried) < 13 else ""
 
     monkeypatch.setattr(fitting, "_find_lack", refuse)
-    fit = fit_path(models)
+    fit = fit_path(models, describe_path_fault)
     left, up, duration = 0.2, 0.2, 2.0
     assert tried[:4] == [(left, up, duration), (-left, up, duration), (left, up, 2.5), (-left, up, 2.5)]
     assert tried[10:12] == [(0.15, 0.15, 2.0), (-0.15, 0.15, 2.0)]
@@ -86,13 +89,12 @@ def test_the_object_that_a_path_failed_with_is_tried_first_with_the_next_path(
 ) -> None:
     tried = []
 
-    def fail(model: object, path: object, tool: Tool, settings: object) -> str:
+    def fail(model: object, tool: Tool, path: object, settings: object) -> str:
         tried.append(f"{tool.name} by {tool.grip}")
         return "is too heavy" if tried[-1] == "hammer by steel" and len(tried) < 6 else ""
 
     monkeypatch.setattr(fitting, "_find_lack_of_plan", fail)
-    monkeypatch.setattr(fitting, "_find_lack_of_motion", lambda *arguments: "")
-    fit_path(models)
+    fit_path(models, lambda *arguments: "")
     assert tried[3:7] == ["hammer by steel", "hammer by steel", "hammer by steel", "stick by wood"]
 
 
@@ -103,8 +105,11 @@ def test_a_motion_that_the_controller_finds_no_plan_for_is_no_path(
         raise NoPlanError(0.3)
 
     monkeypatch.setattr(fitting, "_find_lack_of_plan", lambda *arguments: "")
-    monkeypatch.setattr(fitting, "roll_out", stop)
-    assert "no plan keeps the joints' position and velocity limits at t = 0.300 s" in fit_path(models).lack
+    monkeypatch.setattr(rollout, "roll_out", stop)
+    assert (
+        "no plan keeps the joints' position and velocity limits at t = 0.300 s"
+        in fit_path(models, describe_path_fault).lack
+    )
 
 
 def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
@@ -118,24 +123,24 @@ def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
         ("elbow_flexion", 26.4),
     ):
         change_joint(models, joint, f"<velocity>{limit}", "<velocity>0.35")
-    fit = fit_path(models)
+    fit = fit_path(models, describe_path_fault)
     assert "duration" in [change.key for change in fit.changes]
     apply_changes(models, fit.changes)
     assert load_path(models / PATH).duration > load_path(MODELS / PATH).duration
-    assert fit_path(models).changes == ()
+    assert fit_path(models, describe_path_fault).changes == ()
 
 
 def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hold_one_object(monkeypatch)
     monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
     change_joint(models, "shoulder_elevation", "<effort>68.6", "<effort>14")
-    fit = fit_blow(models)
+    fit = fit_blow(models, describe_blow_fault)
     (depth,) = fit.changes
     assert depth.key == "depth_demanded"
     assert "must bear" in depth.why
     assert depth.new < depth.old == load_hammer(MODELS / NAIL).nail.depth_demanded
     apply_changes(models, fit.changes)
-    assert fit_blow(models).changes == ()
+    assert fit_blow(models, describe_blow_fault).changes == ()
 
 
 def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_named(
@@ -146,7 +151,7 @@ def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_na
     monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
     for joint in ("forearm_rotation", "wrist_flexion", "wrist_deviation"):
         change_joint(models, joint, "</xyz>", "</xyz><dynamics><damping>1</damping></dynamics>")
-    fit = fit_blow(models)
+    fit = fit_blow(models, describe_blow_fault)
     assert fit.changes == ()
     assert re.match(r"asked for 427 N, the crooked stick by steel gives \d{3} N, must agree to 15 %", fit.lack)
     assert "import-arm --damping none" in fit.lack

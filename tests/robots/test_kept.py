@@ -25,6 +25,8 @@ from affordance.robots.fitting import fit_tasks
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_kept, write_folder
 from affordance.settings import Settings
+from affordance.simulation.blow import describe_blow_fault
+from affordance.simulation.rollout import describe_path_fault
 from affordance.simulation.trial import TrialRunner
 
 TIP = ImportOptions("right_tool")
@@ -33,7 +35,7 @@ TIP = ImportOptions("right_tool")
 @pytest.fixture(autouse=True)
 def _hurry(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
     """Fitting tasks is slow, and tested elsewhere; pictures are drawn where they are asked for."""
-    monkeypatch.setattr(kept, "fit_tasks", lambda _: Fitted((), {"blow": "too weak"}))
+    monkeypatch.setattr(kept, "fit_tasks", lambda *_: Fitted((), {"blow": "too weak"}))
     if "report" not in request.node.name:
         monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
 
@@ -200,7 +202,7 @@ def test_tasks_that_our_own_arm_can_do_stay_as_they_are(ours: Path, tmp_path: Pa
     novel = models / "tools" / "novel.yaml"
     content = yaml.safe_load(novel.read_text(encoding="utf-8"))
     novel.write_text(yaml.safe_dump({**content, "tools": content["tools"][:1]}), encoding="utf-8")
-    fitted = fit_tasks(models)
+    fitted = fit_tasks(models, describe_path_fault, describe_blow_fault)
     assert fitted.changes == ()
     assert fitted.lacks == {}
     for file in ("nail.yaml", "paths/reach.yaml", "tools/weight.yaml"):

@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from affordance.arrays import Arrays
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.observed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
-from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
 from affordance.experiments.shared.decisions import (
     check_one_grip_is_cheaper,

@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from affordance.arrays import Array
-from affordance.experiments.definition import Arrays
-from affordance.experiments.shared.presentation_rows import ROW
+from affordance.arrays import Array, Arrays
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.protocols.number_entries import Measure
 from affordance.reporting import statistics
 
+# Prefix of the names of arrays that hold rows.
+ROW = "row "
 # Measures of what an observer predicts for an object that it only sees.
 EXPECTED = (Measure.EXPECTED_MASS, Measure.MASS_ERROR, Measure.COM_ERROR, Measure.INERTIA_ERROR)
 # Measures of a height over time: array of the height, and function of it.

@@ -13,6 +13,7 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.kinds_summary import find_kind
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.hold_measures import ROW
 from affordance.files.atomic import write_text
 from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
@@ -25,8 +26,6 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
 from affordance.vision.systems import predict_object
 
-# Prefix of the names of arrays that hold rows.
-ROW = "row "
 # Smallest p-value; smaller ones are rounding errors.
 _LEAST_P_VALUE = 1e-300
 

@@ -10,18 +10,16 @@ from typing import Any, ClassVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Arrays
 from affordance.belief.kind_memory import KAPPA
 from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
-from affordance.experiments.shared.gain_experience import collect_experience
-from affordance.experiments.shared.hold_measures import get_measure
+from affordance.experiments.shared.hold_measures import ROW, get_measure
 from affordance.experiments.shared.presentation_rows import (
-    ROW,
     Presented,
     describe_experience,
     describe_presentation,
@@ -64,6 +62,12 @@ class Means(ABC):
     @abstractmethod
     def seed_orders(self, seed: int, repeat: int, count: int) -> Sequence[np.random.Generator]:
         """Returns the random generator of the order of each block."""
+
+    def gain_experience(
+        self, config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int
+    ) -> Experience | None:
+        """Lets observers gain experience that is cached; None where it is as cheap to gain again."""
+        return None
 
     @abstractmethod
     def present(
@@ -176,7 +180,7 @@ class PresentationExperiment(Experiment):
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
         """Lets observers learn in a first block that is not measured; returns None without such a block."""
         config = self.experience
-        return None if config is None else collect_experience(config, folder, repeats=repeats, jobs=jobs)
+        return None if config is None else self.means.gain_experience(config, folder, repeats=repeats, jobs=jobs)
 
     def draw_measured(self, repeat: int) -> list[Presentation]:
         """Draws the measured presentations of an observer."""

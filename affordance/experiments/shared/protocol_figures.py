@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.arrays import Array
-from affordance.experiments.definition import OBSERVER_SHOWN, Arrays
+from affordance.arrays import Array, Arrays
+from affordance.experiments.definition import OBSERVER_SHOWN
 from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment
 from affordance.experiments.shared.trajectories import HEIGHTS
 from affordance.objects.tool import Tool

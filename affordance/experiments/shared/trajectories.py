@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.experiments.definition import OBSERVER_SHOWN, Arrays
+from affordance.arrays import Arrays
 from affordance.files.netcdf import LabelledArray
 from affordance.simulation.trial_record import TrialRecord
 
@@ -88,15 +88,15 @@ def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str
 
 
 def label_results(
-    arrays: Arrays, quantiles: Sequence[float], records: Sequence[TrialRecord | None]
+    arrays: Arrays, quantiles: Sequence[float], records: Sequence[TrialRecord | None], whose: str
 ) -> dict[str, LabelledArray]:
-    """Labels the arrays of all observers, and the motions of the one that is shown."""
+    """Labels the arrays of all observers, and the motions of the one that is shown, ``whose`` in words."""
     moments = "percentile of the believed density of the first material, before the first and after each presentation"
     labelled = {
         **label_heights(arrays),
         "density": LabelledArray(("repeat", "moment", "percentile"), arrays["density_quantiles"], "kg/m^3", moments),
         "percentile": LabelledArray(("percentile",), 100.0 * np.array(quantiles), "%", "percentile"),
-        **label_motions(records, f"observer {OBSERVER_SHOWN}"),
+        **label_motions(records, whose),
     }
     for name, unit, meaning in (("force", "N", "upward force before release"), ("work", "J", "mechanical work")):
         if name in arrays:
