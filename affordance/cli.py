@@ -30,12 +30,13 @@ COMMANDS = (
     "identify",
     "memory",
     "study",
+    "tutorials",
     "doctor",
 )
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Commands that need no library of the system.
-_FREE = ("doctor",)
+_FREE = ("tutorials", "doctor")
 
 
 class OneLineParser(argparse.ArgumentParser):

@@ -53,9 +53,9 @@ def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> Non
     parser.add_argument("--jobs", type=int, default=number, metavar="N", help=f"processes (default: {shown})")
 
 
-def add_out(parser: argparse.ArgumentParser, default: str = "results") -> None:
+def add_out(parser: argparse.ArgumentParser, default: str = "results", holds: str = "folder for the results") -> None:
     """Adds ``--out``."""
-    help_ = f"folder for the results (default {default}/)"
+    help_ = f"{holds} (default {default}/)"
     parser.add_argument("--out", type=Path, default=Path(default), metavar="DIR", help=help_)
 
 

@@ -88,6 +88,7 @@ def test_linked_files_and_headings_exist():
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
         *(ROOT / "docs").rglob("*.md"),
+        *(ROOT / "affordance" / "tutorials").glob("*.md"),
         ROOT / "models" / "README.md",
     ]
     for page in pages:

@@ -17,7 +17,8 @@ _PARTS = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
 
 
 def list_pages():
-    return [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "models" / "README.md"]
+    found = [path for folder in (".", "docs/**", "affordance/tutorials") for path in ROOT.glob(f"{folder}/*.md")]
+    return [*found, ROOT / "models" / "README.md"]
 
 
 def list_chapters(page):

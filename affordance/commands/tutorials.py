@@ -1,0 +1,61 @@
+"""``affordance tutorials``: copies the tutorials to a folder, and opens Jupyter there."""
+
+import argparse
+import importlib
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from affordance.commands.options import add_out
+from affordance.files.atomic import write_text
+from affordance.runs.repeats import prepare_folder
+
+HELP = "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter there if it is"
+TUTORIALS = Path(__file__).parents[1] / "tutorials"
+# Jupyter's programs, the newer one first.
+_PROGRAMS = ("jupyterlab", "notebook")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add_out(parser, "tutorials", "folder for the tutorials")
+    parser.add_argument("--copy-only", action="store_true", help="do not open Jupyter")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Copies the tutorials, except those that the folder has already, and opens Jupyter.
+
+    Raises:
+        BadValueError: The folder cannot be written.
+    """
+    folder = prepare_folder(arguments.out)
+    for path in sorted(TUTORIALS.glob("*.md")):
+        text, suffix = convert(path.read_text(encoding="utf-8"))
+        target = folder / f"{path.stem}{suffix}"
+        kept = target.exists()
+        if not kept:
+            write_text(target, text)
+        print(f"{target}{': kept as it is' if kept else ''}")
+    program = next((each for each in _PROGRAMS if importlib.util.find_spec(each)), None)
+    if program is None:
+        print("pip install jupyterlab jupytext opens them as notebooks; any editor shows them")
+    elif not arguments.copy_only:
+        return subprocess.call([sys.executable, "-m", program, str(folder)])
+    return 0
+
+
+def convert(text: str) -> tuple[str, str]:
+    """Converts a tutorial to a notebook.
+
+    Args:
+        text: Tutorial in Markdown.
+
+    Returns: Text and suffix of the file: of a notebook, or unchanged without jupytext.
+    """
+    if not importlib.util.find_spec("jupytext"):
+        return text, ".md"
+    jupytext = importlib.import_module("jupytext")
+    linked = re.sub(r"\((\d_\w+)\.md\)", r"(\1.ipynb)", text)
+    return str(jupytext.writes(jupytext.reads(linked, fmt="md:myst"), fmt="ipynb")), ".ipynb"

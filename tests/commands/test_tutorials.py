@@ -1,0 +1,96 @@
+"""``affordance tutorials``, and what the lessons show; all of them are executed by ``make docs``."""
+
+import ast
+import json
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+
+from affordance.cli import OneLineParser, load_command, main
+from affordance.commands import tutorials
+
+LESSONS = sorted(tutorials.TUTORIALS.glob("*.md"))
+
+
+def list_cells(path):
+    found = re.findall(r"^```\{code-cell\} ipython3\n(?::tags:.*\n)?(.*?)^```$", path.read_text(), re.S | re.M)
+    assert found
+    return found
+
+
+def without(monkeypatch, *missing):
+    there = tutorials.importlib.util.find_spec
+    monkeypatch.setattr(
+        tutorials.importlib.util, "find_spec", lambda name: None if name in missing else there(name)
+    )
+
+
+def test_lessons_are_numbered_and_each_names_the_next():
+    assert [path.stem[:2] for path in LESSONS] == [f"{k}_" for k in range(1, 10)]
+    for path, following in zip(LESSONS, LESSONS[1:], strict=False):
+        assert "## One number" in path.read_text()
+        assert f"({following.name})" in path.read_text().partition("**Next**")[2]
+
+
+def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_there(tmp_path, monkeypatch, capsys):
+    without(monkeypatch, "jupytext", "jupyterlab", "notebook")
+    out = tmp_path / "lessons"
+    assert main(["tutorials", "--out", str(out)]) == 0
+    assert [path.name for path in sorted(out.iterdir())] == [path.name for path in LESSONS]
+    first = out / LESSONS[0].name
+    assert first.read_text() == LESSONS[0].read_text()
+    first.write_text("mine")
+    capsys.readouterr()
+    assert main(["tutorials", "--out", str(out)]) == 0
+    assert first.read_text() == "mine"
+    assert f"{first}: kept as it is" in capsys.readouterr().out
+
+
+def test_notebooks_link_to_notebooks():
+    pytest.importorskip("jupytext", reason="an extra of the documentation, whose build runs all lessons")
+    text, suffix = tutorials.convert(LESSONS[0].read_text())
+    cells = json.loads(text)["cells"]
+    assert suffix == ".ipynb"
+    assert [cell["cell_type"] for cell in cells].count("code") == len(list_cells(LESSONS[0]))
+    assert f"({LESSONS[1].stem}.ipynb)" in "".join(cells[-1]["source"])
+
+
+@pytest.mark.parametrize(("words", "opened"), [([], 1), (["--copy-only"], 0)])
+def test_jupyter_is_opened_in_the_folder_if_it_is_there(tmp_path, monkeypatch, words, opened):
+    without(monkeypatch, "jupytext")
+    monkeypatch.setattr(tutorials, "_PROGRAMS", ("json",))  # a module that is always there
+    calls = []
+    monkeypatch.setattr(subprocess, "call", lambda command: calls.append(command) or 0)
+    assert main(["tutorials", "--out", str(tmp_path), *words]) == 0
+    assert calls == [[sys.executable, "-m", "json", str(tmp_path)]] * opened
+
+
+def test_a_folder_that_cannot_be_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["tutorials", "--out", str(tmp_path / "file")]) == 2
+    assert "must be a folder" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", LESSONS, ids=lambda path: path.stem)
+def test_code_of_a_lesson_is_python_or_commands_that_exist(path):
+    for cell in list_cells(path):
+        if not cell.startswith("%%bash"):
+            ast.parse(cell)
+            continue
+        for line in re.findall(r"^affordance ([^|>\n]*)", cell, re.MULTILINE):
+            name, *words = shlex.split(line)
+            parser = OneLineParser(prog=name)
+            load_command(name).add_arguments(parser)
+            parser.parse(words)
+
+
+def test_a_lesson_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (path,) = (path for path in LESSONS if path.stem == "6_your_tool")
+    names = {}
+    for cell in list_cells(path):
+        exec(cell, names)
+    assert re.search(r"By its bowl the ladle takes \d+ % less work", capsys.readouterr().out)
