@@ -33,6 +33,8 @@ extensions = [
 html_theme = "furo"
 html_title = f"{project} {__version__}"
 html_copy_source = False
+html_static_path = ["theme"]
+html_css_files = ["site.css"]
 html_math_renderer = "mathml"  # of the browser itself: formulas need no network
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "attrs_inline"]
@@ -59,7 +61,7 @@ def _hash_program() -> str:
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(ROOT / "build" / "docs_cache" / _hash_program())
 nb_execution_in_temp = True
-nb_execution_timeout = 60
+nb_execution_timeout = 300  # of a cell, on a loaded machine; a notebook takes less than a minute of one core, [s]
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 # Commands of tutorials are those of this environment.

@@ -1,6 +1,7 @@
 """``affordance tutorials``, and what the lessons show; all of them are executed by ``make docs``."""
 
 import ast
+import itertools
 import json
 import re
 import shlex
@@ -16,21 +17,19 @@ LESSONS = sorted(tutorials.TUTORIALS.glob("*.md"))
 
 
 def list_cells(path):
-    found = re.findall(r"^```\{code-cell\} ipython3\n(?::tags:.*\n)?(.*?)^```$", path.read_text(), re.S | re.M)
+    found = re.findall(r"^```\{code-cell\} ipython3\n(?::tags:[^\n]*\n)?(.*?)^```$", path.read_text(), re.S | re.M)
     assert found
     return found
 
 
 def without(monkeypatch, *missing):
     there = tutorials.importlib.util.find_spec
-    monkeypatch.setattr(
-        tutorials.importlib.util, "find_spec", lambda name: None if name in missing else there(name)
-    )
+    monkeypatch.setattr(tutorials.importlib.util, "find_spec", lambda name: None if name in missing else there(name))
 
 
 def test_lessons_are_numbered_and_each_names_the_next():
     assert [path.stem[:2] for path in LESSONS] == [f"{k}_" for k in range(1, 10)]
-    for path, following in zip(LESSONS, LESSONS[1:], strict=False):
+    for path, following in itertools.pairwise(LESSONS):
         assert "## One number" in path.read_text()
         assert f"({following.name})" in path.read_text().partition("**Next**")[2]
 
@@ -50,7 +49,6 @@ def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_
 
 
 def test_notebooks_link_to_notebooks():
-    pytest.importorskip("jupytext", reason="an extra of the documentation, whose build runs all lessons")
     text, suffix = tutorials.convert(LESSONS[0].read_text())
     cells = json.loads(text)["cells"]
     assert suffix == ".ipynb"
