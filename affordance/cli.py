@@ -21,6 +21,7 @@ _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 # Commands in the order of the help; a dash in a name is an underscore in its module.
 COMMANDS = (
     "run",
+    "watch",
     "new-protocol",
     "predict",
     "rank",

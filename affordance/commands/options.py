@@ -17,6 +17,7 @@ from affordance.memory.ledger import open_memory
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.tool import Tool
+from affordance.protocols.protocol import SUFFIXES, list_shipped
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -77,6 +78,18 @@ def find_shipped(arguments: argparse.Namespace) -> Path:
     """Returns the folder whose protocols can be named: that of the robot, or of the program for a robot's file."""
     robot: Path | None = arguments.robot
     return robot if robot is not None and robot.is_dir() else MODELS
+
+
+def check_experiment(arguments: argparse.Namespace, names: Sequence[str]) -> None:
+    """Checks that an experiment has one of these names, is a protocol of the models, or is the path of one.
+
+    Raises:
+        BadValueError: The name is unknown.
+    """
+    if Path(arguments.experiment).suffix not in SUFFIXES:
+        known = dict.fromkeys((*names, *list_shipped(find_shipped(arguments))))
+        if arguments.experiment not in known:
+            raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
 
 
 def add_set(parser: argparse.ArgumentParser) -> None:

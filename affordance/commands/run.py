@@ -6,12 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import add_run_options, check_bounds, find_shipped, read_options
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.commands.options import (
+    add_run_options,
+    check_bounds,
+    check_experiment,
+    find_shipped,
+    read_options,
+)
+from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import has_studies
 from affordance.named_settings import parse_changes
-from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
+from affordance.protocols.protocol import find_number_of_observers
 from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
 
@@ -64,7 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     arguments.repeats = _find_repeats(arguments)
     check_bounds(arguments)
-    _check_experiment(arguments)
+    check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or has_studies()]
     report, left_out = run_suite(
         all_there if arguments.experiment == "all" else [arguments.experiment],
@@ -94,7 +100,7 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
         return 1  # a memory is of one observer
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return DEFAULT_REPEATS
-    _check_experiment(arguments)
+    check_experiment(arguments, (*EXPERIMENTS, "all"))
     return find_number_of_observers(arguments.experiment, find_shipped(arguments)) or DEFAULT_REPEATS
 
 
@@ -116,12 +122,3 @@ def _open_models(arguments: argparse.Namespace) -> Path:
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     return robot.folder
-
-
-def _check_experiment(arguments: argparse.Namespace) -> None:
-    """Checks that an experiment exists, or is the path of a protocol."""
-    if Path(arguments.experiment).suffix in SUFFIXES:
-        return
-    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(find_shipped(arguments))))
-    if arguments.experiment not in known:
-        raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))

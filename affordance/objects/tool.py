@@ -15,7 +15,7 @@ from affordance.arguments import check_kind, check_pose
 from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
-from affordance.objects.inertia import Shape, build_inertia_map, parameters_from_pseudo_inertia
+from affordance.objects.inertia import DENSITY_MAX, Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
 
@@ -140,6 +140,17 @@ class Tool:
                 for part in self.components
             ),
         )
+
+    def scaled(self, density: float, size: float) -> "Tool":
+        """Returns a tool without grips whose densities (up to DENSITY_MAX) and lengths are multiplied by factors."""
+        parts = []
+        for part in self.components:
+            X_TE = np.array(part.X_TE)
+            X_TE[:3, 3] *= size
+            material = replace(part.material, density=min(density * part.material.density, DENSITY_MAX))
+            shape = part.shape.with_sizes(size * part.shape.sizes)
+            parts.append(Component(shape, X_TE, material, part.looks_like))
+        return Tool(self.name, tuple(parts))
 
     @cached_property
     def parameters(self) -> Array:

@@ -84,10 +84,7 @@ def write_replay(
             if not (scene.times[0] <= begin < end <= scene.times[-1] and factor >= 1.0):
                 bound = f"from {scene.times[0]:g} to {scene.times[-1]:g} s, and at least 1 times slower"
                 raise ValueError(f"{path}: slow is {scene.slow}, must be {bound}")
-    try:
-        meshcat = Meshcat(MeshcatParams(host="localhost"))
-    except RuntimeError as error:
-        raise AffordanceError(f"{path}: cannot be drawn: {error}") from error
+    meshcat = open_meshcat(str(path))
     try:
         captions = _record(meshcat, directives, scenes, p_WG)
         page = meshcat.StaticHtml()
@@ -97,6 +94,18 @@ def write_replay(
         del meshcat
         gc.collect()
     write_text(path, _add_captions(page, title, captions))
+
+
+def open_meshcat(what: str) -> Meshcat:
+    """Opens Meshcat on a local port; what is to be drawn is named in errors.
+
+    Raises:
+        AffordanceError: There is no such port.
+    """
+    try:
+        return Meshcat(MeshcatParams(host="localhost"))
+    except RuntimeError as error:
+        raise AffordanceError(f"{what}: cannot be drawn: {error}") from error
 
 
 def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None) -> list[str]:
@@ -119,7 +128,7 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
     placements = [scene.placement for scene in scenes if scene.placement is not None]
-    _set_stage(meshcat, plant, plant_context, hand, p_WG, placements)
+    set_stage(meshcat, plant, plant_context, hand, p_WG, placements)
 
     meshcat.StartRecording(_FRAMES_PER_SECOND, set_visualizations_while_recording=False)
     start = 0.0
@@ -186,7 +195,7 @@ def _describe(scene: Scene, start: float) -> str:
     return f"{scene.caption} ({factor:g} × slower around the strike, {start + begin:.1f} to {last:.1f} s)"
 
 
-def _set_stage(
+def set_stage(
     meshcat: Meshcat,
     plant: MultibodyPlant,
     plant_context: Context,
@@ -212,7 +221,7 @@ def _set_stage(
     if p_WG is not None:
         meshcat.SetLine("asked for", np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
     for end in ("top_color", "bottom_color"):
-        meshcat.SetProperty("/Background", end, [1.0, 1.0, 1.0])
+        meshcat.SetProperty("/Background/<object>", end, [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Grid", "visible", False)
     meshcat.SetProperty("/Axes", "visible", False)
 

@@ -10,6 +10,7 @@ its own. The posterior is logged within the trial if the settings give it a peri
 a scene graph only if a tool is given. A nail is part of the plant; the resistance of the wood is a system.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -38,6 +39,10 @@ from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, Visua
 # Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
 # (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns, [s].
 END_MARGIN = 1e-9
+
+
+# Function that adds systems that show the plant, with the port of the belief, to a Diagram.
+type Display = Callable[[DiagramBuilder, MultibodyPlant, OutputPort], None]
 
 
 class NailLogs(NamedTuple):
@@ -91,6 +96,7 @@ def build_trial_diagram(
     nail: NailPlacement | None = None,
     has_clamp: bool = False,
     eye: Eye | None = None,
+    display: Display | None = None,
 ) -> TrialDiagram:
     """Builds the Diagram of presentations of a given duration.
 
@@ -101,6 +107,7 @@ def build_trial_diagram(
         nail: Nail and its placement; None for no nail.
         has_clamp: True to add an open clamp for the hand.
         eye: Function that gives the features of an object that is looked at; that of the settings if None.
+        display: Function that adds systems that show the plant; None to show nothing.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
@@ -179,6 +186,8 @@ def build_trial_diagram(
     nail_logs = None if nail is None else _add_nail_resistance(builder, arm, nail)
     state_log = _log(builder, state, "state_log", settings.log_period)
     tau_log = _log(builder, plant.GetOutputPort("net_actuation"), "tau_log", settings.log_period)
+    if display is not None:
+        display(builder, plant, estimator.GetOutputPort("posterior"))
     diagram = builder.Build()
     diagram.set_name("visual_inertial_affordances")
     return TrialDiagram(

@@ -27,7 +27,7 @@ from affordance.plant.nail import NailPlacement
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.diagram import END_MARGIN, TrialDiagram, build_trial_diagram
+from affordance.simulation.diagram import END_MARGIN, Display, TrialDiagram, build_trial_diagram
 from affordance.simulation.trial_record import Percept, TrialRecord
 from affordance.vision.eye import Eye
 
@@ -44,7 +44,12 @@ class TrialRunner:
     """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts."""
 
     def __init__(
-        self, settings: Settings = DEFAULT_SETTINGS, eye: Eye | None = None, *, robot: ArmOwner | None = None
+        self,
+        settings: Settings = DEFAULT_SETTINGS,
+        eye: Eye | None = None,
+        *,
+        robot: ArmOwner | None = None,
+        display: Display | None = None,
     ) -> None:
         """Stores what all trials share.
 
@@ -52,11 +57,12 @@ class TrialRunner:
             settings: Settings of all simulations.
             eye: Function that gives the features of an object that is looked at; that of the settings if None.
             robot: Robot whose arm holds objects; None for the arm of the settings.
+            display: Function that adds systems that show the plant to its Diagrams; None to show nothing.
 
         Raises:
             BadArgumentError: The settings are not a Settings, or the robot has no arm.
         """
-        self._eye = eye
+        self._eye, self._display = eye, display
         self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
         if robot is not None:
             robot = check_kind("robot", robot, ArmOwner, "such as Robot.load(FOLDER)")
@@ -93,7 +99,13 @@ class TrialRunner:
         key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
             self._diagrams[key] = build_trial_diagram(
-                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp, eye=self._eye
+                self.settings,
+                duration,
+                tool=tool,
+                nail=nail,
+                has_clamp=has_clamp,
+                eye=self._eye,
+                display=self._display,
             )
             if len(self._diagrams) > _MAX_DIAGRAMS:
                 self._diagrams.popitem(last=False)

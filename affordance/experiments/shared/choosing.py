@@ -107,10 +107,10 @@ class ChoiceExperiment(Experiment):
             SeeingError: The features cannot be extracted from a picture of a tool.
         """
         adapter, exact = self.adapter, remove_errors(self.settings)
-        choices = self._plan(self.settings, "plans", jobs)
+        choices = self.plan_grips(self.settings, "plans", jobs)
         true = choices
         if adapter.plans_truth and replace(self.settings, faults=exact.faults) != exact:
-            true = self._plan(exact, "plans, true", jobs)
+            true = self.plan_grips(exact, "plans, true", jobs)
         costs = {
             name: {option.grip: cost for option, cost in zip(choice.options, choice.cost_models, strict=True)}
             for name, choice in true.items()
@@ -126,7 +126,7 @@ class ChoiceExperiment(Experiment):
         off_axis = measure_changes(work, self.novel, jobs=jobs, description=f"{adapter.name}: parts moved")
         return ChoicePlan(choices, costs, simulated, off_axis)
 
-    def _plan(self, settings: Settings, what: str, jobs: int) -> dict[str, Choice]:
+    def plan_grips(self, settings: Settings, what: str, jobs: int) -> dict[str, Choice]:
         """Plans the task with each grip of each tool; all observers share one observation of a tool.
 
         Raises:
