@@ -15,6 +15,8 @@ unset PYTHONPATH
 "$work/env/bin/affordance" doctor
 "$work/env/bin/affordance" weight --repeats 2 --out results
 test -s results/report.html
+"$work/env/bin/affordance" tutorials --out lessons --copy-only
+test "$(ls lessons | wc -l)" -eq 9
 # The examples of README and of the page of own objects, one file each.
 awk '/^```python/ {n++; on = 1; next} /^```/ {on = 0} on {print > ("example_" n ".py")}' "$project/README.md" "$project/docs/objects.md"
 for example in example_*.py; do

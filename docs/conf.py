@@ -3,6 +3,7 @@
 The repository is the source folder, so that every relative link works on a git host and in the site alike.
 """
 
+import functools
 import hashlib
 import os
 import re
@@ -12,6 +13,8 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+
+from nbclient import NotebookClient  # noqa: E402
 
 from affordance import __version__  # noqa: E402
 from docs.formulas import add_formulas  # noqa: E402
@@ -30,6 +33,7 @@ extensions = [
     "sphinx_copybutton",
 ]
 
+smartquotes = False  # two hyphens begin an option
 html_theme = "furo"
 html_title = f"{project} {__version__}"
 html_copy_source = False
@@ -63,7 +67,8 @@ nb_execution_cache_path = str(ROOT / "build" / "docs_cache" / _hash_program())
 nb_execution_in_temp = True
 nb_execution_timeout = 300  # of a cell, on a loaded machine; a notebook takes less than a minute of one core, [s]
 nb_execution_raise_on_error = True
-nb_merge_streams = True
+# What a command prints comes in pieces that end within lines.
+NotebookClient.__init__ = functools.partialmethod(NotebookClient.__init__, coalesce_streams=True)
 # Commands of tutorials are those of this environment.
 os.environ["TQDM_DISABLE"] = "1"
 os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])

@@ -15,6 +15,7 @@ from affordance.files.model_folder import MODELS
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS_PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+HOW_TO = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "howto").glob("*.md")))
 OBJECTS_PAGE = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
 
 
@@ -24,7 +25,7 @@ def find_blocks(language, page=README):
 
 def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
-    lines = re.findall(r"^    (affordance [^#\n]*)", README + COMMANDS_PAGE, re.MULTILINE)
+    lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
     lines += re.findall(r"`(affordance [^`]*)`", README)
     return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND", line)})
 

@@ -79,3 +79,22 @@ def test_keys_of_files_come_with_units():
         "| `density` | number from 0.1 to 25000 | must be given | Density of the material, [kg/m^3]. |",
     ):
         assert row in formats
+
+
+def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("add_material", "own_prior"):
+        page = (ROOT / "docs" / "howto" / f"{name}.md").read_text()
+        for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+            exec(block, {})
+    page = (ROOT / "docs" / "howto" / "add_material.md").read_text()
+    (cork,) = re.findall(r"```yaml\n# (\S+)\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / cork[0]
+    path.write_text(path.read_text() + cork[1])
+    assert affordance.load_materials(path)["cork"].density == 240.0
+
+
+def test_questions_are_the_titles_of_how_tos():
+    titles = [path.read_text().partition("\n")[0] for path in (ROOT / "docs" / "howto").glob("*.md")]
+    assert len(titles) == 8
+    assert all(re.fullmatch(r"# .*\?", title) for title in titles)
