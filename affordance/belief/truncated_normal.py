@@ -10,9 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 from scipy.optimize import nnls
-from scipy.optimize.elementwise import find_root
 from scipy.special import log_ndtr, ndtri
 
 from affordance.arrays import Array
@@ -170,6 +168,8 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
         surplus: Array = -np.expm1(log_ndtr(t - x[:, None]) - log_positive) @ shares - below
         return surplus
 
+    from scipy.optimize.elementwise import find_root  # here, as it takes a tenth of a second
+
     # Every component exceeds this with a probability of less than exp(-800).
     upper = max(t.max(), 0.0) + 40.0
     found = find_root(compute_surplus, (0.0, upper), args=(fractions,), tolerances={"xrtol": _ROOT_TOLERANCE})
@@ -177,6 +177,8 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
 
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
+    from scipy.interpolate import PchipInterpolator  # here, as it takes a tenth of a second
+
     # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
     # either end, so missing ones there count as zero.
     between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]

@@ -29,7 +29,6 @@ from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.memory.identified_trial import build_identified_trial
-from affordance.memory.ledger import has_memory, open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
@@ -113,7 +112,11 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 def _recall(place: str | None, prior: Prior) -> Memory:
     """Recalls a memory; one that does not exist yet knows nothing."""
-    if place is None or not has_memory(place):
+    if place is None:
+        return MaterialMemory()
+    from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
+
+    if not has_memory(place):
         return MaterialMemory()
     with open_memory(place) as ledger:
         return ledger.recall(prior=prior)
@@ -134,6 +137,8 @@ def _teach(
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
         return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
+    from affordance.memory.ledger import has_memory, open_memory
+
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     with open_memory(place) as ledger:
         if arguments.learned and arguments.memory and has_memory(arguments.memory):

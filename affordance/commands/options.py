@@ -4,8 +4,6 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-import joblib
-
 from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
@@ -13,7 +11,6 @@ from affordance.exceptions import AffordanceError, BadValueError, describe_choic
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import SameColours
-from affordance.memory.ledger import open_memory
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.tool import Tool
@@ -50,8 +47,11 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
     """Adds ``--jobs``; by default one process per core."""
     shown = "one a core" if default is None else str(default)
-    number = joblib.cpu_count() if default is None else default
-    parser.add_argument("--jobs", type=int, default=number, metavar="N", help=f"processes (default: {shown})")
+    if default is None:
+        import joblib  # here, as commands without this option need not wait for it
+
+        default = joblib.cpu_count()
+    parser.add_argument("--jobs", type=int, default=default, metavar="N", help=f"processes (default: {shown})")
 
 
 def add_out(parser: argparse.ArgumentParser, default: str = "results", holds: str = "folder for the results") -> None:
@@ -276,6 +276,8 @@ def recall(place: str | None, settings: Settings, same_colours: SameColours) -> 
     """
     if place is None:
         return MaterialMemory()
+    from affordance.memory.ledger import open_memory  # here, as SQLAlchemy takes a third of a second
+
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
 

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import jinja2
-
 
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
@@ -18,6 +16,8 @@ def render_template(
         filters: Filters of the template by name.
         **values: Values of the template by name.
     """
+    import jinja2  # here, as most runs render nothing
+
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader(package),
         undefined=jinja2.StrictUndefined,

@@ -99,11 +99,16 @@ def identify(
         reference_mass = description.reference_mass
     if reference_mass is not None:
         check_reference_mass("reference_mass", reference_mass)
-    before = _find_gains(arm, (*empty, loaded)[0], gains, settings)
+    is_calibration = gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT
+    if is_calibration and paired and empty:
+        # The difference of two runs needs no gains before the weighed load tells them.
+        before = build_nominal_gains(arm.joint_names, description.kind, settings)
+    else:
+        before = _find_gains(arm, (*empty, loaded)[0], gains, settings)
     evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
     solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
     calibration = None
-    if gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT:
+    if is_calibration and reference_mass is not None:
         calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
         solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
     belief = infer(

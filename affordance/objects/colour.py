@@ -9,7 +9,6 @@ blue by a common factor.
 import re
 from collections.abc import Mapping
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +37,8 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     """Converts colours in [0, 1], (..., 3), to CIELAB coordinates L*, a*, b*, (..., 3)."""
     if not np.size(colours):  # OpenCV rejects it
         return np.zeros(np.shape(colours))
+    import cv2  # here, as most commands see no colours
+
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
     return cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
 

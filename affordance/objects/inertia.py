@@ -239,10 +239,11 @@ def pseudo_inertia_from_parameters(pi: Array) -> Array:
 
 
 def parameters_from_pseudo_inertia(J: Array) -> Array:
-    """Converts a pseudo-inertia, shape (4, 4), to the ten parameters pi, shape (10,)."""
-    Sigma, first_moment, mass = J[:3, :3], J[:3, 3], J[3, 3]
-    moments = np.trace(Sigma) - np.diag(Sigma)
-    return np.array([mass, *first_moment, *moments, -Sigma[0, 1], -Sigma[0, 2], -Sigma[1, 2]])
+    """Converts pseudo-inertias, shape (..., 4, 4), to the ten parameters pi, shape (..., 10)."""
+    second = np.diagonal(J, axis1=-2, axis2=-1)[..., :3]
+    moments = second.sum(axis=-1, keepdims=True) - second
+    products = -J[..., [0, 0, 1], [1, 2, 2]]
+    return np.concatenate([J[..., 3, 3, None], J[..., :3, 3], moments, products], axis=-1)
 
 
 def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:

@@ -5,6 +5,7 @@ from a Drake plant. Frames: W world, F a joint's frame on its parent, M its movi
 tool).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -60,6 +61,17 @@ class SerialChain:
 
         Returns: Motion of T.
         """
+        *_, last = self.compute_link_motions(q, v, vdot)
+        p, a = self._step_along(*last[:5], self.p_MT)
+        J = np.array(last.Jv_V_WT)
+        J[:, 3:] += cross(J[:, :3].transpose(0, 2, 1), (p - last.p_WT)[:, None]).transpose(0, 2, 1)
+        return last._replace(R_WT=last.R_WT @ self.R_MT, p_WT=p, a_WT=a, Jv_V_WT=J)
+
+    def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
+        """Computes the motion of each link's frame M, the Jacobian by the joints up to it.
+
+        Arguments as in ``compute_motion``.
+        """
         num_samples = len(q)
         R = np.broadcast_to(np.eye(3), (num_samples, 3, 3))
         p, w, alpha, a = (np.zeros((num_samples, 3)) for _ in range(4))
@@ -74,11 +86,10 @@ class SerialChain:
             w = w + rate
             R = R_WF @ _rotation_about(self.axes[j], q[:, j])
             axes_W[j], origins_W[j] = axis, p
-        p, a = self._step_along(R, p, w, alpha, a, self.p_MT)
-        J = np.empty((num_samples, 6, self.num_joints))
-        J[:, :3] = axes_W.transpose(1, 2, 0)
-        J[:, 3:] = cross(axes_W, p - origins_W).transpose(1, 2, 0)
-        return ChainMotion(R @ self.R_MT, p, w, alpha, a, J)
+            J = np.empty((num_samples, 6, j + 1))
+            J[:, :3] = axes_W[: j + 1].transpose(1, 2, 0)
+            J[:, 3:] = cross(axes_W[: j + 1], p - origins_W[: j + 1]).transpose(1, 2, 0)
+            yield ChainMotion(R, p, w, alpha, a, J)
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
         """Computes the positions in W of a point Q fixed to T along a trajectory.

@@ -15,6 +15,8 @@ from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.chain_kinematics import ChainMotion, SerialChain
 
+_ALL = np.eye(NUM_PARAMETERS)
+
 
 def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
     """Computes Y along a trajectory, all samples at once.
@@ -27,10 +29,14 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
 
     Returns: Regressors Y, shape (N, num_joints, 10).
     """
-    motion = chain.compute_motion(q, v, vdot)
-    wrench = _compute_wrench_along(chain, motion)
-    wrench_W = motion.R_WT[:, None] @ wrench.reshape(-1, 2, 3, NUM_PARAMETERS)
-    Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(-1, 6, NUM_PARAMETERS)
+    return compute_regressors_at(chain, chain.compute_motion(q, v, vdot))
+
+
+def compute_regressors_at(chain: SerialChain, motion: ChainMotion, columns: Array = _ALL) -> Array:
+    """Computes Y of a body at a moving frame, times a matrix of columns, shape (10, K); shape (N, joints, K)."""
+    wrench = _compute_wrench_along(chain, motion) @ columns
+    wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
+    Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)
     return Y
 
 

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -194,3 +195,12 @@ def test_without_any_tip_there_is_a_line(folder, tmp_path):
     (tmp_path / "no_tip.yaml").write_text(text)
     with pytest.raises(AffordanceError, match="--tip: is missing"):
         _run(folder, "--loaded", *_name(folder, "loaded"), "--description", str(tmp_path / "no_tip.yaml"))
+
+
+def test_libraries_that_take_long_to_import_are_left_out(children):
+    """Together they took longer than the identification itself."""
+    slow = {"cv2", "jinja2", "joblib", "matplotlib", "pandas", "scipy.interpolate", "scipy.signal", "scipy.stats"}
+    program = "import sys, affordance.commands.identify_payload; print(*sys.modules)"
+    out, _ = children([sys.executable, "-c", program]).communicate()
+    assert "scipy.optimize" in out.split()
+    assert not (slow | {"sqlalchemy", "xarray"}) & set(out.split())

@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.signal import correlate
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -112,8 +111,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
     if not reference.any() or not moved.any():
         still = empty if not reference.any() else loaded
         raise BadValueError(still.source, "q", f"has no joint that moves faster than {_MOVING:g} rad/s")
-    score = sum(correlate(b, a, mode="full", method="fft") for a, b in zip(reference.T, moved.T, strict=True))
-    rough = (int(np.argmax(score)) - (len(reference) - 1)) * step + loaded.times[0] - empty.times[0]
+    rough = _correlate(reference, moved) * step + loaded.times[0] - empty.times[0]
     start, end = _overlap(empty, loaded, rough, step)
     times = np.arange(start, end, step)
     reference_q = resample(times, empty.times, empty.q)
@@ -139,6 +137,14 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
         problem = f"is {largest:.4f} rad away from the same moment of {empty.source}, must be at most {tolerance:g}"
         raise loaded.error_at(at, name, f"{problem} (--unpaired for runs that do not repeat each other)")
     return Alignment(lag, start, end, largest)
+
+
+def _correlate(reference: Array, moved: Array) -> int:
+    """Returns the number of rows by which signals, shape (N, C) each, lag behind a reference that they resemble."""
+    size = len(reference) + len(moved) - 1  # so that no end meets a beginning
+    spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
+    lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))
+    return lag if lag < len(moved) else lag - size
 
 
 def _overlap(empty: Run, loaded: Run, lag: float, step: float) -> tuple[float, float]:

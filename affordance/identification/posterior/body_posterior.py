@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import chdtri, gammaln, ndtri
-from scipy.stats.qmc import Sobol
 
 from affordance.arrays import Array
 from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
+from affordance.identification.posterior.even_points import draw_even_points
 from affordance.identification.posterior.log_cholesky import (
     compute_jacobian,
     parameters_from_theta,
@@ -34,6 +34,8 @@ _ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
 # Share of the proposal's samples that is drawn from the prior.
 _DEFENSIVE = 0.05
 _LEAST_UNIFORM = 1e-12  # so that no sample is infinitely far
+# Weight of no account: so far out, bodies may be too thin for rounding.
+_FAINT = 1e-100
 # Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
 # 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
 _NUM_MOVES, _WALK = 6, 0.75
@@ -209,11 +211,10 @@ class _Proposal:
         num_prior = int(_DEFENSIVE * num_samples)
         size = len(self._centre)
         count = num_samples - num_prior
-        if num_samples > _ADAPTING:
-            # Evenly spread points: edges of intervals scatter half as much with the seed as by independent ones.
-            spread = Sobol(size + 1, rng=rng).random_base2((count - 1).bit_length())[:count]
-        else:
-            spread = rng.random((count, size + 1))  # within a millisecond
+        # Evenly spread points: edges of intervals scatter half as much with the seed as by independent ones, which
+        # take less than a millisecond.
+        is_many = num_samples > _ADAPTING
+        spread = draw_even_points(rng, count, size + 1) if is_many else rng.random((count, size + 1))
         spread = np.clip(spread, _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
         normal = ndtri(spread[:, :size])
         scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
@@ -245,7 +246,9 @@ def _count(bodies: WeightedBodies) -> float:
 
 
 def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
-    return WeightedBodies(parameters_from_theta(theta), normalise(log_weights), np.arange(len(theta)))
+    weights = normalise(log_weights)
+    theta = np.where(weights[:, None] < _FAINT, theta[np.argmax(weights)], theta)
+    return WeightedBodies(parameters_from_theta(theta), weights, np.arange(len(theta)))
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:

@@ -70,9 +70,11 @@ def fit_payload(
             f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
-    _, mode, variance, _ = fit_statistics(statistics, errors, prior, solid)
+    likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid)
     for _ in range(_MAX_SIGN_PASSES):
-        evidence = evidence.with_load(mode.load)
+        signs, evidence = evidence.samples.load_sign, evidence.with_load(mode.load)
+        if np.array_equal(signs, evidence.samples.load_sign):
+            break
         statistics = evidence.compute_statistics(settings)
         previous = variance
         likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid, mode.theta)

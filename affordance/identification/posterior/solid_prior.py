@@ -184,7 +184,7 @@ def _assemble(rng: np.random.Generator, masses: Array, centres: Array, second: A
     J[:, :3, :3] = np.einsum("np,npij->nij", masses, second + centres[..., :, None] * centres[..., None, :])
     J[:, :3, 3] = J[:, 3, :3] = np.einsum("np,npi->ni", masses, centres)
     J[:, 3, 3] = masses.sum(axis=1)
-    return np.array([parameters_from_pseudo_inertia(body) for body in J])
+    return parameters_from_pseudo_inertia(J)
 
 
 def _draw_log_uniform(rng: np.random.Generator, bounds: tuple[float, float], shape: tuple[int, ...]) -> Array:

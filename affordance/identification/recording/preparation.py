@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -115,17 +114,34 @@ def prepare(
     if len(times) < 2 * trimmed + int(rate):
         length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
         raise BadValueError(run.source, "time", f"spans {length:.2f} s, must span at least {least:.2f} s")
-    sos = butter(_ORDER, cutoff, fs=rate, output="sos")
 
     def smooth(values: Array) -> Array:
-        filtered: Array = sosfiltfilt(sos, resample(times, run.times, values), axis=0)
-        return filtered
+        return smooth_evenly(resample(times, run.times, values), cutoff, rate)
 
     q, signal = smooth(run.q), smooth(run.signal)
     v = np.gradient(q, 1.0 / rate, axis=0) if run.v is None else smooth(run.v)
     vdot = np.gradient(v, 1.0 / rate, axis=0) if run.vdot is None else smooth(run.vdot)
     kept = slice(trimmed, len(times) - trimmed, max(1, round(rate / settings.max_rate)))
     return PreparedRun(times, q, v, vdot, signal, cutoff).select(kept)
+
+
+def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
+    """Applies a digital Butterworth filter forwards and backwards, by its gain at every frequency.
+
+    What departs from the line between the first and last value is continued oddly about both.
+
+    Args:
+        values: Even samples, shape (N, C).
+        cutoff: Frequency at which either pass halves the power, [Hz].
+        rate: Sampling rate, [Hz].
+    """
+    line = np.linspace(values[0], values[-1], len(values))
+    away = values - line
+    away = np.concatenate([away, -away[-2:0:-1]])
+    ratio = np.tan(np.pi * np.fft.rfftfreq(len(away))) / np.tan(np.pi * cutoff / rate)
+    gain = 1.0 / (1.0 + ratio[:, None] ** (2 * _ORDER))
+    smoothed: Array = line + np.fft.irfft(gain * np.fft.rfft(away, axis=0), len(away), axis=0)[: len(line)]
+    return smoothed
 
 
 def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:

@@ -19,7 +19,7 @@ from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm import Arm, JointLimits, attach_body
 from affordance.plant.chain_kinematics import SerialChain
-from affordance.plant.wrench_regressor import compute_payload_regressors
+from affordance.plant.wrench_regressor import compute_payload_regressors, compute_regressors_at
 
 
 @dataclass(frozen=True)
@@ -70,29 +70,18 @@ class RobotChain:
         return compute_payload_regressors(self.chain, q, v, vdot)
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes the regressors of the joint torques on the links' inertial parameters.
-
-        Each link is the payload of the chain that ends with it.
-
-        Returns: Regressors, shape (N, num_joints, 10 num_joints), link by link.
-        """
+        """Computes regressors of the joint torques on the links' parameters, (N, num_joints, 10 num_joints)."""
         regressors = np.zeros((*q.shape, self.num_joints, NUM_PARAMETERS))
-        for link in range(self.num_joints):
-            upto = slice(link + 1)
-            shorter = replace(
-                self.chain,
-                R_PF=self.chain.R_PF[upto],
-                p_PF=self.chain.p_PF[upto],
-                axes=self.chain.axes[upto],
-                R_MT=np.eye(3),
-                p_MT=np.zeros(3),
-            )
-            regressors[:, upto, link] = compute_payload_regressors(shorter, q[:, upto], v[:, upto], vdot[:, upto])
+        for link, motion in enumerate(self.chain.compute_link_motions(q, v, vdot)):
+            regressors[:, : link + 1, link] = compute_regressors_at(self.chain, motion)
         return regressors.reshape(*q.shape, -1)
 
     def compute_arm_torques(self, q: Array, v: Array, vdot: Array) -> Array:
         """Computes the torques of the arm alone from its link parameters, shape (N, num_joints), [N m]."""
-        torques: Array = self.compute_link_regressors(q, v, vdot) @ self.link_parameters.ravel()
+        torques = np.zeros_like(q)
+        for link, motion in enumerate(self.chain.compute_link_motions(q, v, vdot)):
+            column = self.link_parameters[link, :, None]
+            torques[:, : link + 1] += compute_regressors_at(self.chain, motion, column)[..., 0]
         return torques
 
 

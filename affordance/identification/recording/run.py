@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -224,8 +223,8 @@ class Run:
         for joint in np.argsort(-np.ptp(self.q, axis=0), kind="stable"):
             # A constant offset of the rate is removed from both.
             values = _remove_line(of[:, joint], self.times)
-            total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
-            summed = _remove_line(total, self.times)
+            steps = 0.5 * (rate[1:, joint] + rate[:-1, joint]) * np.diff(self.times)
+            summed = _remove_line(np.append(0.0, np.cumsum(steps)), self.times)
             if np.ptp(values) < _LEAST_MOTION:
                 continue
             ratio = float(np.ptp(summed) / np.ptp(values))
