@@ -57,6 +57,20 @@ class Lesson[M](NamedTuple):
     likelihood: Likelihood
 
 
+class FeltObject(NamedTuple):
+    """Object that was held, and what that told.
+
+    Attributes:
+        colours: Its m colours.
+        own: Likelihood of its own densities, of size m in the order of the colours.
+        shared: Likelihood of its materials' means, which the memory has learned, in the same order.
+    """
+
+    colours: tuple[Colour, ...]
+    own: Likelihood
+    shared: Likelihood
+
+
 class Density(NamedTuple):
     """Belief about the mean density of objects of one colour, [kg/m^3].
 

@@ -2,11 +2,10 @@
 
 import argparse
 import json
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from affordance.arguments import check_number, check_whole
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
 from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
 from affordance.choice.tool_options import list_tool_options
@@ -28,11 +27,9 @@ from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
-from affordance.memory.summary import recall_own, summarise
-from affordance.objects.colour import is_same_colour
+from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
-from affordance.objects.tool import Tool
 from affordance.reporting.figures import save_figure
 from affordance.reporting.hold_figure import draw_holds
 from affordance.robots.kept import open_robot
@@ -61,6 +58,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="objects that may be held first (default: our pieces of stock)",
     )
     add("--include-tools", action="store_true", help="the tools themselves may be held too")
+    add("--meshes", type=Path, metavar="DIR", help="folder of the tools' mesh files (default: folder of their file)")
+    add("--see", choices=("drawing", "pictures"), default="drawing", help="how the tools' form is known")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
     add_same_colour(parser)
@@ -95,13 +94,13 @@ def run(arguments: argparse.Namespace) -> int:
     settings = change_by_name(arguments, Settings(arm=robot.directives))
     criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = choose_tools(load_tools(arguments.tools, materials), arguments.only, arguments.tools)
+    tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     held = load_tools(arguments.may_hold, materials)
     candidates = [*held, *(tools if arguments.include_tools else [])]
     same_colours = parse_same_colours(arguments.same_colour)
     memory = recall(arguments.memory, settings, same_colours)
-    own, single = _read_things(arguments.memory, settings, tools)
-    options = list_tool_options(tools, by_sight=False, seed=arguments.seed)
+    felt = _recall_felt(arguments.memory, settings)
+    options = list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed)
     tasks = list(dict.fromkeys(arguments.tasks))
     questions = [Question(t, plan_options(options, robot.load_task(t), settings), arguments.uses) for t in tasks]
     advice = advise_hold(
@@ -111,16 +110,16 @@ def run(arguments: argparse.Namespace) -> int:
         settings,
         criterion=criterion,
         price=arguments.price,
-        known=own,
+        felt=felt,
         num_samples=arguments.samples,
         seed=arguments.seed,
     )
-    sentence = describe_stop(advice, single)
+    sentence = describe_stop(advice)
     content = {
         **advice._asdict(),
         "ranked": [each._asdict() for each in advice.ranked],
         "decisions": [each._asdict() for each in advice.decisions],
-        "rests_on": single,
+        "rests_on": advice.rests_on,
         "sentence": sentence,
     }
     text = "\n".join([*tabulate(advice, arguments.uses), sentence])
@@ -160,35 +159,32 @@ def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
     return lines
 
 
-def describe_stop(advice: HoldAdvice, single: Mapping[str, str]) -> str:
+def describe_stop(advice: HoldAdvice) -> str:
     """Says in words what to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
+    rests = ", and ".join(
+        f"the choice for {each.name} rests on {name_object(name)} alone"
+        for each in advice.decisions
+        for name in each.rests_on
+    )
+    if advice.check:
+        return f"Hold {name_object(advice.check)} to check: {rests}."
+    found = f" But {rests}: holding another of its material would check it." if rests else ""
     if advice.stop == "certain":
-        text = "Nothing more needs to be held: every choice is certain."
-        rests = [f"of {name} on {name_object(thing)}" for name, thing in single.items()]
-        return f"{text} That rests {', '.join(rests)} alone: holding another would check it." if rests else text
+        return f"Nothing more needs to be held: every choice is certain.{found}"
     if advice.stop:
         worst = min(advice.decisions, key=lambda each: each.p_best)
         tie = f"P = {worst.p_best:.2f} of {worst.name} is a tie worth {worst.regret:.2g} {unit}"
-        return f"Nothing here is worth holding: {first.name} is worth {first.worth:.2g} {unit}; {tie}."
+        return f"Nothing here is worth holding: {first.name} is worth {first.worth:.2g} {unit}; {tie}.{found}"
     if advice.pair is not None:
         one, other = (name_object(each) for each in advice.pair)
         return f"Hold {one} and then {other}: worth {advice.pair_worth:.3g} {unit} together, and little alone."
     return f"Hold {name_object(first.name)} next: worth {first.worth:.3g} ± {first.worth_se:.1g} {unit}."
 
 
-def _read_things(
-    place: str | None, settings: Settings, tools: Sequence[Tool]
-) -> tuple[dict[str, Likelihood], dict[str, str]]:
-    """Reads what is known of single things, and the tools' materials that are known from one thing only."""
+def _recall_felt(place: str | None, settings: Settings) -> dict[str, FeltObject]:
+    """Recalls what was told by each thing that was held; nothing without a memory."""
     if place is None:
-        return {}, {}
+        return {}
     with open_memory(place, create=False) as ledger:
-        own = recall_own(ledger, settings.prior)
-        known = summarise(ledger, settings.prior).materials
-    single = {}
-    for part in (part.looks_like for tool in tools for part in tool.components):
-        found = next((each for each in known if is_same_colour(each.colour, part.colour)), None)
-        if found is not None and len(found.things) == 1:
-            single[part.name] = found.things[0]
-    return own, single
+        return recall_felt(ledger, settings.prior)

@@ -7,6 +7,7 @@ import numpy as np
 
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import FeltObject
 from affordance.memory.evidence_sums import MaterialSum, ObjectSum, SameColours
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger
@@ -110,8 +111,8 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
     return MemorySummary(tuple(materials), known)
 
 
-def recall_own(ledger: Ledger, prior: Prior) -> dict[str, Likelihood]:
-    """Recalls the likelihood of each thing's own densities by its name, a density for each colour of its parts."""
+def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
+    """Recalls by its name what holding each thing has told, a density for each colour of its parts."""
     found = {}
     total = MaterialSum(prior)
     for thing in ledger.list_things():
@@ -119,11 +120,19 @@ def recall_own(ledger: Ledger, prior: Prior) -> dict[str, Likelihood]:
         of_object = ObjectSum.start(trials[0], total.recognise(trials[0].parts))
         for trial in trials:
             of_object = of_object.add(trial, prior)
+        columns = tuple(dict.fromkeys(of_object.columns))
+        order = [of_object.materials.index(column) for column in columns]
+        shared = of_object.compute_likelihood(prior)
+        own = Likelihood(np.zeros_like(shared.precision), np.zeros(len(order)), 0.0)
         if of_object.body.precision.any():
             own = of_object.compute_own_likelihood(prior)
-            order = [of_object.materials.index(column) for column in dict.fromkeys(of_object.columns)]
-            precision = own.precision[np.ix_(order, order)]
-            found[thing] = Likelihood(precision, own.information_vector[order], np.nan)
+        found[thing] = FeltObject(
+            tuple(total.colours[column] for column in columns),
+            *(
+                Likelihood(each.precision[np.ix_(order, order)], each.information_vector[order], 0.0)
+                for each in (own, shared)
+            ),
+        )
     return found
 
 

@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_worth import Decision
 from affordance.choice.next_hold import Question
 from affordance.choice.tool_options import list_drawn_options
 from affordance.choice.weighing import measure, plan_options
 from affordance.files.model_folder import MODELS
+from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -54,11 +56,11 @@ class TrueWorld(NamedTuple):
     """World of one observer.
 
     Attributes:
-        densities: True density of each candidate, [kg/m^3].
+        densities: True densities of each candidate by colour, [kg/m^3].
         costs: True costs of all options of each task, infinite where infeasible, (k,) each, [J].
     """
 
-    densities: Mapping[str, float]
+    densities: Mapping[str, Mapping[Colour, float]]
     costs: Mapping[str, Array]
 
 
@@ -90,14 +92,17 @@ def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
     )
 
 
-def draw_world(workshop: Workshop, rng: np.random.Generator) -> TrueWorld:
-    """Draws the world of an observer: every object deviates from its materials."""
+def draw_world(
+    workshop: Workshop, rng: np.random.Generator, means: Mapping[Colour, float] | None = None
+) -> TrueWorld:
+    """Draws the world of an observer: every object deviates from its materials; None for their real densities."""
     sd = workshop.settings.prior.deviation_sd
-    densities = {}
+    means = means or {each.colour: each.density for each in load_materials().values()}
+    densities: dict[str, dict[Colour, float]] = {}
     for name, tool in workshop.candidates.items():
-        mean = tool.components[0].material.density
-        densities[name] = max(mean + sd * rng.standard_normal(), _LEAST * mean)
-    means = {each.colour: each.density for each in load_materials().values()}
+        densities[name] = {}
+        for colour in dict.fromkeys(part.looks_like.colour for part in tool.components):
+            densities[name][colour] = max(means[colour] + sd * rng.standard_normal(), _LEAST * means[colour])
     costs = {}
     for question in workshop.questions:
         true: dict[str, Array] = {}
@@ -132,14 +137,38 @@ def start_memory(workshop: Workshop, memory: Memory) -> Memory:
 
 def hold(workshop: Workshop, world: TrueWorld, name: str, memory: Memory, seed: tuple[int, ...]) -> Memory:
     """Lets an observer hold an object; returns what it remembers then."""
+    return learn(workshop, name, world.densities[name], memory, seed)[0]
+
+
+def learn(
+    workshop: Workshop,
+    name: str,
+    densities: Mapping[Colour, float] | None,
+    memory: Memory,
+    seed: tuple[int, ...],
+) -> tuple[Memory, FeltObject]:
+    """Lets an observer learn from a hold of an object of given densities by colour; None draws them from the belief.
+
+    Returns: Memory after the hold, and what the hold told.
+    """
     settings, static = workshop.settings, workshop.static
-    belief = predict_object(measure_drawing(workshop.candidates[name]), memory, settings.prior)
-    rho = np.where(belief.geometry.Phi.any(axis=0), world.densities[name], 0.0)
+    parts = measure_drawing(workshop.candidates[name])
+    recollection = memory.recall([part.appearance for part in parts], settings.prior)
+    belief = predict_object(parts, memory, settings.prior)
+    drawn = belief.densities.draw_samples(np.random.default_rng([*seed, 1]), 1)[0]
+    rho = np.zeros(belief.densities.size)
+    columns = {part.colour: column for part, column in zip(parts, recollection.columns, strict=True)}
+    for colour, column in columns.items():
+        rho[column] = drawn[column] if densities is None else densities[colour]
     statistics = static.measure(belief, rho, settings.noise, seed)
-    posterior, _ = condition_on_torques(
+    posterior, likelihood = condition_on_torques(
         belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
     )
-    return posterior.memory
+    chosen = np.ix_(list(columns.values()), list(columns.values()))
+    vector = likelihood.information_vector[list(columns.values())]
+    own = Likelihood(likelihood.precision[chosen], vector, 0.0)
+    shared = own.marginalise_deviation(settings.prior.deviation_sd)
+    return posterior.memory, FeltObject(tuple(columns), own, shared)
 
 
 def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:

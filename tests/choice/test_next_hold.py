@@ -1,14 +1,19 @@
 """Advice on what to hold next: against nested brute force with the learner itself, and plain answers at the edges."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.loop_runs import build_bench
 from helpers.workshop import BLANKS
+from scipy.stats import norm
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
+from affordance.choice.hold_samples import ODD, HoldSamples
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.weighing import measure
 from affordance.exceptions import AffordanceError
@@ -35,6 +40,24 @@ def advise(question, candidates, memory=None, **more):
     return advise_hold(
         candidates, [question], memory or MaterialMemory(), DEFAULT_SETTINGS, criterion=Criterion.WORK, **more
     )
+
+
+def feel_density(tool, density, sd=20.0):
+    """Returns what holding an object of one material told: its own density with a standard deviation."""
+    own = Likelihood(np.eye(1) / sd**2, np.array([density]) / sd**2, 0.0)
+    return FeltObject((tool.components[0].looks_like.colour,), own, own.marginalise_deviation(PRIOR.deviation_sd))
+
+
+def remember(felt):
+    """Returns the memory that has learned from objects that were felt, each of one colour."""
+    memory = MaterialMemory()
+    for each in felt:
+        memory = memory.add_colours(each.colours, PRIOR)
+        column = memory.colours.index(each.colours[0])
+        precision, vector = np.zeros((len(memory.colours),) * 2), np.zeros(len(memory.colours))
+        precision[column, column], vector[column] = each.shared.precision[0, 0], each.shared.information_vector[0]
+        memory = MaterialMemory(memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0)))
+    return memory
 
 
 def price_by_brute_force(choice, candidate, num_outcomes, rng):
@@ -85,8 +108,7 @@ def test_who_knows_everything_stops_and_who_sees_a_tie_says_so(question):
 def test_an_object_that_is_known_by_itself_tells_little_more(question):
     """What ten holds of a bar have told of it is no news, though its material's mean is as uncertain as before."""
     fresh, held = (
-        advise(question, [OAK], known=known).ranked[0]
-        for known in ({}, {OAK.name: Likelihood(np.array([[1.0]]), np.array([563.0]), 0.0)})
+        advise(question, [OAK], felt=felt).ranked[0] for felt in ({}, {OAK.name: feel_density(OAK, 563.0, 1.0)})
     )
     assert held.worth < 0.2 * fresh.worth
 
@@ -131,3 +153,50 @@ def test_pairs_are_looked_at_before_nothing_is_worth_its_price(question):
         ("not worth its price", None),
     )
     assert advice.pair_worth > between
+
+
+def name_again(tool, name):
+    return replace(tool, name=name)
+
+
+def test_certainty_that_rests_on_one_object_is_said_and_a_check_proposed(question):
+    felt = {"bar of oak": feel_density(OAK, 563.0), "rod of cast steel": feel_density(STEEL, 7200.0)}
+    second = name_again(OAK, "second bar")
+    advice = advise(question, [second, BRASS], remember(felt.values()), felt=felt)
+    assert advice.rests_on == ("bar of oak",)  # steel never felt would be denser than oak, most probably
+    assert (advice.stop, advice.check) == ("", "second bar")
+    dear = advise(question, [second], remember(felt.values()), felt=felt, price=1e3)
+    assert (dear.stop, dear.rests_on, dear.check) == ("certain", ("bar of oak",), "")
+    checked = {**felt, "second bar": feel_density(OAK, 580.0)}
+    advice = advise(question, [BRASS], remember(checked.values()), felt=checked)
+    assert (advice.stop, advice.rests_on, advice.check) == ("certain", (), "")
+
+
+def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question):
+    """The learner itself believes the mean of both, and is sure of it."""
+    at_odds = {"bar of oak": feel_density(OAK, 7200.0), "second bar": feel_density(OAK, 580.0)}
+    at_odds["rod of cast steel"] = feel_density(STEEL, 7200.0)
+    memory = remember(at_odds.values())
+    believed = advise(question, [BRASS], memory).decisions[0]
+    doubted = advise(question, [name_again(OAK, "third bar"), BRASS], memory, felt=at_odds)
+    assert doubted.stop == ""
+    assert doubted.ranked[0].name == "third bar"
+    assert doubted.decisions[0].p_best < believed.p_best
+    settled = {**at_odds, "third bar": feel_density(OAK, 570.0)}
+    advice = advise(question, [BRASS], remember(settled.values()), felt=settled)
+    assert (advice.stop, advice.rests_on) == ("certain", ())
+
+
+def test_evidence_for_an_odd_object_is_that_of_bayes_rule():
+    """Two objects of one material, both densities known exactly: normal densities of the two hypotheses."""
+    felt = {"bar of oak": feel_density(OAK, 600.0, 1e-3), "second bar": feel_density(OAK, 1400.0, 1e-3)}
+    parts = {name: measure_drawing(OAK) for name in felt}
+    samples = HoldSamples(remember(felt.values()), parts, felt, DEFAULT_SETTINGS, np.random.default_rng(0))
+    for suspicion, odd, other in zip(samples.suspicions, (600.0, 1400.0), (1400.0, 600.0), strict=True):
+        sd, deviation = PRIOR.sd, PRIOR.deviation_sd
+        gain = sd**2 / (sd**2 + deviation**2)
+        mean, variance = PRIOR.mode + gain * (other - PRIOR.mode), (1.0 - gain) * sd**2
+        strange = norm.pdf(odd, PRIOR.mode, np.hypot(sd, deviation))
+        expected = norm.pdf(odd, mean, np.sqrt(variance + deviation**2))
+        assert suspicion.weight == pytest.approx(ODD / (1.0 - ODD) * strange / expected, rel=1e-3)
+        assert suspicion.belief.untruncated_mean == pytest.approx([mean])

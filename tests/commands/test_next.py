@@ -32,14 +32,24 @@ def test_what_to_hold_is_said_tabulated_and_drawn(tmp_path, capsys):
     assert content["decisions"][0]["name"] == "reach"
 
 
-def test_who_knows_its_materials_stops_and_says_on_what_that_rests(tmp_path, capsys):
+def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(tmp_path, capsys):
     known = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
     assert main([*ONE, "--memory", str(known), "--include-tools", "--json"]) == 0
     content = json.loads(capsys.readouterr().out)
-    assert content["stop"] == "certain"
-    assert "Nothing more needs to be held" in content["sentence"]
-    assert content["rests_on"] == {"oak": "stock", "cast_steel": "stock"}
+    assert (content["stop"], content["rests_on"]) == ("", ["stock"])
+    assert content["check"] in {each["name"] for each in content["ranked"]}
+    assert content["sentence"].endswith(" to check: the choice for reach rests on the stock alone.")
     assert "machinist hammer" in {each["name"] for each in content["ranked"]}
+    assert main([*ONE, "--memory", str(known), "--price", "100"]) == 0
+    assert "Nothing more needs to be held: every choice is certain. But the" in capsys.readouterr().out
+
+
+def test_a_tool_seen_in_pictures_may_be_held_itself(capsys):
+    assert main([*ONE, "--see", "pictures", "--include-tools", "--json"]) == 0
+    ranked = {each["name"]: each for each in json.loads(capsys.readouterr().out)["ranked"]}
+    assert ranked["machinist hammer"]["worth"] > 3.0 * ranked["machinist hammer"]["worth_se"]
+    assert ranked["machinist hammer"]["worth"] < ranked["bar of oak"]["worth"]  # it mixes two materials
+    assert ranked["pin of brass"]["worth"] < 0.01
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def test_holding_teaches_the_density_of_what_is_held(workshop):
         colour = workshop.candidates[name].components[0].looks_like.colour
         place = memory.colours.index(colour)
         sd = np.sqrt(memory.belief.covariance[place, place])
-        assert abs(memory.belief.untruncated_mean[place] - true.densities[name]) < 4.0 * sd
+        assert abs(memory.belief.untruncated_mean[place] - true.densities[name][colour]) < 4.0 * sd
         assert sd < 0.5 * workshop.settings.prior.sd
 
 

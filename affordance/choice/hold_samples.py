@@ -1,0 +1,232 @@
+"""Samples of what is believed before something is held, in which one odd object is possible.
+
+An object may look like a material and be another (a decoy). Each object that was held is odd with a probability of
+``ODD`` before anything is felt; then it says nothing of its materials, which are believed from the other objects, and
+its own densities have the prior of any material. These hypotheses, at most one odd object in each, are weighed by
+their evidence: one object of a material cannot contradict itself, two that differ may both be the odd one, and a
+third decides. A learner with kinds judges oddness itself; there the only member of a kind may be odd.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import FeltObject, Memory
+from affordance.exceptions import BadArgumentError
+from affordance.objects.colour import Colour
+from affordance.objects.inertia import Geometry, build_transform_map
+from affordance.settings import Settings
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.systems import measure_geometry
+
+# Probability that an object is odd before it is held. It hardly changes what is said of two objects that differ, by
+# many standard deviations; certainty that rests on a single object is tested whatever it is.
+ODD = 0.01
+# Largest logarithm of odds, so that sums of odds are finite.
+_MOST_LOG_ODDS = 500.0
+
+
+class Suspicion(NamedTuple):
+    """Hypothesis that one object is odd.
+
+    Attributes:
+        name: Name of the object.
+        columns: Columns of its materials.
+        belief: Belief about materials without it.
+        weight: Odds of the hypothesis against that of no odd object.
+        shared: Likelihood of the means by which the object contributed to the belief; None for a learner with kinds.
+    """
+
+    name: str
+    columns: tuple[int, ...]
+    belief: DensityBelief
+    weight: float
+    shared: Likelihood | None = None
+
+    def leave_out(self, belief: DensityBelief) -> DensityBelief | None:
+        """Returns a belief without what the object contributed; None if that is unknown."""
+        return None if self.shared is None else _leave_out(belief, self.columns, self.shared)
+
+
+class HoldSamples:
+    """Samples of materials' means, and of objects' own densities around them.
+
+    Attributes:
+        mu: Samples of the means, (S, M): of each colour, or of each kind for a learner with kinds.
+        common: Columns of what is believed of new objects; all but further kinds of a colour.
+        suspicions: Hypotheses that one of the objects held is odd.
+    """
+
+    def __init__(
+        self,
+        memory: Memory,
+        objects: Mapping[str, Sequence[ComponentFeatures]],
+        felt: Mapping[str, FeltObject],
+        settings: Settings,
+        rng: np.random.Generator,
+    ) -> None:
+        """Recognises all objects.
+
+        Args:
+            memory: Belief about materials.
+            objects: Parts of all objects by name.
+            felt: Objects that were held, by name.
+            settings: Settings of the prior.
+            rng: Random generator of all samples.
+        """
+        prior = settings.prior
+        self._objects, self._felt, self._prior, self._rng = objects, felt, prior, rng
+        for parts in objects.values():
+            memory = memory.recall([part.appearance for part in parts], prior).memory
+        self._memory = memory
+        self._columns = {}
+        for name, parts in objects.items():
+            self._columns[name] = self._find_columns(parts)
+        if isinstance(memory, KindMemory):
+            self._belief = memory.kinds.belief
+            self.common = [memory.kinds.find_most_populous(colour) for colour in range(len(memory.colours))]
+            self.suspicions = self._suspect_members(memory)
+        else:
+            self._belief = memory.belief
+            self.common = list(range(memory.belief.size))
+            self.suspicions = self._suspect_objects()
+        self._own: dict[str, Array] = {}
+        self.mu = np.zeros((0, self._belief.size))
+
+    def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":
+        """Draws samples of all hypotheses by their probability, without an object if one is given; returns itself."""
+        self._own = {}
+        beliefs = [self._belief, *(each.belief for each in self.suspicions)]
+        weights = np.array([1.0, *(each.weight for each in self.suspicions)])
+        if suspicion is not None:
+            names = ["", *(each.name for each in self.suspicions)]
+            beliefs = [
+                belief if name == suspicion.name else suspicion.leave_out(belief) or suspicion.belief
+                for name, belief in zip(names, beliefs, strict=True)
+            ]
+        if len(beliefs) == 1:
+            self.mu = beliefs[0].draw_samples(self._rng, num_samples)
+            return self
+        chosen = self._rng.choice(len(beliefs), size=num_samples, p=weights / weights.sum())
+        self.mu = np.zeros((num_samples, self._belief.size))
+        for number, belief in enumerate(beliefs):
+            places = np.flatnonzero(chosen == number)
+            if len(places):
+                self.mu[places] = belief.draw_samples(self._rng, len(places))
+        return self
+
+    def draw_own(self, name: str) -> Array:
+        """Draws an object's own densities given its materials' means, (S, M); the same at every call."""
+        if name not in self._own:
+            sd = self._prior.deviation_sd
+            own = self.mu + sd * self._rng.standard_normal(self.mu.shape)
+            columns, felt = self._columns[name], self._felt.get(name)
+            chosen = list(dict.fromkeys(columns))
+            if self._is_odd(name):  # its densities are its own, and say nothing about the materials' means
+                parts = [part.appearance for part in self._objects[name]]
+                recollection = self._memory.recall(parts, self._prior)
+                drawn = recollection.densities.draw_samples(self._rng, len(own))
+                for part, column in zip(recollection.columns, columns, strict=True):
+                    own[:, column] = drawn[:, part]
+            elif felt is not None and len(felt.own.precision) == len(chosen):
+                covariance = np.linalg.inv(np.eye(len(chosen)) / sd**2 + felt.own.precision)
+                mean = (self.mu[:, chosen] / sd**2 + felt.own.information_vector) @ covariance
+                root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
+                own[:, chosen] = mean + self._rng.standard_normal(mean.shape) @ root.T
+            self._own[name] = np.maximum(own, 0.0)
+        return self._own[name]
+
+    def build_geometry(self, name: str, X_TG: Array | None = None) -> Geometry:
+        """Builds an object's geometry with a column for each material, in its own frame or in a grip's."""
+        geometry = measure_geometry(self._objects[name], self._columns[name], self._belief.size)
+        if X_TG is None:
+            return geometry
+        grip = build_transform_map(np.linalg.inv(X_TG))
+        return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
+
+    def draw_errors(self, geometry: Geometry) -> Array:
+        """Draws the errors of an object's measurements, (S, G)."""
+        return self._rng.standard_normal((len(self.mu), len(geometry.Phi_errors)))
+
+    def list_checks(self, suspicion: Suspicion) -> list[str]:
+        """Lists the objects of a suspicious one's materials that were not held."""
+        columns = set(suspicion.columns)
+        return [name for name, own in self._columns.items() if name not in self._felt and columns & set(own)]
+
+    def concerns(self, suspicion: Suspicion, names: Iterable[str]) -> bool:
+        """Returns True if one of the named objects has a material of a suspicious one."""
+        return any(set(suspicion.columns) & set(self._columns[name]) for name in names)
+
+    def _find_columns(self, parts: Sequence[ComponentFeatures]) -> list[int]:
+        """Finds the column of each part: its colour's, or that of the kind which the object is taken to be of."""
+        recollection = self._memory.recall([part.appearance for part in parts], self._prior)
+        if not isinstance(recollection.memory, KindMemory):
+            return list(recollection.columns)
+        assert recollection.memory.at_hand is not None  # as it was just recalled
+        kinds = [membership.kind for membership in recollection.memory.at_hand.known.memberships]
+        return [kinds[column] for column in recollection.columns]
+
+    def _is_odd(self, name: str) -> bool:
+        """Returns True if a learner with kinds holds an object for another kind than the most populous one."""
+        return not set(self._columns[name]) <= set(self.common)
+
+    def _suspect_objects(self) -> list[Suspicion]:
+        """Lists the objects held, with the belief that leaves each out."""
+        found = []
+        for name, felt in self._felt.items():
+            columns = [find_colour_index(self._memory.colours, colour) for colour in felt.colours]
+            known = tuple(column for column in columns if column is not None)
+            rest = _leave_out(self._belief, known, felt.shared) if len(known) == len(columns) else None
+            if rest is None:  # it has a colour of no object here, or the memory has not learned from it
+                continue
+            own = felt.own._replace(log_constant=0.0)
+            strange = EMPTY_BELIEF.extend(self._prior, len(known)).add_object_variation(self._prior.deviation_sd)
+            expected = rest.select(known).add_object_variation(self._prior.deviation_sd)
+            log_odds = np.log(ODD / (1.0 - ODD))
+            for each, sign in ((strange, 1.0), (expected, -1.0)):
+                log_odds += sign * each.compute_untruncated_log_evidence(own, each.condition(own))
+            weight = float(np.exp(min(log_odds, _MOST_LOG_ODDS)))
+            found.append(Suspicion(name, known, rest, weight, felt.shared))
+        return found
+
+    def _suspect_members(self, memory: KindMemory) -> list[Suspicion]:
+        """Lists the objects that are the only member of a colour's most populous kind, with its prior in place."""
+        found = []
+        counts = memory.kinds.count_objects()
+        for colour, kind in enumerate(self.common):
+            felt = {name: each for name, each in self._felt.items() if memory.colours[colour] in each.colours}
+            if counts[kind] != 1 or not felt:
+                continue
+            mean = self._belief.untruncated_mean.copy()
+            misses = {
+                name: abs(_find_density(each, memory.colours[colour]) - mean[kind]) for name, each in felt.items()
+            }
+            covariance = self._belief.covariance.copy()
+            covariance[kind] = covariance[:, kind] = 0.0
+            mean[kind], covariance[kind, kind] = memory.kinds.priors[kind].mean, memory.kinds.priors[kind].sd ** 2
+            belief = DensityBelief.from_moments(mean, covariance)
+            found.append(Suspicion(min(misses, key=lambda name: misses[name]), (kind,), belief, ODD / (1.0 - ODD)))
+        return found
+
+
+def _leave_out(belief: DensityBelief, columns: Sequence[int], shared: Likelihood) -> DensityBelief | None:
+    """Returns a belief without the likelihood of some of its densities; None if that was not part of it."""
+    precision, vector = belief.precision.copy(), belief.information_vector.copy()
+    precision[np.ix_(columns, columns)] -= shared.precision
+    vector[list(columns)] -= shared.information_vector
+    try:
+        return DensityBelief(precision, vector)
+    except BadArgumentError:
+        return None
+
+
+def _find_density(felt: FeltObject, colour: Colour) -> float:
+    """Finds the most probable density of an object's parts of a colour by what was felt alone, [kg/m^3]."""
+    densities = np.linalg.lstsq(felt.own.precision, felt.own.information_vector)[0]
+    return float(densities[felt.colours.index(colour)])

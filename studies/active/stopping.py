@@ -1,0 +1,145 @@
+"""Observers who hold what is advised until they are told to stop: drawn worlds, and worlds with one odd object."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief.density_belief import EMPTY_BELIEF
+from affordance.belief.kind_memory import start_memory as start_learner
+from affordance.belief.object_belief import FeltObject
+from affordance.choice.demand import Criterion
+from affordance.choice.next_hold import CERTAIN, HoldAdvice, advise_hold
+from affordance.objects.colour import Colour
+from affordance.reporting.statistics import estimate_proportion
+from studies.active import world as worlds
+
+# Samples of an advice, and pieces of stock that are doubled in worlds with an odd object.
+NUM_SAMPLES, _NUM_DOUBLED = 1000, 5
+# Reasons to stop: none within the holds that are allowed, as certain, or as nothing is worth its price.
+_REASONS = ("", "certain", "not worth its price")
+
+
+@dataclass(frozen=True)
+class StopConfig:
+    """Configuration of observers who hold until they are told to stop.
+
+    Attributes:
+        is_drawn: True where the materials' densities are drawn from the prior, false where they are the real ones.
+        has_decoy: True where there are two pieces of stock of each material, and one of all these is odd: it has the
+            density of another material.
+        doubts: True if observers say what they have felt, so that one of the objects may be odd.
+        most: Largest number of holds.
+        seed: Root of every random draw; worlds and errors are the same whether or not observers doubt.
+        tasks: Names of the tasks.
+    """
+
+    is_drawn: bool = False
+    has_decoy: bool = False
+    doubts: bool = True
+    most: int = 7
+    seed: int = 0
+    tasks: tuple[str, ...] = worlds.TASKS
+
+
+def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Lets an observer hold what is advised until it stops, and judges the choices that it makes then.
+
+    Returns: ``right``, (tasks,), by the true costs, nan where no option can do the task; ``p_best``, (tasks,), as
+        said; ``holds``; ``reason``, the place of the reason to stop among none, certain, and not worth its price;
+        and ``rests``, (tasks,), the number of objects on a single one of which a certain choice is said to rest.
+    """
+    rng = np.random.default_rng([config.seed, repeat, 1])
+    workshop = worlds.build_workshop(config.tasks)
+    if config.has_decoy:
+        workshop = double_stock(workshop)
+    true = worlds.draw_world(workshop, rng, draw_means(workshop, rng) if config.is_drawn else None)
+    if config.has_decoy:
+        true = swap_density(true, rng)
+    memory = worlds.start_memory(workshop, start_learner())
+    names = list(workshop.candidates)
+    felt: dict[str, FeltObject] = {}
+    left = list(names)
+    for number in range(config.most + 1):
+        advice = advise_hold(
+            [workshop.candidates[name] for name in left],
+            workshop.questions,
+            memory,
+            workshop.settings,
+            criterion=Criterion.WORK,
+            felt=felt if config.doubts else None,
+            num_samples=NUM_SAMPLES,
+            seed=int(np.random.default_rng([config.seed, repeat, 3, number]).integers(2**31)),
+        )
+        if advice.stop or number == config.most or len(left) == 1:
+            break
+        name = advice.check or (advice.pair[0] if advice.pair else advice.ranked[0].name)
+        left.remove(name)
+        seed = (config.seed, repeat, 4 + names.index(name))
+        memory, felt[name] = worlds.learn(workshop, name, true.densities[name], memory, seed)
+    return {
+        "right": np.array([_is_right(workshop, true, advice, task) for task in range(len(config.tasks))]),
+        "p_best": np.array([each.p_best for each in advice.decisions]),
+        "holds": np.array(len(felt)),
+        "reason": np.array(_REASONS.index(advice.stop)),
+        "rests": np.array([len(each.rests_on) for each in advice.decisions]),
+    }
+
+
+def double_stock(workshop: worlds.Workshop) -> worlds.Workshop:
+    """Returns the workshop with two pieces of stock of each of the tools' materials, and nothing else."""
+    stock = dict(list(workshop.candidates.items())[:_NUM_DOUBLED])
+    pattern = workshop.candidates["rod of cast steel"]
+    for name, tool in list(stock.items()):
+        material = tool.components[0].looks_like
+        second = replace(pattern.components[0], material=material, looks_like=material)
+        stock[f"second of {name}"] = replace(pattern, name=f"second of {name}", components=(second,))
+    return workshop._replace(candidates=stock)
+
+
+def swap_density(true: worlds.TrueWorld, rng: np.random.Generator) -> worlds.TrueWorld:
+    """Returns the world with one candidate, any, that has the density of one of another material."""
+    names = list(true.densities)
+    odd = names[int(rng.integers(len(names)))]
+    (colour,) = true.densities[odd]
+    others = [name for name in names if colour not in true.densities[name]]
+    (density,) = true.densities[others[int(rng.integers(len(others)))]].values()
+    return true._replace(densities={**true.densities, odd: {colour: density}})
+
+
+def draw_means(workshop: worlds.Workshop, rng: np.random.Generator) -> dict[Colour, float]:
+    """Draws the mean density of every material in the workshop from the prior."""
+    shown = {part.looks_like.colour for tool in workshop.candidates.values() for part in tool.components}
+    options = (option for question in workshop.questions for option in question.choice.options)
+    colours = sorted({*shown, *(part.colour for option in options for part in option.features)})
+    drawn = EMPTY_BELIEF.extend(workshop.settings.prior, len(colours)).draw_samples(rng, 1)[0]
+    return {colour: float(density) for colour, density in zip(colours, drawn, strict=True)}
+
+
+def describe_stops(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Describes the choices at the end, as in metrics.json; tasks that no option can do are not judged."""
+    judged = np.isfinite(arrays["right"])
+    certain = judged & (arrays["p_best"] >= CERTAIN)
+    checked = certain & (arrays["rests"] == 0)
+    found: dict[str, Any] = {
+        "choices": int(judged.sum()),
+        "stopped": float((arrays["reason"] > 0).mean()),
+        "certain": float(certain.sum() / judged.sum()),
+        "checked": float(checked.sum() / judged.sum()),
+        "holds": float(arrays["holds"].mean()),
+        "said": float(arrays["p_best"][certain].mean()),
+    }
+    for key, chosen in (("right", certain), ("right_checked", checked)):
+        share = estimate_proportion(np.array([arrays["right"][chosen].sum()]), max(int(chosen.sum()), 1))
+        found |= {key: float(share.mean[0]), f"{key}_ci95": share.ci95[0].tolist()}
+    return found
+
+
+def _is_right(workshop: worlds.Workshop, true: worlds.TrueWorld, advice: HoldAdvice, task: int) -> float:
+    costs = true.costs[advice.decisions[task].name]
+    if not np.isfinite(costs).any():
+        return float("nan")
+    options = [option.name for option in workshop.questions[task].choice.options]
+    return float(costs[options.index(advice.decisions[task].best)] <= costs[np.isfinite(costs)].min())
