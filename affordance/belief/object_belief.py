@@ -7,7 +7,6 @@ only; the initial memory determines the learner of an observer (``MaterialMemory
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -198,11 +197,6 @@ class ObjectBelief:
     def compute_parameters(self, rho: Array) -> Array:
         """Computes the inertial parameters pi = Phi rho, shape (10,), or (N, 10) for rho of shape (N, M)."""
         return rho @ self.geometry.Phi.T
-
-    @cached_property
-    def parameter_mean(self) -> Array:
-        """Predictive mean of pi, shape (10,)."""
-        return self.compute_parameters(self.densities.compute_mean())
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws pi from its predictive distribution, with errors of geometry, shape (num_samples, 10)."""

@@ -10,7 +10,7 @@ from affordance.control.problem import TerminalGoal
 from affordance.plant.arm_model import ArmModel
 
 # Directions in which F moves less than this per radian of the joints are not tracked in velocity: a straight arm has
-# one, [m].
+# one, [m] (and [rad] where a task has directions to turn in).
 _DAMPING = 0.01
 
 
@@ -56,8 +56,11 @@ class PathFollowing:
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
         q_end = q + horizon * v
         model.set_state(np.concatenate([q_end, v]))
+        J, miss, rate = self._compare(model, *self.compute_reference(time + horizon))
+        v_least = J.T @ np.linalg.solve(J @ J.T + _DAMPING**2 * np.eye(len(J)), rate)
+        return TerminalGoal(J, miss + J @ q_end, self._every_joint, v_least)
+
+    def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
+        """Returns F's Jacobian, (3, num_joints), its displacement to the reference, and the rate demanded, (3,)."""
         p_WF = model.compute_point_position(self._p_TF)
-        J = model.compute_point_jacobian(self._p_TF)
-        p_WFend, v_WFend = self.compute_reference(time + horizon)
-        v_least = J.T @ np.linalg.solve(J @ J.T + _DAMPING**2 * np.eye(3), v_WFend)
-        return TerminalGoal(J, p_WFend - p_WF + J @ q_end, self._every_joint, v_least)
+        return model.compute_point_jacobian(self._p_TF), p_WFend - p_WF, v_WFend

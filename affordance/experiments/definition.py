@@ -2,9 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Self, cast
+from typing import Any, ClassVar, Self
 
 from matplotlib.figure import Figure
 from pydrake.systems.framework import Diagram
@@ -70,11 +70,6 @@ class Experiment(ABC):
     def files_read(self) -> tuple[Path, ...]:
         """Files read during the run, other than the arm's, whose content is not part of the configuration."""
         return ()
-
-    def with_settings(self, settings: Settings) -> Self:
-        """Returns the experiment with other settings."""
-        changed: Self = replace(cast(Any, self), settings=settings)
-        return changed
 
     def split(self) -> Sequence[tuple[str, Self]]:
         """Splits the experiment into parts with repeats of their own, each with a prefix for the names of its arrays.

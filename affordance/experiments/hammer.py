@@ -63,15 +63,6 @@ _MEASURES: Mapping[str, Callable[[Blow], float]] = {
 OF_BLOWS = tuple(_MEASURES)
 
 
-def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
-    """Lists the blows that were planned for a choice, by grip."""
-    found = {}
-    for option, cost in zip(choice.options, choice.cost_models, strict=True):
-        assert isinstance(cost, BlowCost)  # as built by a Hammer
-        found[option.grip] = cost
-    return found
-
-
 @dataclass(frozen=True)
 class Hammering(ChoiceTask):
     """Choice of a grip for a blow, whose contact is simulated.

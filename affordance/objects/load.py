@@ -254,17 +254,6 @@ def list_materials(path: StrPath) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for name in named if name is not None))
 
 
-def load_workshop_materials(models: Path = MODELS) -> dict[str, Material]:
-    """Loads the materials that workshop tools are made of, by name, in the order of the materials file.
-
-    They are those that an observer who knows workshop tools recognises by sight.
-
-    Raises:
-        BadValueError: A file is wrong; the message gives file and reason.
-    """
-    return select_known(load_materials(models / "materials.yaml"), (), models)
-
-
 def select_known(
     materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
 ) -> dict[str, Material]:

@@ -12,6 +12,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
+from affordance.choice.inner_simulation import Choice
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer import measure_blows
@@ -37,6 +38,15 @@ _LOG = logging.getLogger(__name__)
 _MAP_FORCES, _MAP_DENSITIES = 80, 60
 _MAP_MIN_FORCE, _MAP_MAX_FORCE = 1.02, 2.0
 _MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_BEYOND = 300.0, 11_340.0, 1.1
+
+
+def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
+    """Lists the blows that were planned for a choice, by grip."""
+    found = {}
+    for option, cost in zip(choice.options, choice.cost_models, strict=True):
+        assert isinstance(cost, BlowCost)  # as built by a Hammer
+        found[option.grip] = cost
+    return found
 
 
 class HammerStudy(NamedTuple):

@@ -29,6 +29,7 @@ from affordance.objects.tool import list_densities
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
@@ -72,7 +73,7 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     for trial, index in enumerate(order):
         observer.hold(held.tools[index], (seed, repeat, trial))
         memories.append(observer.memory)
-    tests = config.com.run_test_pass(memories[-1], repeat)
+    tests = run_test_pass(config.com, memories[-1], repeat)
     errors = np.array([_measure_errors(config, index, memories[-1]) for index in range(len(held.tools))])
     chosen = {
         task: np.array(
@@ -92,6 +93,12 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "mass_error": errors[:, 0],
         "com_error": errors[:, 1],
     }
+
+
+def run_test_pass(com: PresentationExperiment, memory: Memory, repeat: int) -> list[TrialRecord]:
+    """Presents the objects of all blocks but the first under the given memory; returns the records."""
+    drawn = [each for each in com.draw_presentations(repeat) if each.block]
+    return [each.record for each in com.means.present(com, memory, drawn, repeat) if each.record is not None]
 
 
 def run(com: PresentationExperiment, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:

@@ -13,7 +13,6 @@ import numpy as np
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
@@ -22,6 +21,7 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
+from studies.hammering.blows import list_blow_costs
 from studies.hammering.least_work import plan_least_work
 from studies.robustness.assumptions import Setting
 from studies.robustness.build import HOLD_DURATION, World, build_world

@@ -121,7 +121,7 @@ def _measure(
         "parameters_true": np.tile([tool.parameters for tool in tools], (len(memories), 1, 1)),
     }
     experiment = load_hold_experiment(name)
-    experiment = experiment.with_tools(tools, experiment.objects.groups)
+    experiment = replace(experiment, objects=experiment.objects._replace(tools=tuple(tools)))
 
     def hold(tolerance: float | None) -> Held:
         held = tuple(

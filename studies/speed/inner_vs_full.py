@@ -27,7 +27,6 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
@@ -38,6 +37,7 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
+from studies.hammering.blows import list_blow_costs
 from studies.study import format_table
 
 BOUND, LEAST_SAME = 0.02, 0.98

@@ -18,8 +18,8 @@ from affordance.exceptions import BadValueError
 from affordance.files.constraints import Vector, Within
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import parameters_from_pseudo_inertia
-from affordance.objects.load import load_tools, load_workshop_materials
-from affordance.objects.materials import Material
+from affordance.objects.load import load_tools, select_known
+from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 
 # Tools on which every choice was made; the other ten were looked at once, at the end.
@@ -83,6 +83,15 @@ class _InertiaFile(DataModel):
     OBJECT: _InertiaEntry
 
 
+def load_known_materials(models: Path) -> dict[str, Material]:
+    """Loads the materials that an observer who knows workshop tools recognises by sight, by name.
+
+    Raises:
+        BadValueError: A file is wrong; the message gives file and reason.
+    """
+    return select_known(load_materials(models / MATERIALS.name), (), models)
+
+
 @dataclass(frozen=True)
 class DataSet:
     """User's clone of the data set.
@@ -100,7 +109,7 @@ class DataSet:
     @cached_property
     def materials(self) -> dict[str, Material]:
         """Materials of the tools, by name."""
-        return load_workshop_materials(self.models)
+        return load_known_materials(self.models)
 
     @cached_property
     def tools(self) -> dict[str, Tool]:

@@ -19,14 +19,14 @@ from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_drawn_options, list_seen_options
 from affordance.control.timed_path import load_path
-from affordance.objects.load import load_tools, load_workshop_materials
+from affordance.objects.load import load_tools
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.vision.pixels.camera_sensor import get_turning_stand
 from studies.tools.blows import CheckedBlow, check_blows
-from studies.tools.data_set import DataSet, Deviation, Half, measure_parity
+from studies.tools.data_set import DataSet, Deviation, Half, load_known_materials, measure_parity
 from studies.tools.first_touch import Prediction, Score, Truth, score
 from studies.tools.holds import gain_experience
 from studies.tools.observer import Predictions, ToolsConfig, read_truth_in_hand, run_observer
@@ -110,7 +110,7 @@ def run(config: ToolsConfig) -> ToolsResult:
         AffordanceError: A file is wrong, or a task cannot be done; the message gives file and reason.
     """
     folder, settings = config.models / "workshop", config.settings
-    materials = load_workshop_materials(config.models)
+    materials = load_known_materials(config.models)
     data = None if config.data is None else DataSet(config.data, config.models, config.halves)
     if data is not None:
         data.check()

@@ -26,7 +26,7 @@ def measure_miss(model, carrying, q, time):
     model.set_posture(q)
     X_WH = model.compute_hand_pose()
     p_WH, _ = carrying.compute_reference(time)
-    turn = Rotation.from_matrix(X_WH.rotation().matrix() @ carrying._X_WHstart[:3, :3].T).magnitude()
+    turn = Rotation.from_matrix(X_WH.rotation().matrix() @ carrying._R_WHstart.T).magnitude()
     return float(np.linalg.norm(X_WH.translation() - p_WH)), float(turn)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
-from helpers.short_holds import shorten
+from helpers.short_holds import shorten, with_tools
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
@@ -20,6 +20,7 @@ from affordance.experiments.shared.gain_experience import collect_experience, ga
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
+from studies.learners.honest_objects import run_test_pass
 
 SHAPES = {
     "mass_true": (3,),
@@ -87,7 +88,7 @@ def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
 
 def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, caplog):
     faults = dataclasses.replace(experiment.settings, faults=Faults(drop_probability=1.0))
-    faulty = shorten(experiment, 0.3, repetitions=1).with_settings(faults)
+    faulty = dataclasses.replace(shorten(experiment, 0.3, repetitions=1), settings=faults)
     run_experiment(faulty, None, tmp_path / "com", repeats=1, jobs=1)
     numbers = json.loads((tmp_path / "com" / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["samples_rejected_test"] == [3, 3, 3]
@@ -167,11 +168,11 @@ def test_nothing_is_learned_in_the_test_pass(experiment):
     """Who is unsure would learn a lot; the objects move alike in whichever order they are held."""
     held = shorten(experiment, 0.3)
     first, second, decoy = held.tools
-    turned = held.with_tools((second, first, decoy), held.objects.groups)
+    turned = with_tools(held, (second, first, decoy))
     unsure = DensityBelief.from_moments(np.array([3e3, 3e3]), 2e3**2 * np.eye(2))
     memory = MaterialMemory(held.colours, unsure)
-    first, second, decoy = held.run_test_pass(memory, 0)
-    others = turned.run_test_pass(memory, 0)
+    first, second, decoy = run_test_pass(held, memory, 0)
+    others = run_test_pass(turned, memory, 0)
     for record, other in zip((second, first, decoy), others, strict=True):
         np.testing.assert_array_equal(record.q, other.q)
         np.testing.assert_array_equal(record.tau, other.tau)

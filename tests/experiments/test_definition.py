@@ -38,8 +38,6 @@ def test_observers_share_nothing_learn_nothing_and_are_a_repeat_each(tmp_path):
     assert bare.count_repeats(7) == 7
     assert bare.split() == [("", bare)]
     assert (bare.unit, bare.report, bare.tools_observed, bare.files_read) == ("observer", None, (), ())
-    slower = dataclasses.replace(DEFAULT_SETTINGS, learns_from_outliers=False)
-    assert bare.with_settings(slower) == Bare(slower)
 
 
 def test_experiment_without_its_own_steps_is_none():

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from helpers.other_settings import with_settings
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
 from helpers.slow_arm import make_slow_models
@@ -105,7 +106,7 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan, m
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    again = dataclasses.replace(experiment.with_settings(settings), novel=experiment.novel[:1]).plan(jobs=1)
+    again = dataclasses.replace(with_settings(experiment, settings), novel=experiment.novel[:1]).plan(jobs=1)
     for grip, blow in plan.simulated["stick"].items():
         other = again.simulated["stick"][grip]
         assert (other.work, other.force) == (blow.work, blow.force)

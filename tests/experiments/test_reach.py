@@ -6,6 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
+from helpers.other_settings import with_settings
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, make_folder_once
@@ -77,7 +78,7 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    again = experiment.with_settings(settings).simulate(plan.costs, jobs=1)
+    again = with_settings(experiment, settings).simulate(plan.costs, jobs=1)
     for tool, simulated in plan.simulated.items():
         for grip, rollout in simulated.items():
             assert (again[tool][grip].work, again[tool][grip].error) == (rollout.work, rollout.error)

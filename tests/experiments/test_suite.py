@@ -5,6 +5,7 @@ import pickle
 import shutil
 
 import pytest
+from helpers.other_settings import with_settings
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
@@ -236,7 +237,7 @@ def test_all_experiments_share_arm_noise_prior_and_controller(name):
 def test_experiment_can_be_pickled_and_given_other_settings(name):
     experiment = suite.load_experiment(name, MODELS, 5, DEFAULT_SETTINGS)
     finer = dataclasses.replace(DEFAULT_SETTINGS, control_period=0.004)
-    other = experiment.with_settings(finer)
+    other = with_settings(experiment, finer)
     assert other.settings == finer
     assert experiment.settings == DEFAULT_SETTINGS
     again = pickle.loads(pickle.dumps(other))

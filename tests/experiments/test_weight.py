@@ -13,7 +13,7 @@ import pytest
 import xarray
 from helpers.results_files import DOCS, check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
-from helpers.short_holds import shorten
+from helpers.short_holds import shorten, with_tools
 
 from affordance.exceptions import ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
@@ -139,7 +139,7 @@ def test_section_says_met_or_not_of_every_claim(weight, folder, numbers):
 def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):
     section = render(weight, None, numbers)
     assert "looks like the last one and is made of beech" in section.summary
-    shuffled = weight.with_tools((*weight.tools[3::-1], weight.tools[-1]), weight.objects.groups)
+    shuffled = with_tools(weight, (*weight.tools[3::-1], weight.tools[-1]))
     assert "looks like brass and is made of beech" in render(shuffled, None, numbers).summary
 
 
@@ -205,7 +205,7 @@ def test_more_objects_than_colours_are_drawn(weight):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
     groups = {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
-    experiment = shorten(weight.with_tools((*many, decoy), groups), 0.1)
+    experiment = shorten(with_tools(weight, (*many, decoy), groups=groups), 0.1)
     runs = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
     arrays = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
     shown = experiment.show(None, None, arrays, experiment.compute_metrics(None, None, arrays))

@@ -18,7 +18,6 @@ from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
-from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.model_folder import MODELS
@@ -32,6 +31,7 @@ from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
+from studies.hammering.blows import list_blow_costs
 from studies.learners import decoy_again
 from studies.learners.command import list_facts
 from studies.people.fit import load_groups
@@ -79,7 +79,7 @@ ONE_KIND, OWN_KINDS = 8.0, 0.02
 @functools.cache
 def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
     """Simulation I or II by two observers."""
-    experiment = shorten(load_hold_experiment(name).with_settings(settings), _HELD[name])
+    experiment = shorten(dataclasses.replace(load_hold_experiment(name), settings=settings), _HELD[name])
     with tempfile.TemporaryDirectory() as folder:
         experience = experiment.gain_experience(Path(folder), repeats=_HOLDERS, jobs=1)
     runs = [experiment.run_observer(None, experience, repeat) for repeat in range(_HOLDERS)]

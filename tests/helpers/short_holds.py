@@ -1,8 +1,16 @@
-"""Experiments of presentations with shorter and fewer holds."""
+"""Experiments of presentations with shorter and fewer holds, or other objects."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from affordance.experiments.shared.presented import PresentationExperiment
+from affordance.objects.tool import Tool
+
+
+def with_tools(experiment: PresentationExperiment, tools: Sequence[Tool], **changes: Any) -> PresentationExperiment:
+    """Returns the experiment with other objects, and other ``groups`` if these are given."""
+    return replace(experiment, objects=experiment.objects._replace(tools=tuple(tools), **changes))
 
 
 def shorten(

@@ -126,7 +126,7 @@ def test_key_changes_with_configuration_and_models(weight, tmp_path):
     assert compute_key(weight, MODELS) == key
     assert compute_key(dataclasses.replace(weight, seed=1), MODELS) != key
     finer = dataclasses.replace(weight.settings, control_period=0.004)
-    assert compute_key(weight.with_settings(finer), MODELS) != key
+    assert compute_key(dataclasses.replace(weight, settings=finer), MODELS) != key
     copy = tmp_path / "models"
     shutil.copytree(MODELS, copy)
     assert compute_key(weight, copy) == key

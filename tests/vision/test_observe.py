@@ -51,7 +51,8 @@ def test_features_from_pictures_are_those_of_the_grip_in_the_hand():
     by_wood, by_steel = (STICK.gripped_by(grip) for grip in STICK.grips)
     for tool in (by_wood, by_steel):
         belief = predict_object(take_features(tool), EXPERT, PIXELS.prior)
-        com = belief.parameter_mean[1:4] / belief.parameter_mean[0]
+        mean = belief.compute_parameters(belief.densities.compute_mean())
+        com = mean[1:4] / mean[0]
         np.testing.assert_allclose(com, tool.p_TTcm, atol=0.004)
 
 

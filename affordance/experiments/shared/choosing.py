@@ -91,10 +91,6 @@ class ChoiceExperiment(Experiment):
         """Novel tools, which the camera sees."""
         return self.novel
 
-    def with_settings(self, settings: Settings) -> "ChoiceExperiment":
-        """Returns the experiment with other settings."""
-        return replace(self, experience=replace(self.experience, settings=settings))
-
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
         """Lets observers hold the objects that they learn from."""
         return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)

@@ -40,7 +40,6 @@ from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.trial import begin_memory
-from affordance.simulation.trial_record import TrialRecord
 
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
@@ -166,10 +165,6 @@ class PresentationExperiment(Experiment):
         """Returns the experiment with other learners."""
         return replace(self, learners=tuple(learners), settings=replace(self.settings, learner=learners[0]))
 
-    def with_tools(self, tools: Sequence[Tool], groups: Mapping[str, Sequence[int]]) -> "PresentationExperiment":
-        """Returns the experiment with other objects."""
-        return replace(self, objects=ProtocolObjects(tuple(tools), groups, self.objects.path))
-
     def split(self) -> list[tuple[str, "PresentationExperiment"]]:
         """Returns one experiment per learner, with the prefix of the names of its arrays; see ``select``."""
         return [
@@ -210,12 +205,6 @@ class PresentationExperiment(Experiment):
         if not self.means.is_closed_form:  # which reports the densities of all colours
             memory = memory.add_colours(self.colours, self.settings.prior).restrict_to(self.colours)
         return self.means.present(self, memory, drawn, repeat)
-
-    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
-        """Presents the objects of all blocks but the first under the given memory; returns the records."""
-        drawn = [each for each in self.draw_presentations(repeat) if each.block]
-        presented = self.means.present(self, memory, drawn, repeat)
-        return [each.record for each in presented if each.record is not None]
 
     def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with the first learner.
