@@ -12,7 +12,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_observers
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.files.atomic import write_json
+from affordance.files.atomic import to_plain, write_json
 from affordance.protocols.people import list_spreads
 from affordance.reporting.learner_predictions import Contrast, Prediction, Spread, contrast_learners, summarise
 from affordance.runs.repeats import list_versions, prepare_folder
@@ -117,22 +117,12 @@ def _describe(
         for number, by_learner in predictions.items()
     }
     compared = [
-        {
-            "number": contrast.measure,
-            "learners": [learner.value for learner in contrast.learners],
-            "difference": contrast.difference,
-            "effect": contrast.effect,
-            "superiority": contrast.superiority,
-            "num_people": contrast.num_people,
-            "is_of_people": contrast.is_of_people,
-        }
+        {{"measure": "number"}.get(name, name): value for name, value in contrast._asdict().items()}
         for contrast in contrasts
     ]
-    people = {number: spread._asdict() for number, spread in spreads.items()}
-    content: dict[str, Any] = _keep_finite(
-        {"numbers": numbers, "contrasts": compared, "spread_between_people": people}
-    )
-    return content
+    content = to_plain({"numbers": numbers, "contrasts": compared, "spread_between_people": spreads})
+    finite: dict[str, Any] = _keep_finite(content)
+    return finite
 
 
 def _keep_finite(value: Any) -> Any:
@@ -141,6 +131,4 @@ def _keep_finite(value: Any) -> Any:
         return {name: _keep_finite(entry) for name, entry in value.items()}
     if isinstance(value, list):
         return [_keep_finite(entry) for entry in value]
-    if isinstance(value, np.ndarray):
-        return _keep_finite(value.tolist())
     return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -94,7 +94,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     if joint.get("type") == "fixed":  # whatever else its file says of it
         remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
-    axis, origin, kind = joint.find("axis"), joint.find("origin"), joint.get("type", "")
+    axis, kind = joint.find("axis"), joint.get("type", "")
     follows = None
     if mimic is not None:
         follows = Mimic(
@@ -102,8 +102,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    for attribute in ("xyz", "rpy"):  # only checked to be numbers; Drake reads them
-        numbers.parse(get_attribute(origin, attribute), f"{key}.origin.{attribute}", 3, _NO_PLACE)
+    _read_pose(joint, numbers, key)  # only checked to be numbers; Drake reads them
     bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
     if kind == "continuous":  # unlimited, whatever its limit element says
         bounds.update(lower=None, upper=None)
@@ -130,10 +129,17 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     )
 
 
+def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Reads the position of an element, and its roll, pitch and yaw."""
+    origin = element.find("origin")
+    xyz, rpy = (
+        numbers.parse(get_attribute(origin, name), f"{key}.origin.{name}", 3, _NO_PLACE) for name in ("xyz", "rpy")
+    )
+    return xyz, rpy
+
+
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
-    origin, moments = inertial.find("origin"), inertial.find("inertia")
-    place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
-    rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
+    moments, (place, rpy) = inertial.find("inertia"), _read_pose(inertial, numbers, key)
     values = tuple(numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in MOMENTS)
     mass = numbers.parse_one(get_attribute(inertial.find("mass"), "value"), f"{key}.mass", 0.0)
     return Inertial(mass, place, rpy, values)
@@ -153,12 +159,11 @@ def _read_visual(
     element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
     """Reads a shape; None for one that is not imported."""
-    geometry, origin, key = element.find("geometry"), element.find("origin"), f"link {link}.visual"
+    geometry, key = element.find("geometry"), f"link {link}.visual"
     if geometry is None or not len(geometry):
         return None
     shape = geometry[0]
-    place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
-    rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
+    place, rpy = _read_pose(element, numbers, key)
     material = element.find("material")
     colour = colours.get(get_attribute(material, "name") or "")
     if material is not None and material.find("color") is not None:
