@@ -12,7 +12,7 @@ from affordance.vision.pixels.seen_tool import observe_tool
 
 
 def list_seen_options(tools: Sequence[Tool], stand: CameraSensor, seed: int) -> list[Option]:
-    """Lists the options from two pictures of each tool.
+    """Lists the options from pictures of each tool from six sides.
 
     Raises:
         SeeingError: The features cannot be extracted from the pictures.

@@ -16,7 +16,6 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
-from affordance.choice.options import Option
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import plan_options, weigh
 from affordance.files.model_folder import MODELS
@@ -118,31 +117,42 @@ def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
 def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
-    Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``covered``, (levels, tools); ``spread``, the excess
-        cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). Not a number where no
-        option can do the task with the true inertias.
+    Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
+        exactly, (tasks, criteria, 2); ``covered``, (levels, tools); ``spread``, the excess cost of the dearest usable
+        option over the cheapest, as a fraction, (tasks, criteria). Not a number where no option can do the task with
+        the true inertias.
     """
     bench = build_bench(config)
     rng, truths, memories = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
-    # Masses are predicted from looks of the observer's own, which need no plan.
-    own = list_own_options(bench, 1 + repeat + 1000 * config.seed)
-    seen = Choice(own, [bench.choices["reach"].cost_models[0]] * len(own), bench.settings)
+    informed = inform(bench)
     for level, number in enumerate(LEVELS.values()):
         memory = memories[number]
         for i, task in enumerate(TASKS):
             for j, criterion in enumerate(CRITERIA):
                 judged = judge(bench.choices[task], bench.tasks[task], memory, truths, criterion, _SAMPLES, rng)
                 right[level, i, j], regret[level, i, j] = judged
-        covered[level] = is_mass_covered(seen, memory, truths, rng)
+        covered[level] = is_mass_covered(bench.choices["reach"], memory, truths, rng)
+    known = [
+        [judge(bench.choices[task], bench.tasks[task], informed, truths, each, _SAMPLES, rng) for each in CRITERIA]
+        for task in TASKS
+    ]
     spread = [[_find_spread(bench.choices[task], truths, each) for each in CRITERIA] for task in TASKS]
-    return {"right": right, "regret": regret, "covered": covered, "spread": np.array(spread)}
+    return {
+        "right": right,
+        "regret": regret,
+        "covered": covered,
+        "spread": np.array(spread),
+        "known": np.array(known),
+    }
 
 
-def list_own_options(bench: Bench, seed: int) -> list[Option]:
-    """Lists the options of one observer, who looks at the tools by itself."""
-    return list_tool_options(bench.tools, by_sight=True, seed=seed)
+def inform(bench: Bench) -> Memory:
+    """Returns the memory of an observer that knows every material, not what a piece or a tool deviates from it."""
+    return MaterialMemory.from_densities(
+        {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
+    )
 
 
 def _find_spread(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> float:
@@ -162,10 +172,13 @@ def describe_robot(
     """
     best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
     right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
+    known = np.nanmean(arrays["known"][:, :, best], axis=1)
     metrics = {
         "by": CRITERIA[best].value,
         "right": {name: float(right[:, i].mean()) for i, name in enumerate(LEVELS)},
         "regret": {name: float(regret[:, i].mean()) for i, name in enumerate(LEVELS)},
+        "right_if_known": float(known[:, 0].mean()),
+        "regret_if_known": float(known[:, 1].mean()),
         "coverage_mass": float(arrays["covered"][:, -1].mean()),
         "coverage_by_experience": {name: float(arrays["covered"][:, i].mean()) for i, name in enumerate(LEVELS)},
     }

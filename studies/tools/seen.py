@@ -19,7 +19,7 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.pixels.camera_sensor import CameraSensor
+from affordance.vision.pixels.camera_sensor import CameraSensor, find_presented_pose
 from affordance.vision.pixels.looks import COLOUR_SD, Look
 from affordance.vision.pixels.seen_tool import Method, detect_tool
 
@@ -61,7 +61,7 @@ def measure_all(
         for source, method in _METHODS.items():
             if source in sources:
                 seen = both if method is Method.TWO_VIEWS else one
-                found[source] = seen.compute_features(method, np.eye(4))
+                found[source] = seen.compute_features(method, find_presented_pose(tool))
     return found
 
 

@@ -44,7 +44,6 @@ def run_lives(*, repeats: int = 3, mixed_up: bool = False) -> dict[str, Any]:
         levels = {"before": 0, "after_1": 1, "after_2": 2, "after_5": len(_PIECES)}
         for module in (study, lives):
             patch.setattr(module, "LEVELS", levels)
-        patch.setattr(study, "list_own_options", lambda bench, seed: list_drawn_options(bench.tools))
         if mixed_up:
             draw = lives.draw_truth
 

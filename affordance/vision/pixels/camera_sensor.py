@@ -1,8 +1,8 @@
 """Camera over a stand: pictures of an object as it lies there, or from two sides, for which it is turned over.
 
-Frame P is the object's as it is presented from two sides: that of its first grip, whose Gz points out of the plane in
-which a tool lies flat, or T without a grip. In the second view it is turned over about Px. Its lowest point always
-lies on the stand, and its pose is known from the hand that puts it there.
+Frame P is the object's as it is presented: that of its first grip, or T without a grip, with axes renamed so that Pz
+is out of the plane in which the object lies flat. In the second view it is turned over about Px. Its lowest point
+always lies on the stand, and its pose is known from the hand that puts it there.
 """
 
 import functools
@@ -17,7 +17,7 @@ from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.pipeline import Detection, detect_parts
 from affordance.vision.pixels.rgbd import Camera, Labels, Picture
-from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render, render_labels
+from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, find_box, render, render_labels
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Twice the pixels of the first Kinect and two thirds of its distance: half a millimetre per pixel. The noise is in
@@ -25,6 +25,10 @@ from affordance.vision.pixels.sensor_noise import SensorNoise
 TURNING_RIG = Rig(camera=Camera(width=1280, height=960, focal_length=1178.8), height=0.6)
 # Half a turn about Px.
 _TURN = np.diag([1.0, -1.0, -1.0, 1.0])
+# Share of its extent along another axis below which an object lies along that axis rather than along Gz.
+_FLATTER = 0.9
+# Rotations after which Px points up, and Py.
+UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]))
 
 
 class Photograph(NamedTuple):
@@ -33,10 +37,12 @@ class Photograph(NamedTuple):
     Attributes:
         picture: Colour and depth picture.
         X_PC: Pose of the camera in the presented object, shape (4, 4).
+        stand_depth: Depth of the stand's top, [m].
     """
 
     picture: Picture
     X_PC: Array
+    stand_depth: float
 
 
 class CameraSensor:
@@ -48,11 +54,13 @@ class CameraSensor:
         self.noise = noise
         self._renderings: dict[tuple[object, ...], Picture] = {}
 
-    def render(self, tool: Tool) -> Picture:
-        """Renders the picture of an object without noise."""
-        if tool.appearance not in self._renderings:
-            self._renderings[tool.appearance] = render(tool, self.rig)
-        return self._renderings[tool.appearance]
+    def render(self, tool: Tool, rig: Rig | None = None) -> Picture:
+        """Renders the picture of an object without noise, on this stand or that of a rig."""
+        rig = rig or self.rig
+        key = (rig, *tool.appearance)
+        if key not in self._renderings:
+            self._renderings[key] = render(tool, rig)
+        return self._renderings[key]
 
     def render_labels(self, tool: Tool) -> tuple[Labels, Labels]:
         """Renders the index of the part that each pixel of two sides shows, -1 for none; not for inference."""
@@ -65,11 +73,29 @@ class CameraSensor:
 
     def take_pictures(self, tool: Tool, rng: np.random.Generator) -> tuple[Photograph, Photograph]:
         """Takes a picture of an object from either side, with new noise."""
-        presented, turned = present(tool)
-        above, below = self.take_image(presented, rng), self.take_image(turned, rng)
+        return self._take_pair(present(tool), self.rig, rng)
+
+    def take_sides(self, tool: Tool, rng: np.random.Generator) -> tuple[tuple[Photograph, Photograph], ...]:
+        """Takes pictures of an object that stands upright along each axis of ``UPRIGHT``, from either end.
+
+        The camera is raised by the object's height. Its poses are those in the rotated frame.
+        """
+        pairs = []
+        for R in UPRIGHT:
+            presented, turned = present(tool, R)
+            low, high = find_box(presented)
+            rig = replace(self.rig, height=self.rig.height + float(high[2] - low[2]))
+            pairs.append(self._take_pair((presented, turned), rig, rng))
+        return tuple(pairs)
+
+    def _take_pair(
+        self, shown: tuple[Tool, Tool], rig: Rig, rng: np.random.Generator
+    ) -> tuple[Photograph, Photograph]:
+        """Takes pictures of an object and of the same turned over."""
+        above, below = (self.noise.add_to(self.render(each, rig), rig.camera, rng) for each in shown)
         return (
-            Photograph(above, self.rig.compute_camera_pose(presented)),
-            Photograph(below, _TURN @ self.rig.compute_camera_pose(turned)),
+            Photograph(above, rig.compute_camera_pose(shown[0]), rig.height),
+            Photograph(below, _TURN @ rig.compute_camera_pose(shown[1]), rig.height),
         )
 
     def detect_parts(self, picture: Picture) -> Detection:
@@ -83,15 +109,26 @@ class CameraSensor:
 
 
 def find_presented_pose(tool: Tool) -> Array:
-    """Returns the pose X_TP in which an object is presented, shape (4, 4)."""
-    return tool.grips[0].X_TG if tool.grips else np.eye(4)
+    """Returns the pose X_TP in which an object is presented, (4, 4): flat, Pz along its least extent."""
+    X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
+    low, high = find_box(_move(tool, np.linalg.inv(X_TP)))
+    extents = high - low
+    flat = int(np.argmin(extents))
+    if extents[flat] < _FLATTER * extents[2]:
+        X_TP[:3, :3] = X_TP[:3, :3] @ UPRIGHT[flat].T
+    return X_TP
 
 
-def present(tool: Tool) -> tuple[Tool, Tool]:
-    """Returns the object in the frame P, and turned over."""
-    presented = tool.gripped_by(tool.grips[0]) if tool.grips else tool
-    turned = tuple(replace(part, X_TE=_TURN @ part.X_TE) for part in presented.components)
-    return presented, replace(presented, components=turned)
+def present(tool: Tool, R: Array | None = None) -> tuple[Tool, Tool]:
+    """Returns the object in the frame P, or rotated by R, (3, 3), and turned over."""
+    X = np.eye(4)
+    X[:3, :3] = np.eye(3) if R is None else R
+    presented = _move(tool, X @ np.linalg.inv(find_presented_pose(tool)))
+    return presented, _move(presented, _TURN)
+
+
+def _move(tool: Tool, X: Array) -> Tool:
+    return replace(tool, components=tuple(replace(part, X_TE=X @ part.X_TE) for part in tool.components))
 
 
 def needs_turning(tool: Tool) -> bool:

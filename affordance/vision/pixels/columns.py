@@ -47,7 +47,7 @@ class View(NamedTuple):
     X_PC: Array
 
 
-class _Sheet(NamedTuple):
+class Sheet(NamedTuple):
     """Surface on the grid: mask, height, [m], and index of the look, (rows, columns) each."""
 
     there: Mask
@@ -57,8 +57,7 @@ class _Sheet(NamedTuple):
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
     """Builds the solid of each look between two views from opposite sides, by the look's index; posed in P."""
-    x, y = _lay_grid([above, below])
-    sheets = [_look_up(view, x, y) for view in (above, below)]
+    x, y, sheets = find_sheets([above, below])
     # At the outline the two views may disagree: a column that only one of them shows counts half.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
@@ -76,14 +75,19 @@ def build_mirrored_columns(above: View, stand_height: float) -> dict[int, Column
         above: View from above.
         stand_height: Position of the stand's top along Pz, [m].
     """
-    x, y = _lay_grid([above])
-    sheet = _look_up(above, x, y)
+    x, y, (sheet,) = find_sheets([above])
     top = spread_nearest(sheet.height, sheet.there)
     height = float(np.percentile(top[sheet.there], _HEIGHT_PERCENTILE)) - stand_height
     halfway = 0.5 * (top + stand_height)
     bottom = np.clip(2.0 * stand_height + height - top, stand_height, np.maximum(halfway, stand_height))
     label = spread_nearest(sheet.label, sheet.there)
     return _collect(x, y, share=sheet.there.astype(float), bottom=bottom, top=top, labels=[label, label])
+
+
+def find_sheets(views: Sequence[View]) -> tuple[Array, Array, list[Sheet]]:
+    """Samples the surfaces of views along one axis on a grid; returns its x, (columns,), its y, (rows,), and them."""
+    x, y = _lay_grid(views)
+    return x, y, [_look_up(view, x, y) for view in views]
 
 
 def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
@@ -99,7 +103,7 @@ def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
     return np.arange(low[0], high[0], SPACING), np.arange(low[1], high[1], SPACING)
 
 
-def _look_up(view: View, x: Array, y: Array) -> _Sheet:
+def _look_up(view: View, x: Array, y: Array) -> Sheet:
     """Finds the pixel that shows the end of each column.
 
     A point of depth z over (x, y) is seen at pixel f (x, y) / z; the depth there gives a better z, iteratively.
@@ -130,7 +134,7 @@ def _look_up(view: View, x: Array, y: Array) -> _Sheet:
     # Columns between certain ones belong to the object, too.
     there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
     heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
-    return _Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
+    return Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
 
 
 def _collect(

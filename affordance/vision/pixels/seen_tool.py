@@ -1,8 +1,9 @@
 """Features of an object of any form from pictures: looks, and for each look a solid with its error.
 
-There are three ways to a solid: columns between two sides; columns behind one side; and, for comparison, one
-ellipsoid per look, as fitted to objects made of ellipsoids. What a camera cannot see, a cavity or a core of another
-material, is part of the stated error, whose size was determined on ten tools (docs/decisions/0024-real-tools.md).
+There are four ways to a solid: columns between two sides, less the hollows that show from four more, or as they are;
+columns behind one side; and, for comparison, one ellipsoid per look, as fitted to objects made of ellipsoids. What a
+camera cannot see, a cavity or a core of another material, is part of the stated error, whose size was determined on
+ten tools (docs/decisions/0024-real-tools.md).
 """
 
 import enum
@@ -19,6 +20,7 @@ from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import (
+    UPRIGHT,
     CameraSensor,
     Photograph,
     find_presented_pose,
@@ -26,16 +28,18 @@ from affordance.vision.pixels.camera_sensor import (
     get_turning_stand,
     needs_turning,
 )
+from affordance.vision.pixels.carving import Side, carve
 from affordance.vision.pixels.columns import View, build_columns, build_mirrored_columns
 from affordance.vision.pixels.looks import COLOUR_SD, Look, find_looks
 from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
-from affordance.vision.pixels.surface import find_silhouette, measure_surface
+from affordance.vision.pixels.surface import Surface, find_silhouette, measure_surface
 
 
 class Method(enum.Enum):
     """Method of building a solid from views."""
 
+    SIX_VIEWS = "six_views"  # columns between both sides, without what four views from other sides show to be empty
     TWO_VIEWS = "two_views"  # columns between both sides
     ONE_VIEW = "one_view"  # columns behind one side
     ELLIPSOIDS = "ellipsoid"  # one ellipsoid per look, from one side
@@ -60,6 +64,7 @@ class SolidError(NamedTuple):
 # distribution's 90 % interval ends at the 90th percentile of the absolute errors: most of the error of two views
 # comes from one hollow tool, so that the root mean square would be too small for 90 % and too large for the rest.
 ERRORS: Mapping[Method, SolidError] = {
+    Method.SIX_VIEWS: SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011),
     Method.TWO_VIEWS: SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011),
     Method.ONE_VIEW: SolidError(bias=0.36, log_volume_sd=0.36, place_sd=0.056),
     Method.ELLIPSOIDS: SolidError(bias=1.11, log_volume_sd=0.83, place_sd=0.05),
@@ -73,16 +78,20 @@ class SeenTool(NamedTuple):
         looks: Colours of the parts.
         views: Surface and looks of each picture.
         stand_height: Position of the stand's top along Pz in the first view, [m].
+        sides: Views along further axes.
     """
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]
     stand_height: float
+    sides: tuple[Side, ...] = ()
 
     def compute_features(self, method: Method, X_TP: Array) -> tuple[ComponentFeatures, ...]:
         """Computes the features of the parts in T, from the pose X_TP in which the object was presented, (4, 4)."""
         error = ERRORS[method]
-        if method is Method.TWO_VIEWS:
+        if method is Method.SIX_VIEWS:
+            solids = carve(build_columns(*self.views), self.sides)
+        elif method is Method.TWO_VIEWS:
             solids = build_columns(*self.views)
         else:
             solids = build_mirrored_columns(self.views[0], self.stand_height)
@@ -96,26 +105,42 @@ class SeenTool(NamedTuple):
         )
 
 
-def detect_tool(photographs: Sequence[Photograph], rig: Rig, noise: SensorNoise) -> SeenTool:
-    """Detects the object and its looks in pictures from one side or two.
+def detect_tool(
+    photographs: Sequence[Photograph],
+    rig: Rig,
+    noise: SensorNoise,
+    sides: Sequence[tuple[Photograph, Photograph]] = (),
+) -> SeenTool:
+    """Detects the object and its looks in pictures from one side or two, and its form from those of ``take_sides``.
 
     Raises:
         SeeingError: The object cannot be detected; for its subclasses see ``find_silhouette``.
     """
-    surfaces = [
-        measure_surface(picture, find_silhouette(picture, rig.height, noise), rig.camera)
-        for picture, _ in photographs
-    ]
+    surfaces = [_measure(each, rig, noise) for each in photographs]
     found = find_looks(surfaces)
     views = tuple(
         View(surface, labels, rig.camera, photograph.X_PC)
         for surface, labels, photograph in zip(surfaces, found.labels, photographs, strict=True)
     )
-    return SeenTool(found.looks, views, float(photographs[0].X_PC[2, 3]) - rig.height)
+    seen = []
+    for R, pair in zip(UPRIGHT, sides, strict=bool(sides)):
+        above, below = (_measure_form(each, rig, noise) for each in pair)
+        seen.append(Side(R, (above, below)))
+    return SeenTool(found.looks, views, float(photographs[0].X_PC[2, 3]) - rig.height, tuple(seen))
+
+
+def _measure(photograph: Photograph, rig: Rig, noise: SensorNoise) -> Surface:
+    mask = find_silhouette(photograph.picture, photograph.stand_depth, noise)
+    return measure_surface(photograph.picture, mask, rig.camera)
+
+
+def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
+    surface = _measure(photograph, rig, noise)
+    return View(surface, np.zeros(surface.mask.shape, dtype=np.int32), rig.camera, photograph.X_PC)
 
 
 def observe_tool(
-    tool: Tool, stand: CameraSensor, rng: np.random.Generator, method: Method = Method.TWO_VIEWS
+    tool: Tool, stand: CameraSensor, rng: np.random.Generator, method: Method = Method.SIX_VIEWS
 ) -> tuple[ComponentFeatures, ...]:
     """Observes an object on the stand and returns the features of its parts.
 
@@ -123,13 +148,14 @@ def observe_tool(
         SeeingError: The object cannot be detected.
     """
     photographs = stand.take_pictures(tool, rng)
-    used = photographs if method is Method.TWO_VIEWS else photographs[:1]
-    seen = detect_tool(used, stand.rig, stand.noise)
+    used = photographs if method in (Method.SIX_VIEWS, Method.TWO_VIEWS) else photographs[:1]
+    sides = stand.take_sides(tool, rng) if method is Method.SIX_VIEWS else ()
+    seen = detect_tool(used, stand.rig, stand.noise, sides)
     return give_strikes(seen.compute_features(method, find_presented_pose(tool)), tool)
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of an object from one picture if it is made of ellipsoids, else from two.
+    """Returns the features of an object from one picture if it is made of ellipsoids, else from six.
 
     Raises:
         SeeingError: The features cannot be extracted from the pictures; the message names the object.
