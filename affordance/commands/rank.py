@@ -13,6 +13,8 @@ from affordance.belief.colour_recognition import find_colour_index
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.keep import Keep
+from affordance.choice.observed_options import list_options
+from affordance.choice.options import Option
 from affordance.choice.tasks import load_task_file
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, GripBounds, weigh
@@ -43,6 +45,7 @@ from affordance.reporting.advice_report import Question, build_content, describe
 from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
+from affordance.simulation.trial_record import recognise_arm
 
 HELP = "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why"
 _SAMPLES = Whole(1, 1_000_000)
@@ -50,6 +53,8 @@ _SAMPLES = Whole(1, 1_000_000)
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 # Name of the written files.
 _NAME = "ranking"
+# Ways in which the form of tools is known.
+_SIGHTS = ("drawing", "features", "pictures")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,7 +72,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add("--see", choices=("drawing", "pictures"), default="drawing", help="how form is known (default: drawing)")
+    add(
+        "--see",
+        choices=_SIGHTS,
+        default=_SIGHTS[0],
+        help="how form is known: features are sizes with errors (vision_error)",
+    )
     add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
     add_same_colour(parser)
     add(
@@ -108,7 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     known = recall(arguments.memory, settings, parse_same_colours(arguments.same_colour))
     colours = [material.colour for material in select_known(materials, tools).values()]
     advice = weigh(
-        list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed),
+        _see(arguments, tools, settings),
         task,
         known.add_colours(list(dict.fromkeys(colours)), settings.prior),
         settings,
@@ -125,6 +135,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.memory).name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
+        _count_other_arms(arguments.memory, robot),
     )
     text, content = describe_advice(advice, question), build_content(advice, question)
     if arguments.out is not None:
@@ -133,6 +144,24 @@ def run(arguments: argparse.Namespace) -> int:
         _draw(arguments.out, advice, settings, tools, content["sentence"])
     print(json.dumps(content, indent=2) if arguments.json else text)
     return 0
+
+
+def _see(arguments: argparse.Namespace, tools: Sequence[Tool], settings: Settings) -> list[Option]:
+    if arguments.see == "features":
+        return [each for tool in tools for each in list_options(tool, settings.vision_error, arguments.seed)]
+    return list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed)
+
+
+def _count_other_arms(place: str | None, robot: Robot) -> int:
+    """Counts the trials of a memory that the robot made with another arm than it has now."""
+    if place is None:
+        return 0
+    name = robot.name.removeprefix("the ")
+    with open_memory(place, create=False) as ledger:
+        if not ledger.count_of_other_arms(name):
+            return 0
+        # An arm is loaded only for the robot's own trials: simulated ones know its files, recorded ones its chain.
+        return ledger.count_of_other_arms(name, recognise_arm(robot.directives), robot.chain.fingerprint)
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:

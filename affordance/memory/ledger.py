@@ -166,11 +166,11 @@ class Ledger:
         with connect(self._engine, self.place, writes=False) as connection:
             return read_thing(connection, thing, self.place)
 
-    def count_of_other_arms(self, robot: str, fingerprint: str) -> int:
-        """Counts the trials of a robot of this name whose arm was another: it has changed since."""
+    def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
+        """Counts the trials of a robot of this name whose arm had none of these fingerprints: it was another."""
         with connect(self._engine, self.place, writes=False) as connection:
             query = select(func.count()).select_from(TRIALS).where(TRIALS.c.robot == robot)
-            changed = query.where(TRIALS.c.fingerprint.not_in(("", fingerprint)))
+            changed = query.where(TRIALS.c.fingerprint.not_in(("", *fingerprints)))
             return int(connection.execute(changed).scalar_one())
 
     def forget(self, selection: Selection) -> int:

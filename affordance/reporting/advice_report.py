@@ -26,10 +26,11 @@ class Question(NamedTuple):
     Attributes:
         task: Name of the task.
         robot: Name of the robot.
-        see: Way in which the form of tools is known, "drawing" or "pictures".
+        see: Way in which the form of tools is known, "drawing", "features" or "pictures".
         memory: Name of the memory; empty without one.
         unknown: Names of the tools' materials of which the memory knows nothing.
         names: Names of materials by colour.
+        num_other_arms: Number of the memory's trials of this robot that were made with another arm.
     """
 
     task: str
@@ -38,6 +39,7 @@ class Question(NamedTuple):
     memory: str
     unknown: tuple[str, ...]
     names: Callable[[Colour], str]
+    num_other_arms: int = 0
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
@@ -57,7 +59,11 @@ def describe_advice(advice: Advice, question: Question) -> str:
     """
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
-    lines = [title, *_tabulate(advice)]
+    lines = [title]
+    if question.num_other_arms:
+        changed = f"{question.robot} had another arm in {question.num_other_arms} of its trials"
+        lines.append(f"{changed}, which still count for materials")
+    lines += _tabulate(advice)
     if advice.p_none > 0.0:
         lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
     lines += _say_why(advice, question)
@@ -102,6 +108,7 @@ def build_content(advice: Advice, question: Question) -> dict[str, Any]:
         "robot": question.robot,
         "see": question.see,
         "memory": question.memory or None,
+        "trials_of_other_arms": question.num_other_arms,
         "unknown": list(question.unknown),
         "by": criterion.value,
         "unit": criterion.unit,

@@ -118,7 +118,7 @@ class TrialRecord(NamedTuple):
             num_samples=percept.statistics.num_samples,
             num_joints=percept.num_joints,
             robot="paper's arm" if is_ours else percept.arm.parent.name,
-            fingerprint=_recognise_arm(percept.arm),
+            fingerprint=recognise_arm(percept.arm),
             log_evidence=self.log_evidence,
             p_value=self.p_value,
             source="simulated",
@@ -131,7 +131,7 @@ class TrialRecord(NamedTuple):
 
 
 @lru_cache(maxsize=8)
-def _recognise_arm(arm: Path) -> str:
+def recognise_arm(arm: Path) -> str:
     """Returns a text by which an arm is recognised: a digest of its files."""
     digest = hashlib.sha256()
     for path in list_arm_files(arm):

@@ -1,11 +1,12 @@
 """Which tool to take by which end: table, reasons, sentence, JSON and picture, and one line for bad input."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from helpers.robot_files import write_urdf
-from helpers.trials import write_known
+from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
 from affordance.choice.weighing import GRIP_LEVER
@@ -13,10 +14,15 @@ from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
+from affordance.memory.ledger import open_memory
+from affordance.objects.materials import load_materials
 from affordance.reporting import advice_figure
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_arm
+from affordance.robots.robot import Robot
+from affordance.simulation.trial_record import recognise_arm
 
+OAK = load_materials()["oak"].colour
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 
 
@@ -51,7 +57,7 @@ def test_without_a_memory_it_says_that_it_knows_nothing(capsys: pytest.CaptureFi
 def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*ONE, *known, "--json", "--by", "margin"]) == 0
     content = json.loads(capsys.readouterr().out)
-    keys = "task robot see memory unknown by unit statistic choice options p_none why sentence"
+    keys = "task robot see memory trials_of_other_arms unknown by unit statistic choice options p_none why sentence"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
     assert content["memory"] == "m.sqlite"
@@ -156,6 +162,34 @@ def test_pictures_are_looked_at_when_they_are_asked_for(
     monkeypatch.setattr(rank, "list_tool_options", see)
     assert main([*ONE, "--see", "pictures", "--seed", "3"]) == 2
     assert looked == [(True, 3, ["machinist hammer"])]
+
+
+def test_features_are_seen_with_the_errors_of_the_settings(
+    known: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    widths = []
+    for sight in (["drawing"], ["features", "--set", "vision_error.size=0.1"]):
+        assert main([*ONE, *known, "--json", "--see", *sight]) == 0
+        force = json.loads(capsys.readouterr().out)["options"][0]["grip_force"]
+        widths.append(force["p95"] - force["p05"])
+    assert widths[1] > 2.0 * widths[0]
+
+
+def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
+    tmp_path: Path, known: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = Path(known[1])
+    with open_memory(place) as ledger:
+        ledger.append(
+            [
+                replace(hold("bar", [OAK], [563.0], number), robot="paper's arm", fingerprint=fingerprint)
+                for number, fingerprint in enumerate(("of another", recognise_arm(Robot().directives)))
+            ]
+        )
+    assert main([*ONE, *known]) == 0
+    said = capsys.readouterr().out
+    assert "the paper's arm had another arm in 1 of its trials, which still count for materials" in said
+    assert "knows nothing" not in said
 
 
 def test_tool_without_grips_cannot_be_ranked() -> None:
