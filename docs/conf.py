@@ -46,9 +46,15 @@ myst_heading_anchors = 4
 
 autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
-autodoc_class_signature = "separated"
+autoclass_content = "both"
+autodoc_preserve_defaults = True
+python_maximum_signature_line_length = 88
 napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
+
+
+# Size of the heaviest page, with the motion that it shows, [bytes].
+_HEAVIEST = 3_000_000
 
 
 def _hash_program() -> str:
@@ -90,8 +96,15 @@ def fill_page(app: Any, name: str, source: list[str]) -> None:
 
 
 def write_entrance(app: Any, exception: Exception | None) -> None:
-    """Writes the page at the top of the site, which leads to the pages' index."""
+    """Writes the page at the top of the site, which leads to the pages' index.
+
+    Raises:
+        RuntimeError: A page is too heavy, as with a motion of too many frames.
+    """
     if exception is None:
+        for path in Path(app.outdir).rglob("*.html"):
+            if path.stat().st_size > _HEAVIEST:
+                raise RuntimeError(f"{path}: has {path.stat().st_size} bytes, must have at most {_HEAVIEST}")
         page = '<!doctype html><meta charset="utf-8"><meta http-equiv="refresh" content="0; url=docs/index.html">'
         link = f'<a href="docs/index.html">{project}</a>'
         (Path(app.outdir) / "index.html").write_text(f"{page}<title>{project}</title>{link}\n", encoding="utf-8")
