@@ -48,7 +48,7 @@ autodoc_typehints_format = "short"
 autodoc_member_order = "bysource"
 autoclass_content = "both"
 autodoc_preserve_defaults = True
-python_maximum_signature_line_length = 88
+python_maximum_signature_line_length = 140
 napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
 
