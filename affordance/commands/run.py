@@ -83,6 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
         cluster=arguments.cluster,
         changes=_list_changes(arguments),
         memory=arguments.memory,
+        announce=lambda page: print(f"The report, which grows: {page.resolve().as_uri()}", flush=True),
     )
     print(f"The report: {report}")
     if left_out:

@@ -100,6 +100,7 @@ def run_suite(
     cluster: str | None = None,
     changes: Changes = NO_CHANGES,
     memory: str = "",
+    announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -117,6 +118,7 @@ def run_suite(
         changes: Settings that differ from their defaults, by name: ``{"learner": "kinds_map"}``.
         memory: Path or URL of a lasting memory, with which the observer begins and to which its trials are appended;
             empty for none. It is of one observer, and root and number of its trials determine the random draws.
+        announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
         BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
@@ -159,6 +161,10 @@ def run_suite(
                 run = partial(run_experiment, experiment, plan, folder, repeats=repeats, jobs=jobs)
                 attempts.make(experiment.name, run)
                 end_processes()
+                if len(planned) > 1:
+                    report = write_report(out)
+                    if announce is not None and experiment is planned[0][0]:
+                        announce(report)
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     for name in (*attempts.left_out, *_COMPARISONS):

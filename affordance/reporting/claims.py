@@ -148,6 +148,7 @@ class SectionEntry(DataModel):
     order: Order | None = None
     title: Annotated[str, Text()]
     summary: Annotated[str, Text()]
+    finding: Annotated[str, Text(), Field(description="Outcome in one sentence, for visitors.")] | None = None
     figures: list[ReportFigure] = Field(default_factory=list)
     claims: list[SectionClaim] = Field(default_factory=list)
     tables: list[TableEntry] = Field(default_factory=list)

@@ -208,28 +208,29 @@ def draw_heights_of_points(
     return figure
 
 
-def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
+def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) -> Figure:
     """Draws figures 8 and 10: the proportion of choices of the cheaper grip over the trials of experience.
 
     Args:
-        curves: Proportions by label, shape (K + 1,) each.
+        panels: Proportions by title of the panel and label, shape (K + 1,) each.
         title: Title of the figure.
     """
-    figure = Figure(figsize=(6.4, 4.2))
-    axes = figure.subplots()
+    figure = Figure(figsize=(1.2 + 5.2 * len(panels), 4.4))
+    all_axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     spread = 0.06  # offset that keeps intervals from hiding each other
-    for k, (name, curve) in enumerate(curves.items()):
-        trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
-        error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
-        style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
-        axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
-    axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
-    axes.set(
-        ylim=(0.0, 1.04), xlabel="trials of experience with other objects", ylabel="proportion of correct choices"
-    )
-    axes.set_title(title, fontsize=FONT_SIZE)
-    axes.legend(frameon=False, loc="lower right")
-    tidy(axes)
+    for axes, (about, curves) in zip(all_axes, panels.items(), strict=True):
+        for k, (name, curve) in enumerate(curves.items()):
+            trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
+            error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
+            style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
+            axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
+        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
+        axes.set(ylim=(0.0, 1.04), xlabel="trials of experience with other objects")
+        axes.set_title(about, fontsize=FONT_SIZE)
+        axes.legend(frameon=False, loc="lower right")
+    all_axes[0].set_ylabel("proportion of correct choices")
+    figure.suptitle(title, fontsize=FONT_SIZE)
+    tidy(*all_axes)
     return figure
 
 

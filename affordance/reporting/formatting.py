@@ -76,8 +76,8 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 
 
 def label(text: str, width: int = 44) -> str:
-    """Folds a text into a legend label; a leading underscore, which would hide the label, is protected."""
-    return fold(f"\u200b{text}" if text.startswith("_") else text, width)
+    """Folds a text into a legend label, without underscores, of which a leading one would hide it."""
+    return fold(text.replace("_", " "), width)
 
 
 def _count_zeros(decimals: str) -> int:

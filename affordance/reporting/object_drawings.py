@@ -50,9 +50,11 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         columns: Number of objects side by side.
     """
     rows = -(-len(drawings) // columns)
-    figure = Figure(figsize=(6.2 * columns, 1.5 * rows + 0.7))
-    all_axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     low, high = _find_limits([drawing.tool for drawing in drawings])
+    wide, tall = high - low + [0.0, 2.0]
+    # Of 1.5 inches a row some 1.25 are the object's, so that more width would stay white; titles need 3.6.
+    figure = Figure(figsize=(float(np.clip(1.25 * wide / tall, 3.6, 6.2)) * columns, 1.5 * rows + 0.7))
+    all_axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     for axes, drawing in zip(all_axes, drawings, strict=False):
         _draw_object(axes, drawing)
     for axes in all_axes:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from pydantic import TypeAdapter, ValidationError
 
 from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
 from affordance.named_settings import show_setting
 from affordance.reporting.section import Section
@@ -25,6 +26,8 @@ _LEFT_OUT = "left_out.json"
 _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 # The paper's simulations; no protocol of a user's own has such a name.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
+# Result of the study of robustness, in a clone.
+_ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
 # Further files of an experiment that are linked where they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
@@ -66,11 +69,11 @@ def write_report(folder: Path) -> Path:
 
     Returns: Path of the page.
     """
-    sections = []
+    sections, shares = [], _read_shares()
     for path in folder.glob(f"*/{_SECTION}"):
         try:
             section = _SECTIONS.validate_json(path.read_bytes(), strict=True)
-            sections.append(_prepare(section, path.parent))
+            sections.append(_prepare(section, path.parent, shares))
         except OSError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
         except ValueError as error:
@@ -93,6 +96,15 @@ def write_report(folder: Path) -> Path:
     path = folder / "report.html"
     write_text(path, page)
     return path
+
+
+def _read_shares() -> dict[str, float]:
+    """Reads the share of settings in which each claim holds, by section and key; none outside of a clone."""
+    try:
+        kept = json.loads(_ROBUSTNESS.read_text(encoding="utf-8"))
+        return {name: float(claim["holds"]) for name, claim in kept["claims"].items()}
+    except (OSError, ValueError, TypeError, LookupError, AttributeError):
+        return {}
 
 
 class _Run(NamedTuple):
@@ -159,13 +171,15 @@ def _describe(error: Exception) -> str:
     return f"{'.'.join(map(str, first['loc']))}: {first['msg']}".removeprefix(": ")
 
 
-def _prepare(section: Section, home: Path) -> dict[str, Any]:
-    """Prepares a section for the template: embedded figures, and links to the files in its folder."""
+def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[str, Any]:
+    """Prepares a section for the template: embedded figures, links to the files in its folder, shares of settings."""
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [
         {"source": _embed(home / figure.file), "caption": figure.caption} for figure in section.figures
     ]
+    names = {claim.key: f"{home.name}.{claim.key}" for claim in section.claims}
+    prepared["shares"] = {key: shares[name] for key, name in names.items() if name in shares}
     prepared["links"] = [
         {"file": f"{home.name}/{file}", "text": text} for file, text in _LINKS.items() if (home / file).exists()
     ]

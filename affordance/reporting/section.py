@@ -9,6 +9,7 @@ Templates are sandboxed as a second line of defence. Texts of a protocol are nev
 from its question, numbers and figures.
 """
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,8 @@ _BAR = "\ue000"
 # Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12
 _CI95 = "_ci95"
+# Name of an object, a material or a grip.
+_NAME = re.compile(r"[A-Za-z0-9]+(_[A-Za-z0-9]+)+")
 
 
 class Table(NamedTuple):
@@ -61,6 +64,7 @@ class Section(NamedTuple):
         claims: Claims with their results.
         tables: Tables of numbers.
         remarks: Differences from the paper with their reasons, and further remarks.
+        finding: Outcome in one sentence, for visitors; empty if there is only the summary.
     """
 
     order: int
@@ -70,6 +74,7 @@ class Section(NamedTuple):
     claims: Sequence[ClaimResult]
     tables: Sequence[Table]
     remarks: Sequence[str]
+    finding: str = ""
 
 
 def load_claims(path: Path) -> tuple[Claim, ...]:
@@ -128,6 +133,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
         claims=judge_claims(claims, known),
         tables=[table for table in tables if table.rows],
         remarks=[remark for remark in remarks if remark],
+        finding=fill(content.finding or ""),
     )
 
 
@@ -167,8 +173,11 @@ def _build_environment() -> jinja2.Environment:
 
 
 def _protect(value: Any) -> Any:
-    """Protects a value that is filled in, so that it stays within its cell and its row."""
-    return " ".join(value.replace("|", _BAR).split("\n")) if isinstance(value, str) else value
+    """Protects a value that is filled in, so that it stays within its cell and row; a name loses its underscores."""
+    if not isinstance(value, str):
+        return value
+    value = value.replace("_", " ") if _NAME.fullmatch(value) else value
+    return " ".join(value.replace("|", _BAR).split("\n"))
 
 
 @dataclass(frozen=True)

@@ -57,12 +57,19 @@ def made_up(monkeypatch):
 
 def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_path):
     out = tmp_path / "deep" / "out"
-    result = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2)
+    announced = []
+
+    def announce(report):
+        announced.append((report, sorted(path.name for path in out.glob("*/ran.txt")), list_files(out)[0]))
+
+    result = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2, announce=announce)
+    # After the first of them, there is a report.
+    assert announced == [(out / "report.html", ["ran.txt"], "other/ran.txt")]
     assert result == (out / "report.html", {})
     assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
     said = "models, 3, features, planned in 2 jobs, 7 repeats, 2 jobs; found "
     assert (out / "other" / "ran.txt").read_text(encoding="utf-8") == f"other: {said}"
-    assert (out / "one" / "ran.txt").read_text(encoding="utf-8") == f"one: {said}other/ran.txt"
+    assert (out / "one" / "ran.txt").read_text(encoding="utf-8") == f"one: {said}other/ran.txt, report.html"
 
 
 def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):

@@ -92,21 +92,38 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "com/replay.html" not in page  # there is none
 
 
-def test_report_begins_with_a_summary_of_all_claims(folder):
-    page = write_both(folder)
+def test_report_opens_with_what_it_is_and_each_section_with_badge_finding_and_figure(folder):
+    write_section(folder / "weight", make_section(1, "Simulation I")._replace(finding="It sinks by 3 cm."))
+    write_section(folder / "com", make_section(2, "Simulation II", met=False))
+    page = write_report(folder).read_text(encoding="utf-8")
+    assert page.index("A simulated robot looks at an object") < page.index("<section")
     assert "1 of 2 claims are met." in page
-    summary = re.search(r'<table class="summary">(.*?)</table>', page, re.DOTALL).group(1)
-    assert summary.count("The drop is reduced.") == 2
-    assert re.findall(r">(met|not met)<", summary) == ["met", "not met"]
-    assert summary.count("0.012") == 2  # the headline of each
-    assert page.index('<table class="summary">') < page.index("<section")
+    assert [text for _, text in re.findall(r'badge (met|not)">(.*?)<', page)] == [
+        "1 of 1 claims met",
+        "0 of 1 claims met",
+    ]
+    assert re.findall(r'"finding">(.*?)<', page) == ["It sinks by 3 cm.", "Objects &lt;held&gt; &amp; felt."]
+    for section in page.split("<section")[1:]:
+        # All but that is one click away.
+        places = [section.index(text) for text in ("badge", '"finding"', "<img", "<details>", "The drop is reduced.")]
+        assert places == sorted(places)
 
 
-def test_contents_and_summary_point_to_every_section(folder):
+def test_shares_of_settings_are_those_of_the_study(folder, monkeypatch, tmp_path):
+    kept = tmp_path / "kept.json"
+    monkeypatch.setattr("affordance.reporting.report._ROBUSTNESS", kept)
+    assert "of settings" not in write_both(folder)
+    kept.write_text(json.dumps({"claims": {"weight.drop": {"holds": 0.614}, "com.other": {"holds": 0.5}}}))
+    page = write_both(folder)
+    assert page.count("Holds in 61 % of settings.") == 1
+    assert page.count("% of settings that the paper leaves open") == 1
+
+
+def test_contents_point_to_every_section(folder):
     page = Page(write_both(folder))
     assert page.open == []
     assert page.ids == ["weight", "com"]
-    assert [link for link in page.links if link.startswith("#")] == ["#weight", "#com"] * 2
+    assert [link for link in page.links if link.startswith("#")] == ["#weight", "#com"]
     assert "<nav>" in (folder / "report.html").read_text(encoding="utf-8")
 
 
@@ -221,7 +238,7 @@ def test_head_names_arm_models_learner_and_changed_settings(folder):
     page = write_both(folder)
     said = "arm arm.dmd.yaml, models my_models, learner density, changed settings: prior.sd = 8000, uses_posterior ="
     assert f"com, weight: {said} true</b>; 20 observers or objects, seed 3" in page
-    assert page.index(said) < page.index('<table class="summary">')
+    assert page.index(said) < page.index("<section")
     assert "One noise model, one prior" in page
 
 

@@ -262,8 +262,9 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
         )
         for name, each in numbers["tools"].items()
     }
-    first = tools[0].name
-    estimates[f"{first}, least expected absolute work"] = Estimate(
-        numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0)
-    )
-    return figures.draw_choices(estimates, title=f"{title}, {count_observers(num_observers)}, 95 % intervals")
+    bayes = Estimate(numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0))
+    first, *others = estimates
+    panels = {tools[0].name: {first: estimates[first], "least expected absolute work": bayes}}
+    if others:
+        panels["other tools"] = {name: estimates[name] for name in others}
+    return figures.draw_choices(panels, title=f"{title}, {count_observers(num_observers)}, 95 % intervals")
