@@ -1,6 +1,7 @@
 """``affordance tutorials``, and what the lessons show; all of them are executed by ``make docs``."""
 
 import ast
+import importlib
 import itertools
 import json
 import re
@@ -76,7 +77,10 @@ def test_a_folder_that_cannot_be_is_refused(tmp_path, capsys):
 def test_code_of_a_lesson_is_python_or_commands_that_exist(path):
     for cell in list_cells(path):
         if not cell.startswith("%%bash"):
-            ast.parse(cell)
+            for node in ast.walk(ast.parse(cell)):
+                if isinstance(node, ast.ImportFrom) and node.module.startswith("affordance"):
+                    module = importlib.import_module(node.module)
+                    assert all(hasattr(module, each.name) for each in node.names), ast.unparse(node)
             continue
         for line in re.findall(r"^affordance ([^|>\n]*)", cell, re.MULTILINE):
             name, *words = shlex.split(line)
