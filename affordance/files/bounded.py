@@ -18,7 +18,7 @@ from typing import Any
 
 import yaml
 
-from affordance.exceptions import BadValueError, show_value
+from affordance.exceptions import BadValueError, show_value, suggest
 
 _MB = 1_000_000
 # Protocols, tools, materials and other settings in YAML, and tables of human data: the largest of our own has 8 kB.
@@ -51,10 +51,19 @@ def read_bytes(path: Path, most: int) -> bytes:
         with path.open("rb") as file:
             content = file.read(most + 1)
     except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+        bound = ", must be a file" if isinstance(error, IsADirectoryError) else ""
+        raise BadValueError(path, "", f"cannot be read: {error.strerror}{bound}") from error
     if len(content) > most:  # it grew, or its file system does not report its size
         raise _complain(path, len(content), most)
     return content
+
+
+def suggest_file(path: Path) -> str:
+    """Suggests the file whose name is nearest to that of a missing one in its folder; empty if none is near."""
+    try:
+        return suggest(path.name, [each.name for each in path.parent.iterdir()])
+    except (OSError, ValueError):
+        return ""
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
@@ -91,7 +100,8 @@ def check_size(path: Path, most: int) -> None:
     try:
         found = path.stat()
     except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
-        raise BadValueError(path, "", f"cannot be read: {getattr(error, 'strerror', error)}") from error
+        problem = f"cannot be read: {getattr(error, 'strerror', error)}{suggest_file(path)}"
+        raise BadValueError(path, "", problem) from error
     if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
         raise BadValueError(path, "", "cannot be read: it is a device, a pipe or a socket, must be a file")
     if stat.S_ISREG(found.st_mode) and found.st_size > most:

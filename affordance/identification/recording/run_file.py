@@ -4,6 +4,7 @@ from pathlib import Path
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import suggest_file
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import load_model
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
@@ -34,7 +35,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     path = check_path("path", path)
     description_file = path.with_suffix(".yaml") if description is None else check_path("description", description)
     if not path.exists():
-        raise BadValueError(path, "", "does not exist")
+        raise BadValueError(path, "", f"does not exist{suggest_file(path)}")
     if not description_file.exists():
         problem = f"has no description: {description_file.name} in the same folder must name at least its joints"
         raise BadValueError(path, "", problem)
