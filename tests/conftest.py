@@ -1,6 +1,5 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
-import dataclasses
 import gc
 import os
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ import pytest
 from helpers.children import Start, keep_children
 from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once
+from helpers.short_holds import take_two_tools
 from helpers.two_tools import HELD
 from matplotlib.figure import Figure
 
@@ -33,6 +33,9 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
+DRAFT_DPI = 60
+save_finely = Figure.savefig
+
 
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Spares garbage collection what was imported: it would look at all of it again, tens of milliseconds a time."""
@@ -43,6 +46,25 @@ def pytest_collection_finish(session: pytest.Session) -> None:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20261120)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _drafts() -> Iterator[None]:
+    """Figures are drawn coarsely and laid out once, not once a file; ``fine`` has them as users have them."""
+    with pytest.MonkeyPatch.context() as patch:
+
+        def save(figure: Figure, path: Path, **options: object) -> None:
+            save_finely(figure, path, **(options | {"dpi": DRAFT_DPI} if "dpi" in options else options))
+            figure.set_layout_engine("none")
+
+        patch.setattr(Figure, "savefig", save)
+        yield
+
+
+@pytest.fixture
+def fine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are written as users have them."""
+    monkeypatch.setattr(Figure, "savefig", save_finely)
 
 
 @pytest.fixture
@@ -103,8 +125,7 @@ def hammer() -> Hammer:
 @pytest.fixture(scope="session")
 def hammering() -> ChoiceExperiment:
     """Simulation IV about two of its tools: stick and hammer."""
-    experiment = load_choice_experiment("hammer")
-    return dataclasses.replace(experiment, novel=experiment.novel[:2])
+    return take_two_tools(load_choice_experiment("hammer"))
 
 
 @pytest.fixture(scope="session")

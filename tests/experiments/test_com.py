@@ -122,7 +122,7 @@ def test_error_is_seen_on_its_side_of_the_bound(experiment, folder):
 
 def test_prediction_is_that_of_the_densities_learned(experiment, folder):
     """Mass and centre of mass by hand, from the most probable densities."""
-    experience = collect_experience(experiment.experience, folder.parent / "experience", repeats=3, jobs=1)
+    experience = collect_experience(experiment.experience, folder.parent / "experience", repeats=2, jobs=1)
     arrays = experiment.run_observer(None, experience, 1)
     densities = dict(zip(experience.colours, experience.recall(1, 6).belief.compute_mode(), strict=True))
     first = experiment.tools[0]
@@ -158,8 +158,8 @@ def test_experience_narrows_the_belief_about_both_materials(experiment):
 
 def test_experience_is_kept_for_other_experiments(experiment, folder, tmp_path):
     """The same observers, gained or found, have the same memories."""
-    found = collect_experience(experiment.experience, folder.parent / "experience", repeats=2, jobs=1)
-    gained = collect_experience(experiment.experience, tmp_path, repeats=2, jobs=1)
+    found = collect_experience(experiment.experience, folder.parent / "experience", repeats=1, jobs=1)
+    gained = collect_experience(experiment.experience, tmp_path, repeats=1, jobs=1)
     np.testing.assert_array_equal(found.precision, gained.precision)
     np.testing.assert_array_equal(found.information_vector, gained.information_vector)
 

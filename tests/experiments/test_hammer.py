@@ -10,6 +10,7 @@ import pytest
 from helpers.other_settings import with_settings
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
+from helpers.short_holds import take_two_tools
 from helpers.slow_arm import make_slow_models
 
 from affordance.choice.blow_cost import BlowCost
@@ -185,7 +186,8 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_path):
     """What was learned in one experiment is what is chosen by in the other: the memories are found, not made anew."""
-    gained = collect_experience(load_choice_experiment("reach").experience, tmp_path, repeats=1, jobs=1)
+    reaching = take_two_tools(load_choice_experiment("reach"))
+    gained = collect_experience(reaching.experience, tmp_path, repeats=1, jobs=1)
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))
     found = experiment.gain_experience(tmp_path, repeats=1, jobs=1)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before

@@ -10,6 +10,7 @@ from helpers.other_settings import with_settings
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, make_folder_once
+from helpers.short_holds import take_two_tools
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import ControlCounts
@@ -37,8 +38,7 @@ TOOLS = ["stick", "hammer"]
 @pytest.fixture(scope="module")
 def experiment():
     """Simulation III about two of its tools."""
-    experiment = load_choice_experiment("reach")
-    return dataclasses.replace(experiment, novel=experiment.novel[:2])
+    return take_two_tools(load_choice_experiment("reach"))
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,10 @@ def plan(experiment, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def folder(experiment, plan, tmp_path_factory):
-    """The whole experiment with three observers, run once."""
+    """The whole experiment with two observers, run once."""
 
     def fill(folder):
-        run_experiment(experiment, plan, folder / "reach", repeats=3, jobs=1)
+        run_experiment(experiment, plan, folder / "reach", repeats=2, jobs=1)
 
     return make_folder_once(tmp_path_factory, "results_reach", fill) / "reach"
 
@@ -226,7 +226,7 @@ def test_tool_of_three_grips_makes_the_experiment(tmp_path):
     models = write_own_grips(tmp_path, THREE_GRIPS)
     experiment = load_choice_experiment("reach", models)
     experiment = dataclasses.replace(experiment, novel=experiment.novel[:1])
-    plan = experiment.plan(jobs=1)
+    plan = plan_roughly(experiment)
     arrays = {"paper": np.full((2, 1, 7), 2), "bayes": np.full((2, 7), 2), "flips": np.zeros((2, 7))}
     numbers = experiment.compute_metrics(plan, None, arrays)
     assert numbers["energy_true"].keys() == {"wood", "steel", "near"}

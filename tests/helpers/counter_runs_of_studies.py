@@ -94,7 +94,7 @@ def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setattr(robot_study, "run_suite", _load_suite)
         patch.setattr(measure, "_TIMES", 2)
-        patch.setattr(measure, "_HOLD", 0.3)
+        patch.setattr(measure, "_HOLD", 0.15)
         models = _weaken(Path(folder)) if is_weak else MODELS
         config = robot_study.RunConfig(repeats=2)
         ran = {

@@ -70,6 +70,7 @@ def remember(*, forgets_nothing: bool = False) -> Numbers:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ledger_speed, "_kill_writer", lambda folder: (0, 0))  # tests/memory/test_ledger.py kills one
         patch.setattr(ledger_speed, "_SINGLE", 10)
+        patch.setattr(ledger_speed, "_RECALLS", 10)
         if forgets_nothing:
             patch.setattr(Ledger, "forget", lambda ledger, selection: 0)
         numbers = ledger_speed.measure_ledger(120)

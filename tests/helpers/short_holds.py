@@ -1,9 +1,10 @@
-"""Experiments of presentations with shorter and fewer holds, or other objects."""
+"""Experiments with shorter and fewer holds, or other objects."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.objects.tool import Tool
 
@@ -25,3 +26,9 @@ def shorten(
     if repetitions is not None:
         blocks[0] = blocks[0].model_copy(update={"repetitions": repetitions})
     return replace(experiment, blocks=tuple(blocks))
+
+
+def take_two_tools(experiment: ChoiceExperiment) -> ChoiceExperiment:
+    """Returns an experiment about its first two tools, after holds of half a second, which teach nearly as much."""
+    experience = replace(experiment.experience, duration=0.5)
+    return replace(experiment, novel=experiment.novel[:2], experience=experience)

@@ -106,6 +106,7 @@ def assert_told_apart(axes, labels):
     assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == len(labels)
 
 
+@pytest.mark.usefixtures("fine")
 def test_figures_are_saved_as_pictures_and_the_same_twice(tmp_path):
     save_figure(draw_figure3(), tmp_path, "a")
     save_figure(draw_figure3(), tmp_path, "b")

@@ -119,9 +119,18 @@ def wait_for(out, pattern):
 
 
 def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
-    """Interrupted while repeats are run, killed while figures are drawn; trust/kills.py kills at random moments."""
-    interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
-    process = start("weight", "--repeats", 2, "--jobs", 1, "--out", interrupted)
+    """Interrupted while repeats are run, killed while figures are drawn; trust/kills.py kills at random moments.
+
+    Holds are of half a second.
+    """
+    interrupted, whole, models = (tmp_path / name for name in ("interrupted", "whole", "models"))
+    shutil.copytree(MODELS, models)
+    protocol = models / "protocols" / "weight.yaml"
+    text = protocol.read_text(encoding="utf-8")
+    assert "duration: 3.0" in text
+    protocol.write_text(text.replace("duration: 3.0", "duration: 0.5"), encoding="utf-8")
+    command = ("weight", "--repeats", 2, "--jobs", 1, "--models", models)
+    process = start(*command, "--out", interrupted)
     wait_for(interrupted, "repeat_*.npz")
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE)
@@ -129,14 +138,14 @@ def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start,
     assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
     assert "Traceback" not in err
 
-    process = start("weight", "--repeats", 2, "--jobs", 1, "--out", interrupted)
+    process = start(*command, "--out", interrupted)
     wait_for(interrupted, "figure3.png")
     os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     assert not (interrupted / "report.html").exists()
 
     for out in (interrupted, whole):
-        status, printed, err = run("weight", "--repeats", 2, "--jobs", 1, "--out", out)
+        status, printed, err = run(*command, "--out", out)
         assert status == 0, err
         assert "report.html" in printed
         assert "2/2" in err

@@ -97,6 +97,7 @@ def test_name_of_the_case_stays_on_the_map(tmp_path, case):
     assert room.y0 <= name.y0 < name.y1 <= room.y1
 
 
+@pytest.mark.usefixtures("fine")
 @pytest.mark.parametrize("can", [True, False])
 def test_map_without_a_crossover_is_drawn_without_a_contour(tmp_path, can):
     feasible = {name: np.full((3, 4), can) for name in WORK}

@@ -46,7 +46,7 @@ def swing(own_model, target):
 
 @pytest.fixture(scope="module")
 def search(own_model, target, swing):
-    return SwingSearch(own_model, target, swing, PI, num_pieces=3)
+    return SwingSearch(own_model, target, swing, PI, num_pieces=2)
 
 
 @pytest.fixture(scope="module")

@@ -14,16 +14,22 @@ from studies.learners import decoy_again, honest_objects
 
 
 @pytest.fixture(scope="module")
-def observed(weight):
+def held(weight):
+    """Simulation I with holds of a second, in which objects drop and rise."""
+    return shorten(weight, 1.0)
+
+
+@pytest.fixture(scope="module")
+def observed(held):
     """One observer with one density for each colour, and one with kinds."""
     return {
-        learner: decoy_again.run_observer(decoy_again.DecoyConfig(weight, learner), 1)
+        learner: decoy_again.run_observer(decoy_again.DecoyConfig(held, learner), 1)
         for learner in (Learner.DENSITY, Learner.KINDS_MAP)
     }
 
 
-def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight, observed):
-    presented = weight.present(None, 1)
+def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(held, observed):
+    presented = held.present(None, 1)
     records = [each.record for each in presented]
     memories = [presented[0].memories[0], *(each.memories[1] for each in presented)]
     ours, again = observed[Learner.DENSITY]

@@ -38,9 +38,9 @@ JUDGED = [
 
 @pytest.fixture(scope="module", autouse=True)
 def _shorter_holds():
-    """Half as long: drops and lifts come in their first second."""
+    """A third as long: drops and lifts come in their first second."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(holding, "HOLD_DURATION", 1.5)
+        patch.setattr(holding, "HOLD_DURATION", 1.1)
         yield
 
 
