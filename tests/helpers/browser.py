@@ -1,4 +1,4 @@
-"""Headless browser in which tests load pages; a missing one fails where one is required, and elsewhere skips with its reason."""
+"""Headless browser in which tests load pages; a missing one fails where required, and elsewhere skips the test."""
 
 import os
 import shutil
