@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import Bbox
 
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
+from affordance.reporting.formatting import fold
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from studies.tools.blows import hold_by
@@ -36,6 +38,8 @@ _METHOD_NAMES = {
 }
 # Duration of slow motion before and after the strike, [s], and its factor, [1].
 _SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
+# Colours of right and wrong choices.
+_RIGHT, _WRONG = "#D5EBDD", "#F6D9CC"
 _TASK_NAMES = {"hammer": "driving a nail", "reach": "reaching"}
 
 
@@ -166,43 +170,39 @@ def draw_records(result: ToolsResult) -> Figure:
 
 
 def draw_grips(choices: Choices) -> Figure:
-    """Draws the probability that each grip is its tool's best, by task, tool, geometry and belief."""
+    """Draws a table of the grip that is chosen, right or wrong, by task, tool, geometry and belief."""
     tasks = list(dict.fromkeys(task for task, _, _ in choices.rankings))
-    figure = Figure(figsize=(4.0 * len(choices.tools), 3.0 * len(tasks) + 0.6))
-    table = figure.subplots(len(tasks), len(choices.tools), squeeze=False, sharey=True)
-    for row, task in zip(table, tasks, strict=True):
-        for axes, tool in zip(row, choices.tools, strict=True):
-            _draw_tool(axes, choices, task, tool.name)
-            axes.set_title(f"{tool.name}, {_TASK_NAMES[task]}", fontsize=10)
-        row[0].set_ylabel("probability of being best")
-    handles, labels = table[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4, fontsize=8)
-    tidy(*table.ravel())
+    rows = [(task, tool.name) for task in tasks for tool in choices.tools]
+    columns = [(geometry, belief) for geometry in ("drawing", "pictures") for belief in BELIEFS]
+    figure = Figure(figsize=(11.0, 0.6 + 0.5 * (len(rows) + 1)))
+    axes = figure.subplots()
+    axes.axis("off")
+    texts, colours = [], []
+    for task, tool in rows:
+        right = choices.rankings[task, "drawing", TRUE].find_best_grip(tool)
+        ranked = [choices.rankings[task, geometry, belief] for geometry, belief in columns]
+        chosen = [ranking.find_best_grip(tool) for ranking in ranked]
+        shares = [
+            {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool)}[grip]
+            for ranking, grip in zip(ranked, chosen, strict=True)
+        ]
+        signs = ["✓" if grip == right else "✗" for grip in chosen]
+        texts.append(
+            [fold(f"{sign} {grip}, {share:.2f}", 20) for sign, grip, share in zip(signs, chosen, shares, strict=True)]
+        )
+        colours.append([_RIGHT if grip == right else _WRONG for grip in chosen])
+    words = dict(zip(BELIEFS, ("before", "after", "one density"), strict=True))
+    table = axes.table(
+        cellText=texts,
+        cellColours=colours,
+        cellLoc="center",
+        rowLabels=[f"{tool.replace('_', ' ')}, {_TASK_NAMES[task]}" for task, tool in rows],
+        colLabels=[f"by {geometry}:\n{words[belief]}" for geometry, belief in columns],
+        bbox=Bbox.unit(),
+    )
+    table.auto_set_font_size(False)
+    table.set_fontsize(9)
     return figure
-
-
-def _draw_tool(axes: Axes, choices: Choices, task: str, tool: str) -> None:
-    """Draws a tool's bars: groups by geometry and belief, stacked by grip; a star marks the correct grip."""
-    right = choices.rankings[task, "drawing", TRUE].find_best_grip(tool)
-    grips = sorted({each.option.grip for each in choices.rankings[task, "drawing", TRUE].list_of(tool)})
-    places, names = [], []
-    for group, geometry in enumerate(("drawing", "pictures")):
-        for index, belief in enumerate(BELIEFS):
-            place = 3.6 * group + index
-            ranking = choices.rankings[task, geometry, belief]
-            shares = {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool)}
-            below = 0.0
-            for number, grip in enumerate(grips):
-                label = grip if group == index == 0 else None
-                axes.bar(place, shares[grip], bottom=below, color=OBJECT_COLOURS[number], width=0.8, label=label)
-                below += shares[grip]
-            if ranking.find_best_grip(tool) == right:
-                axes.annotate("★", (place, 1.0), ha="center", va="bottom", fontsize=9)
-            places.append(place)
-            names.append(("before", "after", "one\ndensity")[index])
-        axes.annotate(f"by {geometry}", (3.6 * group + 1.0, -0.3), xycoords=("data", "axes fraction"), ha="center")
-    axes.set_xticks(places, names, fontsize=8)
-    axes.set_ylim(0.0, 1.12)
 
 
 def draw_holding(choices: Choices, directives: Path) -> Figure:
