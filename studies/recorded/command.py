@@ -27,7 +27,8 @@ from studies.recorded.clones import (
 from studies.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
 from studies.recorded.peers import TO_90
-from studies.recorded.simulated_truths import measure_class_coverage, measure_coverage
+from studies.recorded.seen_sizes import measure_seen_sizes
+from studies.recorded.simulated_truths import World, measure_class_coverage, measure_coverage
 from studies.recorded.timing import measure_times
 from studies.recorded.ur10e import Ur10eResult, study_ur10e
 from studies.recorded.verdicts import measure_false_alarms, measure_seed_shift, study_mistakes
@@ -77,6 +78,8 @@ def _work(
     classes = measure_class_coverage(
         panda.robot, prepared, noise, replace(settings, num_samples=4000), num_draws=arguments.repeats // 2, seed=seed
     )
+    world = World(panda.robot, prepared, noise, few)
+    sizes = measure_seen_sizes(world, num_draws=arguments.repeats // 2, seed=seed)
     known = ur10e.gains.with_drift(settings)
     mistakes, tried = study_mistakes(pair, known, settings)
     alarms, num_windows = measure_false_alarms(pair, known, panda, settings)
@@ -88,6 +91,7 @@ def _work(
         "lbipe": weighed.numbers,
         **coverage,
         **classes,
+        "size_seen_wrongly": sizes,
         "mistakes": mistakes,
         "false_alarms": alarms,
         "seed_shift_over_sd": measure_seed_shift(pair, known, panda, settings),

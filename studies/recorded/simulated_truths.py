@@ -30,11 +30,11 @@ from studies.recorded.solids import CLASSES
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
 # Prior of materials never felt, as everywhere (settings.py).
-_MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 
 
 @dataclass(frozen=True)
-class _World:
+class World:
     """Arm and motion with which bodies are held."""
 
     robot: RobotChain
@@ -86,7 +86,7 @@ def measure_coverage(
         num_draws: Number of bodies of each kind.
         seed: Seed of all draws.
     """
-    world = _World(robot, prepared, variance, settings)
+    world = World(robot, prepared, variance, settings)
     solid = SolidPrior.for_hand()
     rng = np.random.default_rng((seed, 1))
     inside = []
@@ -123,7 +123,7 @@ def measure_class_coverage(
 
     Returns: The keys of metrics.json: by class, and by quantity for all classes in their order.
     """
-    world, solid = _World(robot, prepared, variance, settings), SolidPrior.for_hand()
+    world, solid = World(robot, prepared, variance, settings), SolidPrior.for_hand()
     found = {}
     for number, (name, draw) in enumerate(CLASSES.items()):
         rng, inside = np.random.default_rng((seed, 3, number)), []
@@ -138,7 +138,7 @@ def measure_class_coverage(
     return {"solid_coverage": found, "class_coverage": {q: [each[q] for each in found.values()] for q in quantities}}
 
 
-def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
+def _hide_and_find(world: World, rng: np.random.Generator) -> float:
     """Computes the coverage of the centre's coordinates, with a fifth of the mass in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
@@ -147,7 +147,7 @@ def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
     parts = infer_parts(
         world.hold(pi, rng),
         _see(seen).place(np.eye(4)),
-        deviation_sd=_MATERIAL_PRIOR.deviation_sd,
+        deviation_sd=MATERIAL_PRIOR.deviation_sd,
         unseen_share=share,
         rng=rng,
         num_samples=world.settings.num_samples,
@@ -159,8 +159,8 @@ def _see(payload: RandomPayload) -> SeenObject:
     """Returns what a camera sees: the geometry, and for each part a material of its own that was never felt."""
     num_parts = payload.Phi.shape[1]
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
-    memory = MaterialMemory().add_colours(colours, _MATERIAL_PRIOR)
-    densities = memory.belief.add_object_variation(_MATERIAL_PRIOR.deviation_sd)
+    memory = MaterialMemory().add_colours(colours, MATERIAL_PRIOR)
+    densities = memory.belief.add_object_variation(MATERIAL_PRIOR.deviation_sd)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
     return SeenObject(ObjectBelief(memory, densities, geometry), (), payload.low, payload.high)
 

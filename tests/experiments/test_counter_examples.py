@@ -227,6 +227,7 @@ ALL = {
                 **studies.inject(),
                 **studies.weigh(),
                 **studies.cover(),
+                **studies.see_sizes(),
                 **studies.time_identification(),
                 **studies.judge_itself(),
             },
@@ -241,6 +242,7 @@ ALL = {
             "errors are large and independent": functools.partial(studies.inject, is_white=True),
             "a scale that errs": functools.partial(studies.weigh, scale=0.8),
             "errors are taken for half as large": functools.partial(studies.cover, overconfident=2.0),
+            "sizes are taken to be right": functools.partial(studies.see_sizes, size_error=0.0),
             "many samples": functools.partial(studies.time_identification, num_samples=20_000),
         },
         {
@@ -256,13 +258,14 @@ ALL = {
             **dict.fromkeys(("false_alarms", "seeds"), "noise of thirty times, few samples"),
             "claimed": "errors are large and independent",
             "classes": "errors are taken for half as large",
+            "sizes": "sizes are taken to be right",
             "own_prior": "errors are taken for half as large",
             "hidden_part": "errors are taken for half as large",
             "speed": "many samples",
         },
         # Of six draws or three, on any machine, of four mistakes, with fewer samples than the study's; and the
         # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure.
-        frozenset({"own_prior", "classes", "speed", "mistakes", "seeds", "ur10e_empty"}),
+        frozenset({"own_prior", "classes", "sizes", "speed", "mistakes", "seeds", "ur10e_empty"}),
     ),
     "tools": CounterExamples(
         {

@@ -36,7 +36,7 @@ from helpers.robot_files import write_urdf
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 from studies.arms import command as arms
 from studies.arms import measure, parity, robot_study
-from studies.recorded import simulated_truths, timing, ur10e, verdicts
+from studies.recorded import seen_sizes, simulated_truths, timing, ur10e, verdicts
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
 from studies.recorded.command import flatten
 from studies.recorded.panda import study_panda
@@ -232,6 +232,16 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
         world = robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION
         classes = measure_class_coverage(*world, num_draws=3, seed=0)
         return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
+
+
+def see_sizes(*, size_error: float = 0.2) -> Numbers:
+    """Coverage of densities of objects whose sizes are seen wrongly by those who take them for nearly right."""
+    robot = _build_robot()
+    run = generate_run(robot, None, truth=Truth(), rng=np.random.default_rng(6))
+    world = simulated_truths.World(robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(seen_sizes, "_SIZE_ERROR", size_error)
+        return flatten({"size_seen_wrongly": seen_sizes.measure_seen_sizes(world, num_draws=8, seed=0)})
 
 
 def judge_itself(

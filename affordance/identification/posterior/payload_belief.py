@@ -24,7 +24,7 @@ _VAGUE = 0.4
 # Effective sample size below which the tails of an interval are unreliable.
 _FEW_SAMPLES = 100.0
 # Probability below which an object is not what it looks like.
-_SURPRISE = 0.001
+SURPRISE = 0.001
 QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
 UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
 _MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
@@ -209,7 +209,7 @@ class PayloadBelief:
     @property
     def teaches(self) -> bool:
         """True if a memory should learn from the run: it is trusted, and the object is what it looks like."""
-        return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= _SURPRISE)
+        return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= SURPRISE)
 
     @cached_property
     def hidden(self) -> frozenset[str]:
@@ -261,7 +261,7 @@ class PayloadBelief:
         sentences = []
         if self.bodies.effective_size < _FEW_SAMPLES:
             sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
-        if self.p_value is not None and self.p_value < _SURPRISE:
+        if self.p_value is not None and self.p_value < SURPRISE:
             sentences.append(
                 f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is unseen than assumed"
             )

@@ -1,0 +1,82 @@
+"""Densities that are taught of objects whose sizes a camera saw wrongly.
+
+All parts of an object look larger, or all smaller, by the same share, as to a camera whose scale is wrong; the
+identification takes them to be right to its default.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from tqdm import tqdm
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.identify import see_tool
+from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, infer_parts
+from affordance.identification.posterior.payload_belief import SURPRISE
+from affordance.objects.inertia import build_inertia_map
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.objects.tool import Tool
+from studies.recorded.simulated_truths import MATERIAL_PRIOR, World
+
+# Shares by which sizes are seen wrongly, in per cent.
+WRONG = (0, 10, 20)
+_SIZE_ERROR = 0.2  # default of --size-error
+_TOOLS = ("novel", "com", "weight", "uncommon")
+
+
+def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, float]:
+    """Measures how often the 90 % interval of a density that is taught holds it, by how wrong the sizes are, [%].
+
+    Args:
+        world: Arm and motion.
+        num_draws: Number of holds for each error.
+        seed: Seed of all draws.
+    """
+    materials = load_materials(MODELS / "materials.yaml")
+    tools = [tool for name in _TOOLS for tool in load_tools(MODELS / "tools" / f"{name}.yaml", materials)]
+    # A decoy teaches a wrong density whatever its size.
+    honest = [tool for tool in tools if all(part.material == part.looks_like for part in tool.components)]
+    coverage = {}
+    for wrong in WRONG:
+        rng, inside = np.random.default_rng((seed, 4)), []
+        for _ in tqdm(range(num_draws), desc=f"sizes off by {wrong} %", unit="object"):
+            tool = honest[rng.integers(len(honest))]
+            factor = 1.0 + 0.01 * wrong * rng.choice([-1.0, 1.0])
+            inside += _teach(world, tool, _resize(tool, factor), rng)
+        coverage[str(wrong)] = float(np.mean(inside))
+    return coverage
+
+
+def _teach(world: World, tool: Tool, looks: Tool, rng: np.random.Generator) -> list[bool]:
+    """Returns for each material whether its interval holds the density; nothing if the object teaches nothing."""
+    parts = tool.components
+    densities = np.array([part.material.density for part in parts])
+    Phi = build_inertia_map([p.shape for p in parts], [p.X_TE for p in parts], range(len(parts)), len(parts))
+    likelihood: PayloadLikelihood = world.hold(Phi @ densities, rng)
+    settings = world.settings
+    try:
+        found = infer_parts(
+            likelihood,
+            see_tool(looks, MaterialMemory(), MATERIAL_PRIOR, _SIZE_ERROR).place(np.eye(4)),
+            deviation_sd=MATERIAL_PRIOR.deviation_sd,
+            unseen_share=settings.unseen_share,
+            rng=rng,
+            num_samples=settings.num_samples,
+        )
+    except NotTheSeenObjectError:
+        return []
+    if found.p_value < SURPRISE:
+        return []
+    memory = found.belief.memory
+    low, high = memory.belief.compute_percentiles([0.05, 0.95])
+    true = {part.looks_like.colour: part.material.density for part in parts}
+    return [bool(low[i] <= true[colour] <= high[i]) for i, colour in enumerate(memory.colours)]
+
+
+def _resize(tool: Tool, factor: float) -> Tool:
+    """Returns the tool with every part larger by a factor about its own centre."""
+    resized = [replace(p, shape=p.shape.with_sizes(factor * p.shape.sizes)) for p in tool.components]
+    return replace(tool, components=tuple(resized))
