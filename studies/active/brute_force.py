@@ -81,16 +81,17 @@ def compare_worths(
 
 
 def summarise_errors(compared: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Summarises comparisons: how many, and how many are within 15 % or two standard errors; the worst irrelevant."""
+    """Summarises comparisons: the share within 15 % or two standard errors, and the worst that is irrelevant."""
     near = [each["error"] <= 0.15 or abs(each["z"]) <= 2.0 for each in compared if each["relevant"]]
     return {
         "worth_error": {
             "cases": len(compared),
             "relevant": len(near),
             "within": sum(near),
-            "irrelevant_J": max((each["regression"] for each in compared if not each["relevant"]), default=0.0),
+            "worths": list(compared),
         },
         "worths_within": sum(near) / len(near),
+        "irrelevant_J": max((each["regression"] for each in compared if not each["relevant"]), default=0.0),
     }
 
 
@@ -151,5 +152,5 @@ def _compare(case: Case, outcomes: int, draws: int, seed: int) -> dict[str, Any]
         "brute_force": worth,
         "brute_force_se": se,
         "error": abs(advice.worth - worth) / max(worth, 1e-12),
-        "z": (advice.worth - worth) / np.hypot(se, advice.worth_se),
+        "z": (advice.worth - worth) / max(float(np.hypot(se, advice.worth_se)), 1e-12),
     }

@@ -1,13 +1,17 @@
 """``affordance study active``: how many holds it takes until tools are chosen rightly, by what picks them."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 
+from affordance.arrays import Arrays
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
 from affordance.files.model_folder import MODELS
+from studies.active import stopping
+from studies.active.brute_force import compare_worths, summarise_errors
 from studies.active.figure import draw_rules
+from studies.active.kinds import compare_information
 from studies.active.rules import RULES
 from studies.active.study import ActiveConfig, describe_rules, run_observer, time_advice
 from studies.study import Findings, Study, Work, run_kept
@@ -26,23 +30,25 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
-    found = {
-        rule: run_kept(
-            ActiveConfig(rule, arguments.seed),
-            run_observer,
-            folder,
-            MODELS,
-            repeats=arguments.repeats,
-            jobs=arguments.jobs,
-            description=f"active: {rule}",
+    def run[C](config: C, observe: Callable[[C, int], Arrays], repeats: int, name: str) -> Arrays:
+        return run_kept(
+            config, observe, folder, MODELS, repeats=repeats, jobs=arguments.jobs, description=f"active: {name}"
         )
-        for rule in RULES
+
+    seed, repeats = arguments.seed, arguments.repeats
+    found = {rule: run(ActiveConfig(rule, seed), run_observer, repeats, rule) for rule in RULES}
+    stops = {
+        name: stopping.describe_stops(run(config, stopping.run_observer, number, name))
+        for name, (config, number) in stopping.list_configs(seed, repeats).items()
     }
     described = describe_rules(found)
     numbers = {
-        "repeats": arguments.repeats,
-        "seed": arguments.seed,
+        "repeats": repeats,
+        "seed": seed,
         **described,
+        **summarise_errors(compare_worths()),
+        **stopping.summarise(stops),
+        **compare_information(),
         "ms_per_candidate": time_advice(),
     }
     rules = described["workshop"]["rules"]

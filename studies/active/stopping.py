@@ -18,6 +18,8 @@ from studies.active import world as worlds
 
 # Samples of an advice, and pieces of stock that are doubled in worlds with an odd object.
 NUM_SAMPLES, _NUM_DOUBLED = 1000, 5
+# Worlds that are drawn from the prior.
+NUM_DRAWN = 500
 # Reasons to stop: none within the holds that are allowed, as certain, or as nothing is worth its price.
 _REASONS = ("", "certain", "not worth its price")
 
@@ -116,6 +118,28 @@ def draw_means(workshop: worlds.Workshop, rng: np.random.Generator) -> dict[Colo
     colours = sorted({*shown, *(part.colour for option in options for part in option.features)})
     drawn = EMPTY_BELIEF.extend(workshop.settings.prior, len(colours)).draw_samples(rng, 1)[0]
     return {colour: float(density) for colour, density in zip(colours, drawn, strict=True)}
+
+
+def list_configs(seed: int, repeats: int) -> dict[str, tuple[StopConfig, int]]:
+    """Lists configurations by name, each with the number of observers; hammering is left out, as it takes longest."""
+    tasks = ("reach", "mash")
+    return {
+        "drawn": (StopConfig(is_drawn=True, doubts=False, seed=seed, tasks=tasks), NUM_DRAWN),
+        "before": (StopConfig(has_decoy=True, doubts=False, most=9, seed=seed, tasks=tasks), repeats),
+        "after": (StopConfig(has_decoy=True, most=9, seed=seed, tasks=tasks), repeats),
+    }
+
+
+def summarise(stops: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Summarises what was found by configuration, as in metrics.json."""
+    return {
+        "drawn": stops["drawn"],
+        "decoy": {name: stops[name]["right"] for name in ("before", "after")},
+        "decoy_stops": {name: stops[name] for name in ("before", "after")},
+        "drawn_right": stops["drawn"]["right"],
+        "drawn_certain": stops["drawn"]["certain"],
+        "decoy_right": stops["after"]["right"],
+    }
 
 
 def describe_stops(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

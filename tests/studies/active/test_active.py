@@ -8,6 +8,7 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from studies.active import world as worlds
 from studies.active.figure import draw_rules
+from studies.active.kinds import compare_information
 from studies.active.rules import RULES
 from studies.active.study import ActiveConfig, count_holds, run_observer
 
@@ -77,3 +78,11 @@ def test_numbers_and_figure_of_a_small_study():
     assert numbers["value_holds"] <= choose_actively(is_perverse=True)["value_holds"]
     figure = draw_rules(numbers["workshop"]["rules"])
     assert [axes.get_xlabel() for axes in figure.axes] == ["objects held before"] * 2
+
+
+def test_a_learner_with_kinds_gains_what_it_is_promised_and_nothing_from_an_odd_object():
+    found = compare_information(holds=6)
+    assert found["kinds_worst"] < 0.05
+    (odd,) = (each for each in found["kinds"]["promised"] if "looks like" in each)
+    assert found["kinds"]["promised"][odd] < 0.01
+    assert min(gain for name, gain in found["kinds"]["gained"].items() if name != odd) > 0.1

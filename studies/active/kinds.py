@@ -1,0 +1,71 @@
+"""Information that is promised of holds by a learner with kinds, against what the learner gains from them."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from affordance.belief.kind_memory import start_memory as start_learner
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
+from affordance.choice.next_hold import advise_hold
+from affordance.objects.primitives import Cylinder
+from affordance.objects.tool import Tool
+from studies.active import world as worlds
+
+_NUM_SAMPLES, _HOLDS = 4000, 100
+_DECOY, _ROD, _NEW = "rod of oak that looks like cast steel", "rod of cast steel", "longer rod of cast steel"
+
+
+def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
+    """Compares promises with gains, [nat], after two rods of cast steel and a decoy that looks like them.
+
+    Returns: ``kinds``: by object ``promised`` and ``gained``, the latter the mean of some holds; and ``kinds_worst``,
+        the largest difference.
+    """
+    whole = worlds.build_workshop(("reach",))
+    rod, oak = whole.candidates[_ROD], whole.candidates["bar of oak"].components[0].material
+    decoy = _stretch(rod, 0.8, _DECOY)
+    decoy = replace(decoy, components=tuple(replace(part, material=oak) for part in decoy.components))
+    tools = [rod, _stretch(rod, 1.2, "another rod"), decoy, _stretch(rod, 1.4, _NEW)]
+    workshop = whole._replace(candidates={tool.name: tool for tool in tools})
+    memory = worlds.start_memory(workshop, start_learner("kinds_map"))
+    for number, tool in enumerate([*tools[:2], decoy]):
+        memory, _ = _learn(workshop, tool, memory, number)
+    candidates = [rod, decoy, tools[3]]
+    advice = advise_hold(
+        candidates,
+        workshop.questions,
+        memory,
+        workshop.settings,
+        criterion=Criterion.WORK,
+        num_samples=_NUM_SAMPLES,
+    )
+    promised = {each.name: each.information for each in advice.ranked}
+    gained = {
+        tool.name: float(np.mean([_learn(workshop, tool, memory, 10 + number)[1] for number in range(holds)]))
+        for tool in candidates
+    }
+    worst = max(abs(promised[name] - gained[name]) for name in gained)
+    return {"kinds": {"promised": promised, "gained": gained}, "kinds_worst": worst}
+
+
+def _learn(workshop: worlds.Workshop, tool: Tool, memory: Memory, number: int) -> tuple[Memory, float]:
+    """Learns from a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
+    rng = np.random.default_rng([number, 1])
+    sd = workshop.settings.prior.deviation_sd
+    true = {part.looks_like.colour: part.material.density + sd * rng.standard_normal() for part in tool.components}
+    after, _ = worlds.learn(workshop, tool.name, true, memory, (number, 2))
+    return after, 0.5 * float(_measure(memory) - _measure(after))
+
+
+def _measure(memory: Memory) -> float:
+    return float(np.linalg.slogdet(memory.belief.covariance)[1])
+
+
+def _stretch(tool: Tool, factor: float, name: str) -> Tool:
+    """Returns a rod that is as long as a factor says, so that it is another object."""
+    (part,) = tool.components
+    assert isinstance(part.shape, Cylinder)
+    longer = replace(part.shape, length=factor * part.shape.length)
+    return replace(tool, name=name, components=(replace(part, shape=longer),))
