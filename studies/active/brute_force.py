@@ -82,7 +82,7 @@ def compare_worths(
 
 def summarise_errors(compared: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """Summarises comparisons: the share within 15 % or two standard errors, and the worst that is irrelevant."""
-    near = [each["error"] <= 0.15 or abs(each["z"]) <= 2.0 for each in compared if each["relevant"]]
+    near = [bool(each["error"] <= 0.15 or abs(each["z"]) <= 2.0) for each in compared if each["relevant"]]
     return {
         "worth_error": {
             "cases": len(compared),
