@@ -28,6 +28,7 @@ COLLADA = ".dae"
 # Most pieces of an OBJ file, each a separate mesh, and most elements of a Collada file, counted with repetitions.
 _MOST_PIECES = 10_000
 _MOST_REPEATED = 400_000
+_STL_HEAD, _STL_TRIANGLE = 84, 50  # bytes of a binary STL file
 _PLY_COUNT = re.compile(rb"^element[ \t]+\S+[ \t]+(\d+)", re.MULTILINE)
 _OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
@@ -123,6 +124,10 @@ def _check_promises(path: Path, content: bytes, suffix: str) -> None:
         promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)
         if promised > len(content):
             raise BadValueError(path, "", f"promises {promised} entries, has {len(content)} bytes")
+    elif suffix == ".stl" and b"\0" in content[:_STL_HEAD]:
+        promised = int.from_bytes(content[_STL_HEAD - 4 : _STL_HEAD], "little")
+        if _STL_HEAD + _STL_TRIANGLE * promised > len(content):
+            raise BadValueError(path, "", f"promises {promised} triangles, has {len(content)} bytes")
     elif suffix == ".obj":
         num_pieces = sum(1 for _ in _OBJ_PIECE.finditer(content))
         if num_pieces > _MOST_PIECES:

@@ -29,7 +29,11 @@ def write(tmp_path):
     [
         ("a.ply", (PLY + FACES).format("ascii", 10**12, 1) + "0 0 0\n", "promises 1000000000000 entries, has "),
         ("a.ply", (PLY + FACES).format("binary_little_endian", 1, 10**30), "promises 10000000000000000000 entries"),
-        ("a.stl", b"\0" * 80 + struct.pack("<I", 2**32 - 1) + b"\0" * 50, "is no readable STL file: "),
+        (
+            "a.stl",
+            b"\0" * 80 + struct.pack("<I", 2**32 - 1) + b"\0" * 50,
+            "promises 4294967295 triangles, has 134 bytes",
+        ),
         ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file: "),
         ("a.obj", TRIANGLE + "usemtl a\nf 1 2 3\n" * 10_001, "has 10001 pieces, must have at most 10000"),
         ("a.obj", "", "holds no triangles"),
