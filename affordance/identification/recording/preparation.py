@@ -129,8 +129,8 @@ def prepare(
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
     """Applies a digital Butterworth filter forwards and backwards.
 
-    The numbers are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values are
-    continued oddly about both ends, and each pass begins as if its first value had always been there.
+    The numbers are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the
+    values are continued oddly about both ends, and each pass begins as if its first value had always been there.
 
     Args:
         values: Even samples, shape (N, C).
