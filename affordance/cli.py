@@ -28,6 +28,7 @@ COMMANDS = (
     "next",
     "settings",
     "import-arm",
+    "excite",
     "identify",
     "memory",
     "study",

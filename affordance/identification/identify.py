@@ -17,6 +17,7 @@ from affordance.identification.evidence.gains import Gains, arrange_gains, build
 from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
+from affordance.identification.excitation.more_motion import suggest_motion
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject, find_box
@@ -123,6 +124,7 @@ def identify(
     belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
     if calibration is not None and reference_mass is not None:
         belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
+    belief = replace(belief, notes=(*belief.notes, *suggest_motion(arm, belief, before, settings)))
     return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 

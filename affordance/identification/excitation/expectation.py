@@ -1,0 +1,157 @@
+"""Prediction of what a motion will show of a payload: standard deviations as ``identify`` would state them.
+
+Along a planned motion the columns of the likelihood are known before anything is measured, and the signal is what the
+expected body would cause. All that identification integrates out is thus integrated out here: gains, load friction,
+friction, errors that agree over time, and the error of the arm's model that no time averages out. Designs that count
+on white noise leave these out, choose postures of the greatest leverage, and claim more than is found.
+"""
+
+import enum
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_statistics import (
+    LOAD,
+    NUM_COLUMNS,
+    SIGNAL,
+    ChannelSamples,
+    JointStatistics,
+)
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.posterior.log_cholesky import compute_jacobian, parameters_from_theta
+from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+
+
+class Aim(enum.Enum):
+    """Quantity that a motion is to show."""
+
+    MASS = "mass"
+    COM = "com"
+    INERTIA = "inertia"
+    COST = "cost"  # of a task with the body
+
+
+class Spread(NamedTuple):
+    """Standard deviations that identification would state.
+
+    Attributes:
+        mass: Of the mass, [kg].
+        com: Of the centre of mass, root of the sum of squares over its coordinates, [m].
+        inertia: Of the moments of inertia about it, likewise, [kg m^2].
+        cost: Of the cost of a task, in its unit; 0 without a task.
+    """
+
+    mass: float
+    com: float
+    inertia: float
+    cost: float
+
+    def get(self, aim: Aim) -> float:
+        """Returns the standard deviation of an aim."""
+        value: float = getattr(self, aim.value)
+        return value
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What is known before the loaded run, as far as it decides how well the run will show the payload.
+
+    Attributes:
+        robot: Model of the arm, with its mounting.
+        gains: Gains as known before, drift included.
+        error_density: Long-run variance of each joint's error times the time between samples, shape (n,), in the
+            signal's unit squared times seconds: independent of the rate.
+        bodies: Log-Cholesky coordinates of bodies that may be held, shape (K, 10), over which squares are averaged.
+        floor: Covariance of the phantom payload, which no time averages out, shape (10, 10).
+        slope: Derivative of the cost of a task by the ten parameters, shape (10,); zero without a task.
+        settings: Identification settings.
+    """
+
+    robot: RobotChain
+    gains: Gains
+    error_density: Array
+    bodies: Array
+    floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
+    slope: Array = field(default_factory=lambda: np.zeros(10))
+    settings: IdentificationSettings = DEFAULT_SETTINGS
+
+    def build_evidence(self, motion: PreparedRun) -> Evidence:
+        """Builds the evidence of a motion, less an empty run of it; its signal is the load's, as far as it is known.
+
+        Load friction has the sign of the mean body's load.
+        """
+        robot, rate = self.robot, motion.rate
+        arm_torque = robot.compute_arm_torques(*motion.motion)
+        samples = ChannelSamples.of_joints(
+            robot.compute_payload_regressors(*motion.motion),
+            motion.v,
+            motion.signal,
+            tau_arm=np.zeros_like(arm_torque),
+            arm_torque=arm_torque,
+            min_speed=self.settings.min_speed,
+        )
+        evidence = Evidence(
+            source="planned motion",
+            analysis="planned",
+            kind=self.gains.kind,
+            channel_names=robot.joint_names,
+            prepared=motion,
+            rate=rate,
+            samples=samples,
+            arm_torque=arm_torque,
+            is_difference=True,
+            is_repeated=True,
+            least_variance=self.error_density * rate,
+            phantom_covariance=self.floor,
+        )
+        return evidence.with_load(parameters_from_theta(self.bodies).mean(axis=0))
+
+    def predict(self, motion: PreparedRun) -> Spread:
+        """Predicts the standard deviations after a motion, whose signal counts for nothing."""
+        evidence = self.build_evidence(motion)
+        return self.measure(evidence, evidence.compute_statistics(self.settings))
+
+    def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
+        """Computes the standard deviations by the sums over a motion, root mean squares over the bodies."""
+        prior = build_channel_prior(evidence, self.gains, self.settings)
+        solid = SolidPrior.for_hand().with_common_factor(self.gains.common_sd)
+        squares = []
+        for theta in self.bodies:
+            pi = parameters_from_theta(theta)
+            filled = fill_signal(statistics, self.gains.mean, pi)
+            likelihood = PayloadLikelihood(filled, prior, evidence.least_variance)
+            H = likelihood.linearise(pi).widen(self.floor).precision
+            D = compute_jacobian(theta)
+            C = np.linalg.inv(D.T @ H @ D + solid.precision)
+            C[0, 0] += self.gains.common_sd**2
+            about = compute_jacobian(np.where(_IS_COM, 0.0, theta))[4:7]  # moments about the centre of mass
+            squares.append(
+                [
+                    C[0, 0] * pi[0] ** 2,
+                    C[1:4, 1:4].trace(),
+                    (about @ C @ about.T).trace(),
+                    self.slope @ D @ C @ D.T @ self.slope,
+                ]
+            )
+        return Spread(*(float(each) for each in np.sqrt(np.mean(squares, axis=0))))
+
+
+_IS_COM = np.isin(np.arange(10), (1, 2, 3))
+
+
+def fill_signal(statistics: JointStatistics, gain: Array, pi: Array) -> JointStatistics:
+    """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2)."""
+    weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
+    weights[:, SIGNAL, SIGNAL] = 0.0
+    load = np.concatenate([[1.0], pi])
+    weights[:, LOAD, SIGNAL] = (gain[:, :, None] * load).reshape(len(gain), -1)
+    return replace(statistics, products=weights.transpose(0, 2, 1) @ statistics.products @ weights)

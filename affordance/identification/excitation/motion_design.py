@@ -1,0 +1,109 @@
+"""Search for a motion that shows a payload well: the best of many, then changed as long as that helps."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
+from affordance.identification.excitation.expectation import Aim, Expectation, Spread
+from affordance.identification.excitation.planned_motion import MotionFamily, list_times
+from affordance.identification.posterior.log_cholesky import parameters_from_theta
+from affordance.identification.recording.preparation import PreparedRun
+
+# Motions that are drawn, and changes that are tried.
+NUM_DRAWS, NUM_CHANGES = 200, 400
+# First step of a change, its factors after one that helped and one that did not, and the share of numbers changed.
+_STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
+_LEAST_STEP = 0.02
+_USED = 0.97  # share of each limit that may be taken up, as motions are compared at few samples
+_OUTPUT_RATE = 50.0  # [Hz]
+
+# Function of a motion that is to be small.
+type Score = Callable[[PreparedRun], float]
+
+
+class MotionDesign(NamedTuple):
+    """Motion that was found.
+
+    Attributes:
+        motion: Motion at 50 Hz, without a signal.
+        score: Score of the motion.
+        typical: Median score of the motions that were drawn at random.
+    """
+
+    motion: PreparedRun
+    score: float
+    typical: float
+
+
+class NoMotionError(AffordanceError):
+    """No motion keeps the limits."""
+
+
+def design_motion(
+    expectation: Expectation,
+    family: MotionFamily,
+    aim: Aim,
+    *,
+    num_draws: int = NUM_DRAWS,
+    num_changes: int = NUM_CHANGES,
+    seed: int = 0,
+) -> tuple[MotionDesign, Spread]:
+    """Designs a motion for the least standard deviation of an aim, as identification would state it; see ``search``.
+
+    Returns: The motion, and what it is predicted to show.
+
+    Raises:
+        NoMotionError: None of the motions that were drawn keeps the limits.
+    """
+    bodies = parameters_from_theta(expectation.bodies)
+
+    def score(motion: PreparedRun) -> float:
+        return expectation.predict(motion).get(aim)
+
+    design = search(score, family, bodies, num_draws=num_draws, num_changes=num_changes, seed=seed)
+    return design, expectation.predict(design.motion)
+
+
+def search(
+    score: Score,
+    family: MotionFamily,
+    bodies: Array,
+    *,
+    num_draws: int = NUM_DRAWS,
+    num_changes: int = NUM_CHANGES,
+    seed: int = 0,
+) -> MotionDesign:
+    """Searches the motion of the least score that keeps the limits with some bodies, shape (K, 10).
+
+    Raises:
+        NoMotionError: None of the motions that were drawn keeps the limits.
+    """
+    rng = np.random.default_rng(seed)
+    times = list_times(family.duration)
+
+    def judge(numbers: Array) -> float:
+        motion = family.build(numbers, times)
+        if motion is None or family.limits.find_excess(family.robot, motion, bodies) > _USED:
+            return np.inf
+        return score(motion)
+
+    drawn = [family.draw(rng) for _ in range(num_draws)]
+    scores = np.array([judge(numbers) for numbers in drawn])
+    kept = np.isfinite(scores)
+    if not kept.any():
+        raise NoMotionError(f"none of {num_draws} motions of {family.duration:g} s keeps the limits")
+    best, least, step = drawn[int(np.argmin(scores))], float(scores.min()), _STEP
+    for _ in range(num_changes):
+        changed = rng.uniform(size=best.shape) < _CHANGED
+        other = best + step * changed * rng.standard_normal(best.shape)
+        found = judge(other)
+        if found < least:
+            best, least, step = other, found, min(step * _LONGER, _STEP)
+        else:
+            step = max(step * _SHORTER, _LEAST_STEP)
+    motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
+    assert motion is not None
+    return MotionDesign(motion, least, float(np.median(scores[kept])))

@@ -1,0 +1,238 @@
+"""Motions within an arm's limits: Fourier series from rest to rest, and visits to postures with slow sweeps at each.
+
+Limits of angle, velocity and acceleration hold by construction, whatever the numbers that describe a motion; limits
+of torque and of the tip are checked. Collisions are not: nothing here knows what stands around the arm.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from pydrake.trajectories import PiecewisePolynomial
+from scipy.linalg import null_space
+
+from affordance.arrays import Array
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
+
+# Share of each limit that is used, as limits are checked at samples.
+_USED = 0.95
+# Harmonics of the series, and fewest samples of a motion: sixteen in a period of the highest.
+_TERMS, _FEWEST = 5, 80
+_RATE = 10.0  # at which motions are compared, [Hz]
+# Mean speed of a sweep, above that below which friction has no direction, and its least duration, [rad/s, s].
+_SWEEP_SPEED, _SHORTEST = 0.1, 0.2
+_PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # of a move of minimum jerk by 1 rad in 1 s
+_TRIALS = 4  # in which a motion is slowed down until the tip is slow enough
+
+
+class MotionLimits(NamedTuple):
+    """Limits of a motion.
+
+    Attributes:
+        q_lower: Least joint angles, shape (n,), finite, [rad].
+        q_upper: Largest joint angles, shape (n,), finite, [rad].
+        v_max: Bound of |v|, shape (n,), [rad/s].
+        vdot_max: Bound of |vdot|, shape (n,), [rad/s^2].
+        tau_max: Bound of |tau|, shape (n,), [N m].
+        tip_speed: Bound of the tip's speed, [m/s].
+        height: Least height of the tip in the base frame, [m].
+    """
+
+    q_lower: Array
+    q_upper: Array
+    v_max: Array
+    vdot_max: Array
+    tau_max: Array
+    tip_speed: float = np.inf
+    height: float = -np.inf
+
+    def find_excess(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> float:
+        """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10).
+
+        More than 1 breaks a limit; infinite if the tip is too low.
+        """
+        q, v, vdot = motion.motion
+        tip = robot.chain.compute_motion(q, v, vdot)
+        if tip.p_WT[:, 2].min() < self.height:
+            return np.inf
+        middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
+        arm, Y = robot.compute_arm_torques(q, v, vdot), robot.compute_payload_regressors(q, v, vdot)
+        shares = [
+            np.abs(q - middle) / half,
+            np.abs(v) / self.v_max,
+            np.abs(vdot) / self.vdot_max,
+            *(np.abs(arm + Y @ pi) / self.tau_max for pi in bodies),
+            find_tip_speed(robot, motion) / self.tip_speed,
+        ]
+        return float(max(np.max(share) for share in shares))
+
+
+def find_tip_speed(robot: RobotChain, motion: PreparedRun) -> float:
+    """Finds the largest speed of the tip along a motion, [m/s]."""
+    J = robot.chain.compute_motion(*motion.motion).Jv_V_WT[:, 3:]
+    return float(np.linalg.norm(np.einsum("nij,nj->ni", J, motion.v), axis=1).max())
+
+
+class MotionFamily(Protocol):
+    """Motions that a vector of numbers describes."""
+
+    @property
+    def robot(self) -> RobotChain:
+        """Arm that moves."""
+
+    @property
+    def limits(self) -> MotionLimits:
+        """Limits of the motion."""
+
+    @property
+    def duration(self) -> float:
+        """Length of the motion, [s]."""
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """Draws the numbers of a motion."""
+
+    def build(self, numbers: Array, times: Array) -> PreparedRun | None:
+        """Builds a motion at times, [s], shape (N,); None if the time is too short."""
+
+
+def list_times(duration: float, rate: float = _RATE) -> Array:
+    """Lists even times from 0 to the duration, [s], at least sixteen in a period of the highest harmonic."""
+    return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
+
+
+def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
+    """Builds a motion without a signal from q, v and vdot, shape (N, n)."""
+    return PreparedRun(times, q, v, vdot, np.zeros_like(q), 0.0)
+
+
+def to_trajectory(motion: PreparedRun) -> PiecewisePolynomial:
+    """Converts a motion to a Drake trajectory with its angles and velocities, to the third order between samples."""
+    breaks = motion.times.tolist()
+    trajectory: PiecewisePolynomial = PiecewisePolynomial.CubicHermite(breaks, list(motion.q.T), list(motion.v.T))
+    return trajectory
+
+
+@dataclass(frozen=True)
+class FourierFamily:
+    """Fourier series of five terms, from rest to rest: where it begins it ends.
+
+    The numbers of a joint are those of its shape (8), which is scaled to the limits, then the share of that scale
+    that is used and the place within the angles that are left, from 0 to 1.
+    """
+
+    robot: RobotChain
+    limits: MotionLimits
+    duration: float
+
+    @cached_property
+    def _basis(self) -> Array:
+        """Combinations of sines and cosines without velocity and acceleration at the start, shape (2 terms, 8)."""
+        k = np.arange(1, _TERMS + 1)
+        rest = np.zeros((2, 2 * _TERMS))
+        rest[0, :_TERMS], rest[1, _TERMS:] = k, k**2
+        return null_space(rest)
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """Draws the numbers of a motion, shape (10 n,): all of the limits are used."""
+        n, size = self.robot.num_joints, self._basis.shape[1]
+        return np.concatenate([rng.standard_normal((n, size)), np.ones((n, 1)), rng.uniform(size=(n, 1))], 1).ravel()
+
+    def build(self, numbers: Array, times: Array) -> PreparedRun | None:
+        """Builds a motion at times, [s], shape (N,), slowed down until the tip is slow enough."""
+        table = numbers.reshape(self.robot.num_joints, -1)
+        share, place = np.clip(table[:, -2], 0.0, 1.0), np.clip(table[:, -1], 0.0, 1.0)
+        a, b = np.split(self._basis @ table[:, :-2].T, 2)
+        shape = self._sum(a, b, list_times(self.duration))
+        scale = share * np.min(
+            [
+                _USED * (self.limits.q_upper - self.limits.q_lower) / np.ptp(shape.q, axis=0),
+                _USED * self.limits.v_max / np.abs(shape.v).max(axis=0),
+                _USED * self.limits.vdot_max / np.abs(shape.vdot).max(axis=0),
+            ],
+            axis=0,
+        )
+        for _ in range(_TRIALS):
+            low, high = scale * shape.q.min(axis=0), scale * shape.q.max(axis=0)
+            edge = 0.5 * (1.0 / _USED - 1.0) * (high - low)
+            free = (self.limits.q_upper - self.limits.q_lower) - (high - low) - 2.0 * edge
+            centre = self.limits.q_lower + edge - low + place * free
+            motion = to_motion(shape.times, centre + scale * shape.q, scale * shape.v, scale * shape.vdot)
+            over = find_tip_speed(self.robot, motion) / (_USED * self.limits.tip_speed)
+            if over <= 1.0:
+                at = self._sum(scale * a, scale * b, times)
+                return at._replace(q=centre + at.q)
+            scale = scale * 0.98 / over
+        return None
+
+    def _sum(self, a: Array, b: Array, times: Array) -> PreparedRun:
+        """Sums a series with coefficients of sines and cosines, shape (terms, n) each."""
+        w = 2.0 * np.pi / self.duration * np.arange(1, _TERMS + 1)
+        s, c = np.sin(np.outer(times, w)), np.cos(np.outer(times, w))
+        return to_motion(times, s @ a + c @ b, (w * c) @ a - (w * s) @ b, -(w**2 * s) @ a - (w**2 * c) @ b)
+
+
+@dataclass(frozen=True)
+class PostureFamily:
+    """Visits to postures, each of which is swept through slowly and back, so that friction shows with both signs.
+
+    The numbers are the angles of the postures as shares of their ranges, from 0 to 1. Moves in between are of minimum
+    jerk, and as fast as the limits let them; sweeps take what time is left.
+    """
+
+    robot: RobotChain
+    limits: MotionLimits
+    duration: float
+    num_postures: int
+
+    def draw(self, rng: np.random.Generator) -> Array:
+        """Draws the numbers of a motion, shape (postures n,): postures near to one another or far apart."""
+        n = self.robot.num_joints
+        centre, spread = rng.uniform(size=n), rng.uniform()
+        postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
+        return np.asarray(postures.ravel())
+
+    def build(self, numbers: Array, times: Array) -> PreparedRun | None:
+        """Builds a motion at times, [s], shape (N,); None if the moves alone take too long."""
+        limits, num = self.limits, self.num_postures
+        widest = 0.5 * _SWEEP_SPEED * self.duration / (2 * num)
+        half = np.minimum(widest, 0.25 * (limits.q_upper - limits.q_lower))
+        margin = half + 0.5 * (1.0 - _USED) * (limits.q_upper - limits.q_lower - 2.0 * half)
+        share = np.clip(numbers.reshape(num, -1), 0.0, 1.0)
+        postures = limits.q_lower + margin + share * (limits.q_upper - limits.q_lower - 2.0 * margin)
+        distance = np.abs(np.diff(postures, axis=0)) + 2.0 * half
+        slowest = np.maximum(
+            _PEAK_V * distance / (_USED * limits.v_max),
+            np.sqrt(_PEAK_VDOT * distance / (_USED * limits.vdot_max)),
+        )
+        moves = slowest.max(axis=1, initial=0.0)
+        for _ in range(_TRIALS):
+            sweep = (self.duration - moves.sum()) / (2 * num)
+            if sweep < _SHORTEST:
+                return None
+            motion = self._visit(postures, moves, sweep, half, list_times(self.duration))
+            over = find_tip_speed(self.robot, motion) / (_USED * limits.tip_speed)
+            if over <= 1.0:
+                return self._visit(postures, moves, sweep, half, times)
+            moves = 1.02 * over * moves
+        return None
+
+    def _visit(self, postures: Array, moves: Array, sweep: float, half: Array, times: Array) -> PreparedRun:
+        """Visits postures, shape (K, n), with moves of given durations, shape (K - 1,), in between, [s]."""
+        swept = np.minimum(0.5 * _SWEEP_SPEED * sweep, half)
+        points = (postures[:, None] + swept * np.array([-1.0, 1.0, -1.0])[None, :, None]).reshape(
+            -1, postures.shape[1]
+        )
+        durations = np.insert(np.full(2 * len(postures), sweep), 2 * np.arange(1, len(postures)), moves)
+        starts = np.concatenate([[0.0], np.cumsum(durations)])
+        i = np.clip(np.searchsorted(starts, times, side="right") - 1, 0, len(durations) - 1)
+        length = durations[i][:, None]
+        x = np.clip((times - starts[i])[:, None] / length, 0.0, 1.0)
+        step = points[i + 1] - points[i]
+        return to_motion(
+            times,
+            points[i] + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
+            step * 30.0 * x**2 * (1.0 - x) ** 2 / length,
+            step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / length**2,
+        )

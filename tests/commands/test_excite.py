@@ -1,0 +1,70 @@
+"""``affordance excite``: what is said and written, and one line for bad input."""
+
+import functools
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from affordance.cli import main
+from affordance.commands import excite_motion
+from affordance.identification.excitation.motion_design import design_motion
+
+
+@pytest.fixture(autouse=True)
+def hasty(monkeypatch):
+    monkeypatch.setattr(excite_motion, "design_motion", functools.partial(design_motion, num_draws=8, num_changes=4))
+
+
+def test_motion_is_said_and_written(tmp_path, capsys):
+    assert main(["excite", "--seconds", "4", "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert (tmp_path / "excite.txt").read_text() == said
+    assert "predicted standard deviations: mass " in said
+    assert "not checked: collisions" in said
+    message = yaml.safe_load((tmp_path / "trajectory.yaml").read_text())
+    table = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True)
+    assert set(message) == {"joint_names", "points"}
+    assert len(message["points"]) == len(table) == 201
+    last = message["points"][-1]
+    assert last["time_from_start"] == {"sec": 4, "nanosec": 0}
+    assert last["positions"][0] == pytest.approx(table["q_1"][-1], abs=1e-6)
+    assert len(last["velocities"]) == len(last["accelerations"]) == len(message["joint_names"]) == 7
+    content = json.loads((tmp_path / "excite.json").read_text())
+    assert content["start"] == pytest.approx(
+        dict(zip(message["joint_names"], message["points"][0]["positions"], strict=True)), abs=1e-6
+    )
+
+
+def test_task_and_postures_as_json(capsys):
+    assert main(["excite", "--for", "reach", "--postures", "2", "--seconds", "9", "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["postures"] == 2
+    assert content["predicted_sd"]["cost_J"] > 0.0
+    assert content["predicted_sd"]["mass_g"] > 10.0  # the floor
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--for", "mas"], "--for: is 'mas', must be one of mass, com, inertia"),
+        (["--seconds", "0"], "--seconds: is 0"),
+        (["--postures", "0"], "--postures: is 0"),
+        (["--seconds", "1", "--postures", "20"], "--seconds: is 1: none of 8 motions"),
+        (["--mass", "nan"], "--mass: is nan"),
+        (["--floor", "-1"], "--floor: is -1"),
+        (["--reach", "9"], "--reach: is 9"),
+        (["--tip-speed", "0"], "--tip-speed: is 0"),
+        (["--acceleration", "0"], "--acceleration: is 0"),
+        (["--above", "9"], "--above: is 9"),
+        (["--gains", "nowhere.yaml"], "nowhere.yaml"),
+        (["--for", "reach", "--only", "nothing"], "is 'nothing', must be one of"),
+    ],
+)
+def test_bad_input_is_one_line(words, message, capsys, tmp_path):
+    assert main(["excite", *words, "--out", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err.strip()
+    assert message in error
+    assert "\n" not in error
+    assert not (tmp_path / "out").exists()

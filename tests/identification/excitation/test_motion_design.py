@@ -1,0 +1,35 @@
+"""Search for a motion: better than at random, the same by the same seed, and within the limits with the load."""
+
+import numpy as np
+import pytest
+
+from affordance.identification.excitation.expectation import Aim
+from affordance.identification.excitation.motion_design import NoMotionError, design_motion
+from affordance.identification.excitation.planned_motion import FourierFamily, PostureFamily
+from affordance.identification.posterior.log_cholesky import parameters_from_theta
+
+FEW = {"num_draws": 12, "num_changes": 20}
+
+
+def test_designed_motion_shows_more_than_random_ones(expectation, limits):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    design, spread = design_motion(expectation, family, Aim.MASS, **FEW)
+    assert design.score < 0.8 * design.typical
+    assert spread.mass == pytest.approx(design.score, rel=0.05)
+    bodies = parameters_from_theta(expectation.bodies)
+    assert limits.find_excess(expectation.robot, design.motion, bodies) <= 1.0
+    again, _ = design_motion(expectation, family, Aim.MASS, **FEW)
+    np.testing.assert_array_equal(again.motion.q, design.motion.q)
+
+
+def test_what_a_motion_is_for_is_what_it_shows(expectation, limits):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    spreads = {aim: design_motion(expectation, family, aim, **FEW)[1] for aim in (Aim.MASS, Aim.INERTIA)}
+    assert spreads[Aim.MASS].mass < spreads[Aim.INERTIA].mass
+    assert spreads[Aim.INERTIA].inertia < spreads[Aim.MASS].inertia
+
+
+def test_no_motion_within_the_limits_is_said(expectation, limits):
+    family = PostureFamily(expectation.robot, limits, 1.0, 8)
+    with pytest.raises(NoMotionError, match="none of 12 motions of 1 s"):
+        design_motion(expectation, family, Aim.MASS, **FEW)
