@@ -1,6 +1,7 @@
 """Layout of the library: how many modules lie loose, and how long a chain of imports is (decision 0029)."""
 
 import ast
+import tomllib
 from collections.abc import Mapping, Set
 from functools import cache
 from pathlib import Path
@@ -65,3 +66,11 @@ def test_a_chain_is_found_through_functions_and_packages(tmp_path):
         (library / f"{name}.py").write_text(text)
     chain = find_longest_chain(read_imports(library))
     assert chain == ["library.top", "library.inner.middle", "library.low", "library.inner"]
+
+
+def test_every_folder_of_the_library_is_packaged():
+    listed = tomllib.loads((LIBRARY.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"][
+        "packages"
+    ]
+    folders = {".".join(path.parent.relative_to(LIBRARY.parent).parts) for path in LIBRARY.rglob("*.py")}
+    assert sorted(folders - set(listed)) == []
