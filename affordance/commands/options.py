@@ -14,7 +14,6 @@ from affordance.memory.evidence_sums import SameColours
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
 from affordance.objects.tool import Tool
-from affordance.protocols.protocol import SUFFIXES, list_shipped
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -86,6 +85,9 @@ def check_experiment(arguments: argparse.Namespace, names: Sequence[str]) -> Non
     Raises:
         BadValueError: The name is unknown.
     """
+    # Imported here, as commands without an experiment need not wait for it.
+    from affordance.protocols.protocol import SUFFIXES, list_shipped
+
     if Path(arguments.experiment).suffix not in SUFFIXES:
         known = dict.fromkeys((*names, *list_shipped(find_shipped(arguments))))
         if arguments.experiment not in known:
