@@ -46,6 +46,7 @@ _LONGEST = 120.0
 _POSTURES = Whole(1, 50)
 _STEP = 1e-4  # of a difference by the ten parameters, relative to the body
 _NAME = "excite"
+_SECOND = 1_000_000_000  # [ns]
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -109,7 +110,7 @@ def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
                 "positions": show(q),
                 "velocities": show(v),
                 "accelerations": show(vdot),
-                "time_from_start": {"sec": nanoseconds // 10**9, "nanosec": nanoseconds % 10**9},
+                "time_from_start": {"sec": nanoseconds // _SECOND, "nanosec": nanoseconds % _SECOND},
             }
         )
     message = {"joint_names": list(joint_names), "points": points}

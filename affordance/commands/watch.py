@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
         address = show.scene.address
         print(f"Watch {experiment.name} at {address} (Ctrl-C ends it)", flush=True)
         if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-            webbrowser.open(address)
+            webbrowser.open_new_tab(address)
         try:
             show.run()
         except KeyboardInterrupt:

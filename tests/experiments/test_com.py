@@ -108,7 +108,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
     assert all(isinstance(claim.met, bool) for claim in section.claims.values())
     assert section.claims["decoy_lifted"].met
     objects, densities = section.tables
-    assert [row[0] for row in objects["rows"]] == ["steel_far", "steel_near", "decoy"]
+    assert [row[0] for row in objects["rows"]] == ["steel far", "steel near", "decoy"]
     assert [row[0] for row in densities["rows"]] == ["beech", "steel"]
     assert any("The arm braces" in figure["caption"] for figure in section.figures)
 

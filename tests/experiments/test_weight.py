@@ -131,7 +131,7 @@ def test_section_says_met_or_not_of_every_claim(weight, folder, numbers):
     assert section.claims["decoy_lifted"].met
     assert section.claims["first_object"].criteria[0]["value"].startswith(f"{100 * numbers['drop_m'][0]:.1f}")
     (table,) = section.tables
-    assert [row[0] for row in table["rows"]] == ["before", "rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
+    assert [row[0] for row in table["rows"]] == ["before", "rod 10cm", "rod 15cm", "rod 20cm", "rod 25cm"]
     figures = ["figure3.png", "figure4.png", "diagram.svg"]
     assert [figure["file"] for figure in section.figures] == figures
 

@@ -57,17 +57,13 @@ def test_features_from_pictures_are_those_of_the_grip_in_the_hand():
 
 
 def test_perfect_picture_of_an_appearance_is_taken_once(monkeypatch):
+    perfect = get_camera_sensor().render(STICK)
     rendered = []
-    monkeypatch.setattr(camera_sensor, "render", lambda tool, rig: rendered.append(tool) or get_rendering(tool))
+    monkeypatch.setattr(camera_sensor, "render", lambda tool, rig: rendered.append(tool) or perfect)
     sensor = CameraSensor()
     for seed in range(3):
         sensor.take_image(STICK, np.random.default_rng(seed))
     assert len(rendered) == 1
-
-
-def get_rendering(tool):
-    get_camera_sensor().take_image(tool, np.random.default_rng(0))
-    return get_camera_sensor()._renderings[tool.appearance]
 
 
 def test_port_of_the_trial_shows_what_was_seen():

@@ -65,4 +65,4 @@ def test_command_writes_section_and_numbers(tmp_path):
     assert all(len(values) == 32 for values in numbers["posterior_sd"].values())
     section = json.loads((tmp_path / "within_trial" / "section.json").read_text(encoding="utf-8"))
     assert [figure["file"] for figure in section["figures"]] == ["posterior.png", "sinking.png"]
-    assert "rod_10cm" in section["summary"]
+    assert "rod 10cm" in section["summary"]
