@@ -57,10 +57,10 @@ class Lesson[M](NamedTuple):
 
 
 class FeltObject(NamedTuple):
-    """Object that was held, and what that told.
+    """Object that was held, with the likelihoods of the densities that were felt.
 
     Attributes:
-        colours: Its m colours.
+        colours: Colours of the object, m of them.
         own: Likelihood of its own densities, of size m in the order of the colours.
         shared: Likelihood of its materials' means, which the memory has learned, in the same order.
     """

@@ -30,7 +30,7 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.load import load_arm
-from affordance.reporting.figures import draw_blow, draw_renderings
+from affordance.reporting.blow_figures import draw_blow, draw_renderings
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from affordance.runs.random_streams import Stream

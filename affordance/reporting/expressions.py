@@ -48,7 +48,7 @@ def _reduce_by(reduce: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _divide_by(divide: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-    """The division of doubles, of which a division by zero is infinite or NaN, as are those of no whole numbers."""
+    """Returns the division of doubles: by zero it is infinite or NaN, for whole numbers too."""
     return lambda value, by: divide(value, by if np.all(by) else np.asarray(by, dtype=float)[()])
 
 

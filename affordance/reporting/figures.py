@@ -9,12 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.files.atomic import write_atomic
-from affordance.plant.nail import NailRecord
-from affordance.reporting.formatting import count_observers, fold, label
+from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import Estimate
 
 # Blue, green, red, cyan in the order of the paper's figure 4; the decoy is magenta.
@@ -31,10 +29,6 @@ _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
 # Characters per line of a legend within half a figure.
 _NARROW = 22
 _METRES_TO_CM = 100.0
-_MILLI = 1e3
-# Colours of the grips.
-_GRIP_COLOURS = tuple(OBJECT_COLOURS[i] for i in (0, 2, 1, 3, 4, 5))
-_LEGEND_WIDTH = 60
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
@@ -277,61 +271,3 @@ def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> No
 def _style(k: int) -> tuple[str, str]:
     """Returns colour and line style of the k-th object."""
     return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], LINE_STYLES[k // len(OBJECT_COLOURS) % len(LINE_STYLES)]
-
-
-def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: renderings, one row per grip.
-
-    Args:
-        rows: Pictures by the label of their row, (height, width, 3) each; equal sizes within a column.
-        titles: Title of each column.
-    """
-    shapes = [picture.shape for picture in next(iter(rows.values()))]
-    ratios = [width / height for height, width, _ in shapes]
-    height = (12.0 - 0.4) / sum(ratios)
-    figure = Figure(figsize=(12.0, height * len(rows) + 0.5))
-    grid = figure.subplots(len(rows), len(titles), squeeze=False, width_ratios=ratios)
-    for all_axes, (name, pictures) in zip(grid, rows.items(), strict=True):
-        for axes, picture in zip(all_axes, pictures, strict=True):
-            axes.imshow(picture, interpolation="antialiased")
-            axes.set_xticks([])
-            axes.set_yticks([])
-            axes.spines[:].set_color("#BBBBBB")
-        all_axes[0].set_ylabel(fold(name), fontsize=FONT_SIZE + 1)
-    for axes, title in zip(grid[0], titles, strict=True):
-        axes.set_title(title, fontsize=FONT_SIZE + 1)
-    return figure
-
-
-def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Draws the forces on a nail around the strike, and its travel.
-
-    Args:
-        records: Records of the nail's motion and forces, by grip.
-        force_demanded: Demanded peak of the nail's resistance, [N].
-    """
-    figure = Figure(figsize=(7.2, 5.4))
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
-    last = 0.0
-    for k, (grip, record) in enumerate(records.items()):
-        colour, line = _GRIP_COLOURS[k % len(_GRIP_COLOURS)], LINE_STYLES[k % len(LINE_STYLES)]
-        times = _MILLI * (record.times - record.time_of_touch)
-        last = max(last, _MILLI * (record.time_of_rest - record.time_of_touch))
-        name = label(f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)", _LEGEND_WIDTH)
-        above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=name)
-        name = label(f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)", _LEGEND_WIDTH)
-        above.plot(
-            times, record.contact, line, color=mix_colour(colour, 0.0, 0.5), linewidth=0.8, label=name, zorder=3.0
-        )
-        below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
-    above.axhline(force_demanded, color="#000000", linestyle=":", label=f"demanded peak ({force_demanded:.0f} N)")
-    above.set_xlim(-0.1 * last, 1.5 * last)
-    # For some microseconds, while it starts the nail, the contact takes several times the resistance.
-    above.set(ylim=(0.0, 1.9 * force_demanded), ylabel="force (N)")
-    below.set(ylabel="travel (mm)", ylim=(0.0, None), xlabel="time from the first touch (ms)")
-    cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())
-    remark = "; the contact's peak at the first touch is cut off" if cut else ""
-    above.set_title(f"Forces on the nail{remark}", fontsize=FONT_SIZE)
-    above.legend(frameon=False, loc="upper right", fontsize=9)
-    tidy(above, below)
-    return figure

@@ -29,7 +29,7 @@ _FRAMES_PER_SECOND = 30.0
 # Sliders: label, least and greatest value; both multiply what the objects' file says.
 DENSITY, SIZE = "True density, times", "Size, times"
 _SLIDERS = {DENSITY: (0.1, 2.0), SIZE: (0.5, 1.5)}
-# Panel beside the arm: width and height as shares of the distance from base to hand, and pixels of its picture.
+# Panel next to the arm: width and height as shares of the distance from base to hand, and pixels of its picture.
 _PANEL = np.array([1.0, 0.5])
 _PIXELS = (1200, 600)
 # Axes on the panel, as shares of it: left, bottom, width, height.

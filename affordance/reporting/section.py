@@ -158,7 +158,6 @@ def _build_environment() -> jinja2.Environment:
     )
     environment.filters.update(
         number=formatting.format_number,
-        beside=formatting.format_beside,
         list=formatting.format_list,
         the=name_object,
         capitalise=lambda text: text[:1].upper() + text[1:],

@@ -44,10 +44,10 @@ class Spread(NamedTuple):
     """Standard deviations that identification would state.
 
     Attributes:
-        mass: Of the mass, [kg].
-        com: Of the centre of mass, root of the sum of squares over its coordinates, [m].
-        inertia: Of the moments of inertia about it, likewise, [kg m^2].
-        cost: Of the cost of a task, in its unit; 0 without a task.
+        mass: Standard deviation of the mass, [kg].
+        com: Standard deviation of the centre of mass, root of the sum of squares over its coordinates, [m].
+        inertia: Standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2].
+        cost: Standard deviation of the cost of a task, in its unit; 0 without a task.
     """
 
     mass: float
@@ -63,7 +63,7 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Expectation:
-    """What is known before the loaded run, as far as it decides how well the run will show the payload.
+    """Knowledge before the loaded run, as far as it decides how well the run will show the payload.
 
     Attributes:
         robot: Model of the arm, with its mounting.
