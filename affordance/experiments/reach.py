@@ -21,6 +21,7 @@ from affordance.objects.tool import Tool, find_free_end
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.reporting import figures
+from affordance.reporting.formatting import label
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import Settings
@@ -113,7 +114,9 @@ class Reaching(ChoiceTask):
 
 def _draw_tools(tools: Sequence[Tool]) -> Figure:
     drawings = [
-        Drawing(held, f"{tool.name}, held by {grip}") for tool in tools for grip, held in tool.list_gripped().items()
+        Drawing(held, f"{label(tool.name)}, held by {label(grip)}")
+        for tool in tools
+        for grip, held in tool.list_gripped().items()
     ]
     return draw_objects(drawings, columns=2)
 

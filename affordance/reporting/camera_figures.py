@@ -16,7 +16,7 @@ from affordance.vision.pixels.rig import DEFAULT_RIG
 
 # Margin of the picture shown around the object, [pixels].
 _ROOM = 25
-_TITLE_WIDTH = 55  # [characters]
+_TITLE_WIDTH = 150  # [characters]
 
 
 class CameraView(NamedTuple):
@@ -37,12 +37,15 @@ class CameraView(NamedTuple):
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
     """Draws observations, one per row: picture, depth, parts, and fitted outlines over the picture."""
-    figure = Figure(figsize=(12.0, 1.9 * len(views) + 0.3))
-    rows = figure.subplots(len(views), 4, squeeze=False)
-    for axes, view in zip(rows, views, strict=True):
-        _draw_camera_view(axes, view, camera)
-    for axes, heading in zip(rows[0], ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
-        axes.annotate(heading, (0.5, 1.16), xycoords="axes fraction", ha="center", fontsize=10)
+    heights = [2.4, *[2.1] * (len(views) - 1)]  # headings stand in the first row
+    figure = Figure(figsize=(12.0, sum(heights)))
+    rows = figure.subfigures(len(views), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for row, view in zip(rows, views, strict=True):
+        title = f"{view.title}: {view.note}" if view.note else view.title
+        row.suptitle(textwrap.fill(title, _TITLE_WIDTH), x=0.005, horizontalalignment="left", fontsize=10)
+        _draw_camera_view(row.subplots(1, 4), view, camera)
+    for axes, heading in zip(rows[0].axes, ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
+        axes.set_title(heading, fontsize=10)
     return figure
 
 
@@ -68,8 +71,6 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
     for axes in shown:
         axes.set_xticks([])
         axes.set_yticks([])
-    title = f"{view.title}: {view.note}" if view.note else view.title
-    shown[0].set_title(textwrap.fill(title, _TITLE_WIDTH), fontsize=8, loc="left")
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:

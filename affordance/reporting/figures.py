@@ -26,7 +26,8 @@ FONT_SIZE = 10
 _MOST_WIDE_TICKS = 6
 # Characters across a legend below a figure, and those that each entry takes for its line.
 _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
-# Characters per line of a legend within half a figure.
+# Characters across a legend below a panel, and per line of one within half a figure.
+_PANEL_WIDTH = 66
 _NARROW = 22
 _METRES_TO_CM = 100.0
 
@@ -209,7 +210,7 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
         panels: Proportions by title of the panel and label, shape (K + 1,) each.
         title: Title of the figure.
     """
-    figure = Figure(figsize=(1.2 + 5.2 * len(panels), 4.4))
+    figure = Figure(figsize=(1.2 + 5.2 * len(panels), 4.9))
     all_axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     spread = 0.06  # offset that keeps intervals from hiding each other
     for axes, (about, curves) in zip(all_axes, panels.items(), strict=True):
@@ -221,7 +222,8 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
         axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
         axes.set(ylim=(0.0, 1.04), xlabel="trials of experience with other objects")
         axes.set_title(about, fontsize=FONT_SIZE)
-        axes.legend(frameon=False, loc="lower right")
+        ncols = max(1, min(3, _PANEL_WIDTH // (_LEGEND_LINE + max(len(label(name)) for name in curves))))
+        axes.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=ncols)
     all_axes[0].set_ylabel("proportion of correct choices")
     figure.suptitle(title, fontsize=FONT_SIZE)
     tidy(*all_axes)

@@ -43,13 +43,13 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
     for more in range(digits, _MAX_DIGITS):
         shown = float(f"{value:.{more}f}")
         if (shown < bound, shown > bound) == (value < bound, value > bound):
-            return f"{value:.{more}f}"
-    return f"{value:.{digits}f}"
+            return f"{value:z.{more}f}"
+    return f"{value:z.{digits}f}"
 
 
 def format_list(values: Iterable[float], digits: int = 2) -> str:
     """Formats numbers with the given number of decimals, separated by commas."""
-    return ", ".join(f"{value:.{digits}f}" for value in values)
+    return ", ".join(f"{value:z.{digits}f}" for value in values)
 
 
 def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> str:

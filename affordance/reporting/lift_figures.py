@@ -32,6 +32,12 @@ class LiftCurve(NamedTuple):
     forces: Array
     predicted: Array | None
 
+    def divide(self, weights: Array) -> "LiftCurve":
+        """Divides forces by the true weights of the lifted objects, (R, C), [N]."""
+        return LiftCurve(
+            self.label, self.forces / weights, None if self.predicted is None else self.predicted / weights
+        )
+
 
 class PeopleMark(NamedTuple):
     """Human data for some of the lifts.
@@ -56,7 +62,7 @@ class PeopleMark(NamedTuple):
 def draw_lifts(
     curves: Sequence[LiftCurve],
     *,
-    weights: Array,
+    weights: Array | None,
     people: Sequence[PeopleMark],
     title: str,
     people_lifts: Array | None = None,
@@ -65,7 +71,7 @@ def draw_lifts(
 
     Args:
         curves: Forces of each learner.
-        weights: True weight in each lift, (C,), [N].
+        weights: True weight in each lift, (C,), [N]; None if forces were divided by it.
         people: Human means; empty if there are no data.
         title: Title of the figure.
         people_lifts: Forces of P persons lift by lift, (P, C), [N], NaN where missing; drawn behind.
@@ -84,7 +90,8 @@ def draw_lifts(
         if curve.predicted is not None:
             predicted = curve.predicted.mean(axis=0)
             axes.plot(lifts, predicted, "--", color=colour, linewidth=1.4, label="predicted by the other objects")
-        axes.step(lifts, weights, color=_PEOPLE, linewidth=0.9, linestyle=":", where="mid", label="true weight")
+        truth = np.ones(len(lifts)) if weights is None else weights
+        axes.step(lifts, truth, color=_PEOPLE, linewidth=0.9, linestyle=":", where="mid", label="true weight")
         for mark, shape in zip(people, "os^Dv", strict=False):
             middle, half = 0.5 * (mark.first + mark.last), 0.5 * (mark.last - mark.first)
             errors = [[mark.value - mark.low], [mark.high - mark.value]]
@@ -103,7 +110,8 @@ def draw_lifts(
         axes.set_title(f"{curve.label}, {count_observers(len(curve.forces))}", fontsize=FONT_SIZE)
         axes.set_xlabel("lift")
         tidy(axes)
-    panels[0].set_ylabel("upward force before release (N)")
+    unit = "(true weights)" if weights is None else "(N)"
+    panels[0].set_ylabel(f"upward force before release {unit}")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=2)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)

@@ -21,6 +21,7 @@ from affordance.reporting.formatting import fold, label
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
 _TITLE_WIDTH = 60  # of one object, [characters]
+_TITLE = 0.35  # height of a title, [inches]
 _HAND = 0.022  # radius of the drawn hand, [m]
 _LINE = 0.8  # width of outlines
 # Directions in which the outline of a convex solid is sampled; the offset keeps them off the edges of a straight box.
@@ -49,21 +50,22 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         drawings: Objects to draw.
         columns: Number of objects side by side.
     """
-    rows = -(-len(drawings) // columns)
-    low, high = _find_limits([drawing.tool for drawing in drawings])
-    wide, tall = high - low + [0.0, 2.0]
-    # Of 1.5 inches a row some 1.25 are the object's, so that more width would stay white; titles need 3.6.
-    figure = Figure(figsize=(float(np.clip(1.25 * wide / tall, 3.6, 6.2)) * columns, 1.5 * rows + 0.7))
-    all_axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    for axes, drawing in zip(all_axes, drawings, strict=False):
-        _draw_object(axes, drawing)
-    for axes in all_axes:
-        axes.set_aspect("equal")
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1] - 2.0, high[1])
-        axes.axis("off")
-    right, below = high[0], low[1] - 1.5
-    last = all_axes[len(drawings) - 1]
+    rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
+    limits = [_find_limits([drawing.tool for drawing in row]) for row in rows]
+    limits[-1][0][1] -= 2.0  # room for the scale
+    left, right = min(low[0] for low, _ in limits), max(high[0] for _, high in limits)
+    tall = np.array([high[1] - low[1] for low, high in limits])
+    # Objects about 4.5 inches wide, lower if they are tall; titles need 3.6.
+    scale = min(4.5 / (right - left), 2.5 / tall.max())
+    width = max(3.6, scale * (right - left))
+    figure = Figure(figsize=(width * columns, float(np.sum(scale * tall + _TITLE)) + 0.5))
+    grid = figure.add_gridspec(len(rows), columns, height_ratios=scale * tall + _TITLE)
+    for row, ((low, high), drawn) in enumerate(zip(limits, rows, strict=True)):
+        for column, drawing in enumerate(drawn):
+            last = figure.add_subplot(grid[row, column], aspect="equal", xlim=(left, right), ylim=(low[1], high[1]))
+            last.axis("off")
+            _draw_object(last, drawing)
+    below = limits[-1][0][1] + 0.5
     last.plot([right - _SCALE_BAR, right], [below, below], color="#000000", linewidth=2.0, solid_capstyle="butt")
     last.annotate(
         f"{_SCALE_BAR:.0f} cm", (right - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"

@@ -28,6 +28,8 @@ _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 # Result of the study of robustness, in a clone.
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
+# Space between a number and its unit, at which no line is to end.
+_UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
 # Further files of an experiment that are linked where they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
@@ -90,11 +92,11 @@ def write_report(folder: Path) -> Path:
         left_out=_read_left_out(folder),
         num_claims=len(claims),
         num_met=sum(claim.met for claim in claims),
-        runs=[(", ".join(names), run) for run, names in runs.items()],
+        runs=[(", ".join(names).replace("_", " "), run) for run, names in runs.items()],
         is_one_setup=len({run.setup for run in runs}) < 2,
     )
     path = folder / "report.html"
-    write_text(path, page)
+    write_text(path, _UNIT.sub("\u00a0", page))
     return path
 
 
@@ -140,8 +142,8 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
     """Describes arm, models, learners and changed settings in words."""
     changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items()) or "none"
     words = "learner" if len(setup["learners"]) == 1 else "learners"
-    learners = ", ".join(setup["learners"])
-    return f"arm {setup['arm']}, models {setup['models']}, {words} {learners}, changed settings: {changed}"
+    learners = ", ".join(setup["learners"]).replace("_", " ")
+    return f"arm: {setup['arm']}; models: {setup['models']}; {words}: {learners}; changed settings: {changed}"
 
 
 def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:

@@ -163,9 +163,9 @@ def _build_environment() -> jinja2.Environment:
         capitalise=lambda text: text[:1].upper() + text[1:],
         by_name=formatting.format_by_name,
         observers=formatting.count_observers,
-        fixed=lambda value, digits=2: f"{value:.{digits}f}",
-        cm=lambda value, digits=2: f"{_METRES_TO_CM * value:.{digits}f} cm",
-        percent=lambda value, digits=0: f"{100.0 * value:.{digits}f} %",
+        fixed=lambda value, digits=2: f"{value:z.{digits}f}",
+        cm=lambda value, digits=2: f"{_METRES_TO_CM * value:z.{digits}f} cm",
+        percent=lambda value, digits=0: f"{100.0 * value:z.{digits}f} %",
     )
     environment.globals["enough_observers"] = formatting.ENOUGH_OBSERVERS
     return environment

@@ -59,6 +59,7 @@ def test_number_is_seen_on_its_side_of_a_bound(value, shown):
 
 def test_number_without_a_finite_bound_has_the_decimals_that_are_asked_for():
     assert format_beside(3.14159, np.inf, 2) == "3.14"
+    assert format_beside(-0.0001, 0.4, 2) == "0.00"  # and no -0.00
 
 
 def test_side_of_a_bound_is_seen_whatever_the_numbers(rng):

@@ -16,6 +16,7 @@ from affordance.protocols.measured import compute_volume, select_presentations
 from affordance.protocols.number_entries import FigureEntry, Measure
 from affordance.protocols.people import list_people
 from affordance.reporting import figures, statistics
+from affordance.reporting.formatting import label
 from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
 from affordance.reporting.object_drawings import Drawing, draw_objects
 
@@ -41,11 +42,12 @@ def _draw_objects(entry: FigureEntry, experiment: PresentationExperiment, arrays
     decoys = [] if entry.decoy is None else objects.select(entry.decoy)
     drawings = []
     for number, tool in enumerate(objects.select(entry.of), start=1):
+        name = label(tool.name)
         if tool not in decoys:
-            drawings.append(Drawing(tool, f"{number}: {tool.name}"))
+            drawings.append(Drawing(tool, f"{number}: {name}"))
             continue
-        drawings.append(Drawing(tool, f"{number}: {tool.name}, as it looks"))
-        drawings.append(Drawing(tool, f"{number}: {tool.name}, as it is made", as_made=True))
+        drawings.append(Drawing(tool, f"{number}: {name}, as it looks"))
+        drawings.append(Drawing(tool, f"{number}: {name}, as it is made", as_made=True))
     return draw_objects(drawings, columns=2)
 
 
@@ -109,7 +111,7 @@ def _list_presented(entry: FigureEntry, experiment: PresentationExperiment, arra
 
 
 def _draw_lifts(entry: FigureEntry, experiment: PresentationExperiment, arrays: Arrays) -> Figure:
-    """Draws the lifts of a group of objects, one panel per learner."""
+    """Draws the lifts of a group of objects, one panel per learner: forces, or shares where weights differ."""
     group = experiment.objects.groups[entry.of]
     taken = experiment.layout.find_measured(Measure.FORCE)
     curves = []
@@ -127,13 +129,12 @@ def _draw_lifts(entry: FigureEntry, experiment: PresentationExperiment, arrays: 
             )
         curves.append(LiftCurve(learner.label, select_presentations(forces, presented, group), predicted))
     weights = select_presentations(arrays["weight"][:, taken], arrays["presented"][:, taken], group)
-    return draw_lifts(
-        curves,
-        weights=weights[0],
-        people=_mark(experiment, entry, weights.shape[1]),
-        people_lifts=_list_people_lifts(experiment, group, weights.shape[1]),
-        title=entry.title,
-    )
+    people = _mark(experiment, entry, weights.shape[1])
+    people_lifts = _list_people_lifts(experiment, group, weights.shape[1])
+    if np.ptp(weights) and not people and not len(people_lifts):  # each observer's own object in each lift
+        curves = [curve.divide(weights) for curve in curves]
+        return draw_lifts(curves, weights=None, people=(), title=entry.title)
+    return draw_lifts(curves, weights=weights[0], people=people, people_lifts=people_lifts, title=entry.title)
 
 
 def _list_people_lifts(experiment: PresentationExperiment, group: Sequence[int], count: int) -> Array:
