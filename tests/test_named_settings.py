@@ -71,37 +71,6 @@ def test_model_of_the_noise_comes_before_its_numbers():
     assert change_settings(changed, {"noise.model": "white"}) == changed
 
 
-@pytest.mark.parametrize(
-    ("word", "message"),
-    [
-        (
-            "prior.sb=1",
-            "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation_sd;",
-        ),
-        ("priro.sd=1", "settings: priro.sd: is no setting; did you mean 'prior.sd'?"),
-        ("prior=1", "settings: prior: is 'prior', must be one of prior.mode"),
-        ("noise.sd=1", "settings: noise.sd: is 'noise.sd', must be one of noise.model, noise.weber_fraction"),
-        ("noise.model=pink", "settings: noise.model: is 'pink', must be one of weber, white"),
-        ("noise.weber_fraction=-0.1", "settings: noise.weber_fraction: is -0.1, must be from 0 to 1"),
-        ("noise.threshold=0", "settings: noise.threshold: is 0, must be more than 0"),
-        ("prior.sd=.nan", "settings: prior.sd: is nan, must be from 0.001 to 1e+12"),
-        ("prior.sd=much", "settings: prior.sd: is 'much', must be a number"),
-        ("mpc.num_steps=2.5", "settings: mpc.num_steps: is 2.5, must be a whole number"),
-        ("learner=kind_map", "must be one of density, kinds_map, kinds_drawn; did you mean 'kinds_map'?"),
-        ("uses_posterior=1", "settings: uses_posterior: is 1, must be true or false"),
-        ("integration_scheme=radau9", "settings: integration_scheme: is 'radau9', must be one of "),
-        ("sample_period=0", "settings: sample_period: is 0, must be from 0.0001 to 60"),
-        ("prior.sd", "--set: is 'prior.sd', must be NAME=VALUE"),
-        ("=3", "--set: is '=3', must be NAME=VALUE"),
-    ],
-)
-def test_wrong_words_are_refused_in_one_line(word, message):
-    with pytest.raises(BadValueError) as caught:
-        change_settings(DEFAULT_SETTINGS, parse_changes([word]))
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 def test_setting_given_twice_is_refused():
     with pytest.raises(BadValueError, match=r"prior\.sd: is given twice"):
         parse_changes(["prior.sd=1", "prior.sd=2"])

@@ -89,7 +89,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
         if directives.suffix in (".yaml", ".yml"):
             check_yaml(directives)  # which Drake's reader does not bound
         if package.exists():
-            parser.package_map().AddPackageXml(str(package))
+            parser.package_map().AddPackageXml(str(package.resolve()))
         parser.AddModels(str(directives))
         return plant.GetFrameByName(HAND_FRAME)
     except BadValueError as error:

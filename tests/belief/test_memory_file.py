@@ -12,7 +12,6 @@ from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory, parse_memory
-from affordance.exceptions import BadValueError
 from affordance.objects.appearance import PartAppearance
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -76,17 +75,3 @@ def test_memory_of_one_density_for_each_colour_comes_back_too():
     assert again.colours == memory.colours
     np.testing.assert_array_equal(again.belief.precision, memory.belief.precision)
     np.testing.assert_array_equal(again.belief.information_vector, memory.belief.information_vector)
-
-
-@pytest.mark.parametrize(
-    ("text", "problem"),
-    [
-        ("", "is not JSON"),
-        *((text, "is no memory of materials") for text in ("[]", "3", '{"gate": 1}')),
-        *((text, "is no memory of materials") for text in ('{"colours": [[1, 2]]}', '{"gate": {"kappa": 0.2}}')),
-    ],
-)
-def test_texts_that_are_no_memory_are_refused_in_a_line(text, problem):
-    with pytest.raises(BadValueError, match=f"memory: {problem}") as caught:
-        parse_memory(text)
-    assert "\n" not in str(caught.value)

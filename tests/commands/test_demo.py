@@ -1,7 +1,5 @@
 """Demonstrations run on what comes with the package, and say so."""
 
-import pytest
-
 from affordance.cli import main
 from affordance.commands.demo import EMPTY, LOADED, MASS, TRIALS
 
@@ -24,17 +22,6 @@ def test_rank_says_its_commands_and_what_to_take(capsys):
     assert second.startswith("    affordance memory import demo.sqlite ")
     assert third == "    affordance rank hammer --memory demo.sqlite"
     assert last.startswith("Take the ")
-
-
-@pytest.mark.parametrize("words", [["identify", "robot.urdf", "--demo"], ["rank", "reach", "--demo"]])
-def test_a_demonstration_takes_no_other_data(words, capsys):
-    assert main(words) == 2
-    assert "--demo: brings its own data, must be given without --" in capsys.readouterr().err
-
-
-def test_a_missing_recording_is_named(capsys):
-    assert main(["identify", "robot.urdf"]) == 2
-    assert "--loaded: is missing" in capsys.readouterr().err
 
 
 def test_recordings_are_small():

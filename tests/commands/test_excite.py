@@ -43,28 +43,3 @@ def test_task_and_postures_as_json(capsys):
     assert content["postures"] == 2
     assert content["predicted_sd"]["cost_J"] > 0.0
     assert content["predicted_sd"]["mass_g"] > 10.0  # the floor
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--for", "mas"], "--for: is 'mas', must be one of mass, com, inertia"),
-        (["--seconds", "0"], "--seconds: is 0"),
-        (["--postures", "0"], "--postures: is 0"),
-        (["--seconds", "1", "--postures", "20"], "--seconds: is 1: none of 8 motions"),
-        (["--mass", "nan"], "--mass: is nan"),
-        (["--floor", "-1"], "--floor: is -1"),
-        (["--reach", "9"], "--reach: is 9"),
-        (["--tip-speed", "0"], "--tip-speed: is 0"),
-        (["--acceleration", "0"], "--acceleration: is 0"),
-        (["--above", "9"], "--above: is 9"),
-        (["--gains", "nowhere.yaml"], "nowhere.yaml"),
-        (["--for", "reach", "--only", "nothing"], "is 'nothing', must be one of"),
-    ],
-)
-def test_bad_input_is_one_line(words, message, capsys, tmp_path):
-    assert main(["excite", *words, "--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err.strip()
-    assert message in error
-    assert "\n" not in error
-    assert not (tmp_path / "out").exists()

@@ -166,29 +166,6 @@ def test_pose_of_the_object_is_checked(folder):
         _run(folder, "--loaded", *_name(folder, "loaded"), *pose)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--reference-mass", "-1"], "--reference-mass: is -1.0, must be from 0.001 to 1000 kg"),
-        (["--robot", "nowhere"], "--robot: is given 2 times, must be given once"),
-        (["--samples", "5"], "--samples: is 5, must be from 100 to 1000000"),
-        (["--min-speed", "-1"], "--min-speed: is -1.0, must be from 0 to 10 rad/s"),
-        (["--tip", "flunge"], "--tip: is .flunge., which .* has not; nearest: flange"),
-        (["--gains", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
-        (["--object", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
-        (
-            ["--object-name", "brush", "--object", str(MODELS / "tools" / "novel.yaml")],
-            "--object-name: is 'brush', must be",
-        ),
-        (["--memory", "nowhere/memory.sqlite"], "memory.sqlite: cannot be made: there is no folder"),
-    ],
-)
-def test_bad_arguments_are_named_in_one_line(folder, words, message):
-    with pytest.raises(AffordanceError, match=message) as caught:
-        _run(folder, "--loaded", *_name(folder, "loaded"), *words)
-    assert "\n" not in str(caught.value)
-
-
 def test_without_any_tip_there_is_a_line(folder, tmp_path):
     (tmp_path / "run.yaml").write_text("joints: [joint_1]\n")
     text = (folder / "loaded.yaml").read_text().replace("tip: flange\n", "")

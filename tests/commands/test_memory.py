@@ -22,11 +22,6 @@ def memory(tmp_path):
     return path
 
 
-def _count(path) -> int:
-    with open_memory(path, create=False) as ledger:
-        return len(ledger)
-
-
 def test_show_prints_and_draws_materials_and_things(memory, tmp_path, capsys):
     assert main(["memory", "show", str(memory), "--out", str(tmp_path / "shown")]) == 0
     text = capsys.readouterr().out
@@ -92,46 +87,3 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     assert recalled.colours == earlier.colours
     np.testing.assert_allclose(recalled.belief.precision, earlier.belief.precision, rtol=1e-12)
     np.testing.assert_allclose(recalled.belief.information_vector, earlier.belief.information_vector, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["show", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
-        (["shwo", "{memory}"], "did you mean 'show'"),
-        (["forget", "{memory}"], "forget: must be told what: --robot, --object"),
-        (["forget", "{memory}", "--since", "noon"], "since: is 'noon', must be a time"),
-        (["show", "{memory}", "--object", "bar"], "--object: selects nothing in show"),
-        (["show", "{memory}", "more"], "show: is given the file 'more', must be none"),
-        (["merge", "{memory}"], "merge: is given 0 files, must be at least one memory"),
-        (["merge", "{memory}", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
-        (["export", "{memory}", "a", "b"], "export: is given 2 files, must be one file"),
-        (["import", "{memory}", "nowhere.jsonl"], "nowhere.jsonl: cannot be read"),
-        (["import", "{memory}", "{empty}"], "is empty, must be a memory"),
-        (["import", "{memory}", "{text}"], "is no memory: neither exported trials nor JSON"),
-        (["import", "{memory}", "{schema}"], "line 1: schema: is '99' of 'x', must be '1'"),
-        (["import", "{memory}", "{broken}"], "line 2: is not JSON"),
-        (["show", "{memory}", "--same-colour", "red=blue"], "--same-colour: is 'red=blue', must be two colours"),
-        (["show", "{memory}", "--set", "noise.sd=1"], "--set: noise.sd"),
-    ],
-)
-def test_bad_input_is_a_line_and_changes_nothing(memory, tmp_path, capsys, words, message):
-    program = '{"program": "visual-inertial-affordances", "schema": "1"}'
-    files = {
-        "empty": "",
-        "text": "once upon a time",
-        "schema": '{"program": "x", "schema": "99"}',
-        "broken": f"{program}\n{{half",
-    }
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-    paths = {name: str(tmp_path / name) for name in files} | {"memory": str(memory)}
-    try:
-        status = main(["memory", *(word.format(**paths) for word in words)])
-    except SystemExit as end:
-        status = end.code
-    assert status == 2
-    error = capsys.readouterr().err.strip()
-    assert message in error
-    assert "\n" not in error
-    assert _count(memory) == 9

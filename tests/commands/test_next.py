@@ -2,7 +2,6 @@
 
 import json
 
-import pytest
 from helpers.trials import write_known
 
 from affordance.cli import main
@@ -50,22 +49,3 @@ def test_a_tool_seen_in_pictures_may_be_held_itself(capsys):
     assert ranked["machinist hammer"]["worth"] > 3.0 * ranked["machinist hammer"]["worth_se"]
     assert ranked["machinist hammer"]["worth"] < ranked["bar of oak"]["worth"]  # it mixes two materials
     assert ranked["pin of brass"]["worth"] < 0.01
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["next", "reech"], "task: is 'reech', must be one of"),
-        (["next", "reach", "--only", "nothing"], "--only: is 'nothing', must be one of"),
-        (["next", "reach", "--may-hold", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
-        (["next", "reach", "--uses", "-1"], "--uses: is -1"),
-        (["next", "reach", "--price", "nan"], "--price: is nan"),
-        (["next", "reach", "--samples", "3"], "--samples: is 3, must be from 100"),
-        (["next", "reach", "--memory", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
-    ],
-)
-def test_bad_input_is_one_line(words, message, capsys):
-    assert main(words) == 2
-    error = capsys.readouterr().err.strip()
-    assert message in error
-    assert "\n" not in error

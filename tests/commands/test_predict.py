@@ -69,12 +69,6 @@ def test_number_of_observers_is_that_of_the_command_line_then_of_the_protocol(sh
     assert json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())["repeats"] == 2
 
 
-def test_what_is_no_protocol_is_refused_whatever_the_number_of_observers(tmp_path, capsys):
-    for more in ((), ("--repeats", "2")):
-        assert call("predict", "vision", tmp_path, *more) == 2
-        assert "protocol: is 'vision', must be one of com, hammer" in capsys.readouterr().err
-
-
 def predict(first, second, sd):
     rng = np.random.default_rng(1)
     values = {

@@ -125,31 +125,6 @@ def test_nothing_that_can_be_held_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--samples", "0"], "--samples: is 0, must be from 1 to 1000000"),
-        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
-        (
-            ["--only", "mallett"],
-            "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
-        ),
-        (["--max-grip-force", "-3"], "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
-        (["--max-grip-moment", "1e9"], "--max-grip-moment: is 1000000000.0, must be from 0.001 to 10000 N m"),
-        (["--memory", "nowhere.sqlite"], "nowhere.sqlite: does not exist"),
-        (["--tools", "nowhere.yaml"], "nowhere.yaml: "),
-        (["--set", "cost_measure=effort"], "--set: cost_measure: changes nothing here: --by says what is compared"),
-    ],
-)
-def test_bad_arguments_are_refused_in_one_line(
-    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["rank", "reach", *words]) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("\n") == 1
-
-
 def test_pictures_are_looked_at_when_they_are_asked_for(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -223,37 +198,6 @@ def test_any_robot_is_ranked_by_what_its_gripper_must_hold(
     assert main([*ONE, *known, "--models", str(robot), "--json", "--by", "work"]) == 0  # its former name
     works = [each["work"]["mean"] for each in json.loads(capsys.readouterr().out)["options"]]
     assert works == sorted(works)
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["fly"], "two_arms: task: is 'fly', must be one of hammer, reach, mash, carry, hold"),
-        ([], "task: is missing, must be one of hammer, reach, mash, carry, hold, or --task a file"),
-        (["reach", "--task", "my.yaml"], "task: is given twice, must be one of hammer, reach, mash, carry, hold, or"),
-        (["--task", "my.yaml"], "my.yaml: cannot be read"),
-        (["hold", "--by", "work"], "--by: is 'work', which holding still takes none of, must be one of effort, ma"),
-        (["reach", "--tip", "right_tool"], "--tip: is of a robot's file, which --robot must name"),
-        (["hammer", "--samples", "10"], "no tool can do the task; nearest is "),
-    ],
-)
-def test_what_a_robot_cannot_do_is_one_line(
-    words: list[str], message: str, robot: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["rank", *words, "--only", "mallet", "--robot", str(robot)]) == 2
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("\n") == 1
-
-
-def test_file_of_a_robot_without_the_tip_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = str(write_urdf(tmp_path))
-    for words, message in (([], "--tip: is missing: "), (["--tip", "third_hand"], "--tip: is 'third_hand'")):
-        assert main(["rank", "reach", "--robot", path, *words, "--out", str(tmp_path / "out")]) == 2
-        said = capsys.readouterr().err
-        assert message in said
-        assert said.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 def test_task_of_a_file_is_done_by_any_robot(

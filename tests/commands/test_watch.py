@@ -13,7 +13,6 @@ from helpers.children import PATIENCE
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.cli import main
 from affordance.reporting.live_scene import LiveScene, Wish, trace_densities
 from affordance.simulation.trial import TrialRunner
 
@@ -81,13 +80,6 @@ def test_a_button_changes_what_a_browser_shows(children, tmp_path):
         *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg"),
         *("decoy: rod 10cm, 0.04 kg", "felt: rod 10cm, 0.04 kg"),
     ]
-
-
-def test_what_cannot_be_watched_is_refused(capsys):
-    assert main(["watch", "vision"]) == 2
-    assert "must be weight, com, reach, hammer" in capsys.readouterr().err
-    assert main(["watch", "wieght"]) == 2
-    assert "weight" in capsys.readouterr().err
 
 
 class _Meshcat:

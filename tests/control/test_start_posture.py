@@ -8,9 +8,8 @@ from scipy.optimize import minimize
 
 from affordance.choice.hammer import load_hammer
 from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.plant.rank_loss import MIN_MOBILITY, compute_mobility
 
@@ -91,16 +90,6 @@ def test_start_is_the_home_posture_unless_said_otherwise(tmp_path, arm, file, lo
     expected = np.array(arm.home)
     expected[arm.joint_names.index("elbow_flexion")] = 0.7
     np.testing.assert_array_equal(arm.find_posture(dict(load(path))), expected)
-
-
-def test_start_that_the_arm_cannot_take_is_named_by_file_and_key(tmp_path, arm):
-    with pytest.raises(
-        BadValueError, match=r"nail.yaml: blow.start.elbow_flex: is 'elbow_flex', must be one of .*did you mean"
-    ):
-        check_start(tmp_path / "nail.yaml", "blow.start", (("elbow_flex", 0.1),), arm)
-    message = r"nail.yaml: blow.start.wrist_flexion: puts wrist_flexion at 9 rad, must be from -1\.22173 to"
-    with pytest.raises(BadValueError, match=message):
-        check_start(tmp_path / "nail.yaml", "blow.start", (("elbow_flexion", 0.1), ("wrist_flexion", 9.0)), arm)
 
 
 def test_task_begins_where_its_start_says(model):

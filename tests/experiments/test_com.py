@@ -12,7 +12,6 @@ from helpers.short_holds import shorten, with_tools
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.experience import draw_order
@@ -242,14 +241,6 @@ def paint_beech(tmp_path, colour):
     assert 'colour: "#c98f5a"' in path.read_text(encoding="utf-8")
     path.write_text(path.read_text(encoding="utf-8").replace("#c98f5a", colour), encoding="utf-8")
     return tmp_path / "models"
-
-
-# Steel is #7d8a99.
-@pytest.mark.parametrize("colour", ["#828e9d", "#828f9d", "#828f9e", "#788594", "#7d8a99"])
-def test_looks_up_to_five_steps_of_255_apart_in_every_channel_are_refused(tmp_path, colour):
-    message = r"com.yaml: tools: show beech and steel, whose colours must differ by more than 0.02"
-    with pytest.raises(BadValueError, match=message):
-        load_hold_experiment("com", paint_beech(tmp_path, colour))
 
 
 @pytest.mark.parametrize("colour", ["#838a99", "#7d8499", "#7d8a9f"])

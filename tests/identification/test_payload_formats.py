@@ -10,7 +10,6 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 
-from affordance.exceptions import BadValueError
 from affordance.identification.payload_formats import PayloadSetting, format_payload, read_payload
 from affordance.identification.posterior.payload_belief import describe_bodies
 from affordance.objects.inertia import parameters_from_spatial_inertia
@@ -116,25 +115,3 @@ def test_axes_of_an_inertial_are_turned(tmp_path):
         "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link>"
     )
     assert_allclose(read_payload(_write(tmp_path, "l.urdf", text)).inertia, [0.02, 0.01, 0.025, 0, 0, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("name", "text", "message"),
-    [
-        ("a.yaml", "mass: -1\n", "mass: is -1, must be from 0 to 1000"),
-        ("a.yaml", "mas: 1\n", "mas: is unknown|mass"),
-        ("a.yaml", "mass: 1\ninertia: [1, 2, 3, 4]\n", "inertia: has 4 numbers, must have 3 or 6"),
-        ("a.json", "{}", "mass: is missing"),
-        ("a.json", '{"mass": 1, "inertia": [1, 2]}', "inertia"),
-        ("a.script", "movej(q)", "has no line set_target_payload"),
-        ("a.script", "set_payload(1, [0, 0])", "three coordinates"),
-        ("a.urdf", "<robot><link/></robot>", "inertial: stands there 0 times"),
-        ("a.urdf", "<inertial><mass value='x'/></inertial>", "value: is 'x', must be 1 numbers"),
-        ("a.urdf", "<inertial/>", "has no mass"),
-        ("a.doc", "1", "unknown kind '.doc'"),
-    ],
-)
-def test_bad_files_are_named_in_a_line(tmp_path, name, text, message):
-    with pytest.raises(BadValueError, match=message) as caught:
-        read_payload(_write(tmp_path, name, text))
-    assert "\n" not in str(caught.value)

@@ -66,40 +66,6 @@ def test_materials_follow_the_colours_of_the_file(read):
     assert [part.material.name for part in tool.components] == ["oak", "brass"]
 
 
-@pytest.mark.parametrize(
-    ("component", "message"),
-    [
-        ("mesh: hammer.obj, unit: furlong, material: oak", "must be one of"),
-        ("mesh: hammer.obj, material: oak", "unit"),
-        (
-            "mesh: hammer.obj, unit: m, material: oak",
-            "is 240 m long if its unit is m, must be from 0.001 to 1 m; it ",
-        ),
-        ("mesh: hammer.glb, unit: m, material: oak", "is a .glb, must be one of .obj, .ply, .stl; export it as"),
-        ("mesh: hatchet.obj, unit: m, material: oak", "no such file"),
-        ("mesh: hammer.obj, unit: mm, materials: [oak]", "has 1 entries, must have 2: one a shell"),
-        ("mesh: hammer.obj, unit: mm, materials: [oak, gold]", "is 'gold', must be one of brass, oak"),
-        ("mesh: hammer.obj, unit: mm, colour: file", "the file shows none of part 0"),
-        (
-            'mesh: hammer.obj, unit: mm, colour: "#00ff00"',
-            "is the colour of 0 materials, must be that of one; the near",
-        ),
-        ("mesh: hammer.obj, unit: mm, shell: 2, material: oak", "shell"),
-        ("box: [1, 2, 3], position: [0, 0, 0], material: oak", "box"),
-        (
-            "box: [0.1, 0.1, 0.1], capsule: [0.1, 0.1], position: [0, 0, 0], material: oak",
-            "is given with box, only one of",
-        ),
-        ("position: [0, 0, 0], material: oak", "semi_axes"),
-    ],
-)
-def test_bad_parts_are_refused_in_one_line(read, component, message):
-    with pytest.raises(BadValueError) as caught:
-        read(component)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
 def test_open_mesh_is_refused_with_its_place(read):
     vertices, faces = make_box([0, 0, 0], [100, 100, 100])
     write_obj(read.folder / "open.obj", vertices, faces[1:])
@@ -138,17 +104,3 @@ def test_striking_face_belongs_to_the_part_it_lies_on(read):
     p_TQ, normal_T = head.strikes[0].express(head.X_TE)
     np.testing.assert_allclose(p_TQ, [0.22, 0.05, 0], atol=1e-12)
     np.testing.assert_allclose(normal_T, [0, 1, 0], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("more", "message"),
-    [
-        (strike("[0.22, 0.045, 0]"), "is 5 mm from where any part ends along the normal, must be at most 0.2 mm"),
-        (strike("[0.22, 0.05, 0.03]"), " mm from where any part ends"),
-        (strike("[0.22, 0.05, 0]", "[0, 0, 0]"), "has a length of 0, must be at least 0.01"),
-    ],
-)
-def test_face_that_is_none_is_refused(read, more, message):
-    with pytest.raises(BadValueError) as caught:
-        read("mesh: hammer.obj, unit: mm, materials: [oak, brass]", more)
-    assert message in str(caught.value)

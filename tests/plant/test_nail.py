@@ -13,12 +13,10 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from affordance.choice.hammer import load_hammer
-from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.plant.nail import NailPlacement, NailRecord, NailResistance, add_nail
 
-GOOD = (MODELS / "nail.yaml").read_text(encoding="utf-8")
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -125,34 +123,6 @@ def test_nail_that_is_pulled_out_resists_no_more(nail):
     context = system.CreateDefaultContext()
     system.GetInputPort("state").FixValue(context, [-2.0 * nail.depth_set, -1.0])
     assert system.GetOutputPort("resistance").Eval(context)[0] == 0.0
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("length: 0.0508", "length: 5.08", r"nail.yaml: length: is 5.08, must be from 0.005 to 0.3"),
-        ("density: 7850", "", r"density: is missing"),
-        (
-            "depth_demanded: 0.01722",
-            "depth_demanded: 0.001",
-            r"depth_demanded: is 0.001, must be from 0.005 to 0.0508",
-        ),
-        ("depth_set: 0.005", "depth_set: .nan", r"depth_set: is nan, must be from"),
-        ("head_radius: 0.0034", "head_radius: 0.0034\ncolour: grey", r"colour: is not a key known here"),
-        (
-            "direction: [0, 0, -1]",
-            "direction: [0, 0, 0]",
-            r"blow.direction: has a length of 0, must be",
-        ),
-        ("duration: 0.8", "duration: 0", r"blow.duration: is 0, must be from 0.2 to 10"),
-        ("duration: 0.8", "duration: 0.8\n  speed: 3", r"blow.speed: is not a key known here"),
-    ],
-)
-def test_bad_nail_is_named_with_key_value_and_bound(tmp_path, old, new, message):
-    assert old in GOOD
-    (tmp_path / "nail.yaml").write_text(GOOD.replace(old, new), encoding="utf-8")
-    with pytest.raises(BadValueError, match=message):
-        load_hammer(tmp_path / "nail.yaml")
 
 
 def test_yielding_nail_resists_as_much_at_any_depth_until_it_is_out(nail):

@@ -203,25 +203,6 @@ def test_faults_are_read_and_put_together(arm):
     assert load_faults(FILE, ["stuck_sensor"], arm.joint_names).find_stuck(arm.joint_names) == 1
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a: {drop_probability: 1.5}", "a.drop_probability: is 1.5, must be from 0 to 1"),
-        ("a: {delay_samples: 0.5}", "a.delay_samples: is 0.5, must be a whole number"),
-        ("a: {stuck_joint: knee}", "a.stuck_joint: is 'knee', must be one of shoulder_azimuth"),
-        ("a: {arm_mass_factor: 0}", "a.arm_mass_factor: is 0, must be from 0.5 to 2"),
-        ("a: {bais_sd: 3}", "a.bais_sd: is not a key known here"),
-        ("b: {bias_sd: 3}", "--fault: is 'a', must be one of b"),
-        ("a: {bias_sd: 3}\nb: {bias_sd: 1}", "--fault: 'b' sets bias_sd, which another fault sets already"),
-    ],
-)
-def test_bad_faults_are_refused(tmp_path, arm, text, message):
-    (tmp_path / "faults.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(BadValueError) as caught:
-        load_faults(tmp_path / "faults.yaml", ["a", "b"], arm.joint_names)
-    assert message in str(caught.value)
-
-
 def test_stuck_joint_the_arm_has_not_is_refused(arm):
     with pytest.raises(BadValueError, match="faults: stuck_joint: is 'knee', must be one of shoulder_azimuth"):
         Faults(stuck_joint="knee").find_stuck(arm.joint_names)

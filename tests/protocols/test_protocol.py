@@ -47,65 +47,6 @@ def test_objects_of_the_first_simulation_are_those_of_its_file():
     assert [len(objects.groups[name]) for name in ("honest", "decoy", "all")] == [4, 1, 5]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("radius: 0.0461, height: 0.06", "radius: 46.1, height: 0.06", "cylinders[0].radius: is 46.1, must be from"),
-        ("mass: 0.6,", "mass: 60,", "cylinders[0].mass: makes a density of"),
-        (
-            "objects: training",
-            "objects: trainin",
-            "blocks[0].objects: is 'trainin', must be one of all, training, test;",
-        ),
-        ("first: test #", "first: tset #", "blocks[1].first: is 'tset', must be one of"),
-        ("names: [test]", "names: [tset]", "groups.test: is 'tset', must be one of training_60mm"),
-        ("{from: 1, to: 4}", "{from: 1, to: 9}", "groups.training: has the place 9, must be from 1 to 5"),
-        ("{from: 1, to: 4}", "{from: 1}", "groups.training: must have either 'names' or both 'from' and 'to'"),
-        ("order: shuffled", "order: shufled", "order: is 'shufled', must be one of fixed, shuffled, latin square;"),
-        ("do: {clamp: {closed_form: true}}", "do: {clmp: {}}", "blocks[0].do.clmp: is not a key known here"),
-        (
-            "do: {clamp: {closed_form: true}}",
-            "do: {clamp: {}, look: {}}",
-            "blocks[0].do: has clamp and look, must have",
-        ),
-        ("repetitions: 30", "repetitions: 30.5", "blocks[0].repetitions: is 30.5, must be a whole number"),
-        ("measure: weight, of", "measure: wait, of", "numbers.weight_N.measure: is 'wait', must be one of"),
-        ("at_least: 0.85, at_most: 1.15", "unit: N", "criteria[0]: has no bound, must have one of"),
-        ("name: odd member", "name: family", "blocks[1].name: is 'family', which an earlier block is called"),
-        ("learners: [density,", "learners: [densty,", "observers.learners[0]: is 'densty', must be one of density"),
-        ("name: linear_plus\n", "name: Linear +\n", "name: is 'Linear +', must be of small letters"),
-        ("blocks:", "blocs:", "blocks: is missing; is 'blocs' misspelt?"),
-        ("blocks:\n", "blocks:\n" + "  - {name: x, do: {look: {}}}\n" * 100, "must have at most 100 entries"),
-        (
-            "(end_N - family_N) /",
-            "diff(end_N, 10**11) /",
-            "numbers.f.expression: the expression 'diff(end_N, 10**11)",
-        ),
-        (
-            "(end_N - family_N) /",
-            "end_N.a /",
-            "numbers.f.expression: the expression 'end_N.a / (weight_N - family_N)'",
-        ),
-        (
-            "learners['density']['first_N'] / 8.826",
-            "f'{x}'",
-            "criteria[0].value: the expression \"f'{x}'\" cannot be",
-        ),
-        ("at_least: 0.85", "at_least: .nan", "criteria[0].at_least: is nan, must be finite"),
-    ],
-)
-def test_spoilt_protocol_ends_in_one_line(tmp_path, old, new, message):
-    text = PATH.read_text(encoding="utf-8")
-    assert old in text
-    path = tmp_path / "mine.yaml"
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    with pytest.raises(BadValueError) as error:
-        build_objects(load_protocol(path).objects, path, MODELS)
-    assert message in str(error.value)
-    assert "mine.yaml" in str(error.value)
-    assert "\n" not in str(error.value)
-
-
 def test_command_line_refuses_a_spoilt_protocol_in_one_line(tmp_path, capsys):
     path = tmp_path / "mine.yaml"
     text = (
@@ -118,11 +59,6 @@ def test_command_line_refuses_a_spoilt_protocol_in_one_line(tmp_path, capsys):
     assert printed.err.count("\n") == 1
     assert "mine.yaml: objects: has two objects called 'test'" in printed.err
     assert not (tmp_path / "out").exists()
-
-
-def test_unknown_protocol_is_refused_with_the_nearest(capsys):
-    assert main(["predict", "linear_pluss"]) == 2
-    assert "did you mean 'linear_plus'?" in capsys.readouterr().err
 
 
 def test_schema_names_what_may_stand_in_a_protocol():

@@ -1,8 +1,6 @@
-import pytest
 from helpers.generated_runs import write_urdf
 from numpy.testing import assert_allclose
 
-from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
@@ -16,26 +14,6 @@ def test_our_own_arm_is_read_as_it_is():
     assert_allclose(ours.chain.p_PF[1:], chain.p_PF[1:], atol=1e-12)
     assert_allclose(ours.chain.p_MT, chain.p_MT, atol=1e-12)
     assert len(ours.joint_names) == 7
-
-
-@pytest.mark.parametrize(
-    ("change", "tip", "base", "message"),
-    [
-        (None, "flanje", None, "--tip: is 'flanje', which .* has not; nearest: flange"),
-        (None, "flange", "bass", "--base: is 'bass', which .* has not; nearest: base"),
-        (("mass value='3.0'", "mass value='-3'"), "flange", None, "link link_3: has a mass of -3 kg"),
-        (("type='revolute'", "type='prismatic'"), "flange", None, "joint_6: is of type prismatic, must be revolute"),
-        (("<robot", "<robt"), "flange", None, "mismatched tag"),
-    ],
-)
-def test_bad_robot_files_are_named_in_one_line(tmp_path, change, tip, base, message):
-    path = write_urdf(tmp_path)
-    if change is not None:
-        old, new = change
-        path.write_text(path.read_text().replace(old, new, 1 if old == "<robot" else -1))
-    with pytest.raises(AffordanceError, match=message) as caught:
-        load_robot(path, tip, base)
-    assert "\n" not in str(caught.value)
 
 
 def test_fixed_links_count_to_the_link_they_hang_on_and_the_base_is_the_lowest_one(tmp_path):

@@ -1,7 +1,6 @@
 """Spoilt files: a small version of studies/trust/bad_input.py, a corpus kept for ever, and files of results."""
 
 import logging
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -28,7 +27,6 @@ from studies.trust.bad_input import (
     spoil,
 )
 
-BROKEN = Path(__file__).parents[1] / "broken"
 QUICKLY = settings(
     max_examples=80,
     deadline=None,
@@ -36,61 +34,12 @@ QUICKLY = settings(
     database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
-# What a file of the corpus stands for, and what its refusal must say. The first words of its name say which file.
-CORPUS = {
-    "materials_colour_by_name": "brass.colour: is 'gold', must be red, green and blue",
-    "materials_density_in_g_per_cm3_as_text": "brass.density: is '8.5 g/cm3', must be a number",
-    "materials_density_sd_missing": "beech.density_sd: is missing",
-    "tools_weight_material_unknown": "material: is 'unobtainium', must be one of ",
-    "tools_weight_millimetres": "semi_axes[0]: is 50, must be from 0.0001 to 1",
-    "tools_weight_nan": "position[1]: is nan",
-    "tools_weight_no_decoy": "tools: has 2 entries, must have at least 3",
-    "tools_weight_tab": "is not YAML",
-    "tools_weight_two_of_one_name": "name: is 'rod', which an earlier tool of the file is called already",
-    "tools_com_unequal_weight": "must weigh the same as",
-    "tools_com_truncated": "com.yaml: ",
-    "tools_novel_one_grip": "grips: has 1 entries, must have 2",
-    "tools_novel_too_heavy": "must be at most",
-    "paths_reach_out_of_reach": "cannot be followed",
-    "paths_reach_standing_still": "points[1]: lies 0 m from the point before",
-    "paths_reach_backwards_in_time": "duration: is -2, must be from 0.05 to 60",
-    "paths_mash_out_of_reach": "points: cannot be followed",
-    "tools_uncommon_one_object": "tools: has 1 entries, must have 2",
-    "nail_longer_in_the_wood_than_it_is": "depth_demanded: is 0.06, must be from",
-    "nail_struck_from_nowhere": "blow.direction: has a length of 0, must be at least",
-    "faults_half_a_sample": "delay.delay_samples: is 0.5, must be a whole number",
-    "faults_unknown_key": "spikes.spike_hight: is not a key known here",
-}
-
-
-def to_target(name):
-    """The file of the models that a file of the corpus takes the place of."""
-    for prefix in (
-        *("tools_weight", "tools_com", "tools_novel", "tools_uncommon", "paths_reach", "paths_mash"),
-        *("nail", "materials", "faults"),
-    ):
-        if name.startswith(prefix):
-            return prefix.replace("_", "/", 1) + ".yaml"
-    raise ValueError(name)
 
 
 @pytest.fixture(scope="module")
 def models():
     with copy_models() as folder:
         yield folder
-
-
-def test_corpus_is_complete():
-    assert {path.stem for path in BROKEN.glob("*.yaml")} == set(CORPUS)
-
-
-@pytest.mark.parametrize("name", CORPUS)
-def test_broken_file_is_refused_by_file_and_key(models, name):
-    case = Case(to_target(name), (BROKEN / f"{name}.yaml").read_bytes(), name)
-    found = answer(models, case)
-    assert found.refused, found
-    assert CORPUS[name] in found.err
-    assert Path(case.file).name in found.err
 
 
 @settings(QUICKLY, max_examples=40)

@@ -50,50 +50,10 @@ def check_refusal(run):
     return check
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, vision, all"),
-        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
-        (["--repeats", "-5"], "--repeats: is -5, must be from 1 to 1000000"),
-        (["--seed", "-1"], "--seed: is -1, must be from 0 to"),
-        (["--jobs", "0"], "--jobs: is 0, must be from 1 to 4096"),
-        (["--repeats", "many"], "--repeats: is 'many', must be a whole number"),
-        (["--vision", "ears"], "--vision: is 'ears', must be one of features, pixels"),
-        (["--repets", "3"], "; did you mean '--repeats'?"),
-        (
-            ["--set", "prior.sb=3"],
-            "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev",
-        ),
-        (["weight", "--fault", "gremlins"], "--fault: is 'gremlins', must be one of nan_samples, "),
-        (["--set", "prior.sd=-3"], "settings: prior.sd: is -3, must be from 0.001 to 1e+12"),
-        (["--set", "faults.stuck_joint=knee"], "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
-    ],
-)
-def test_bad_arguments_are_refused_in_one_line(tmp_path, check_refusal, arguments, message):
-    check_refusal(arguments, message, tmp_path / "results")
-
-
-def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path, check_refusal):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "tools" / "weight.yaml"
-    path.write_text(
-        path.read_text(encoding="utf-8").replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"), encoding="utf-8"
-    )
-    message = "tools[0].components[0].semi_axes[1]: is -0.015, must be from 0.0001 to 1"
-    check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
-
-
 def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
     (tmp_path / "models" / "arm.sdf").write_text("<sdf", encoding="utf-8")
     check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
-
-
-def test_missing_models_are_refused(tmp_path, check_refusal):
-    check_refusal(
-        ["--models", tmp_path / "nowhere"], "nowhere', which is no folder and no robot's file", tmp_path / "results"
-    )
 
 
 def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):

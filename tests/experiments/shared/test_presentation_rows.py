@@ -12,10 +12,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.presentation_rows import compute_surprise
-from affordance.files.model_folder import MODELS
-from affordance.protocols.object_entries import build_objects
-from affordance.protocols.people_lifts import COLUMNS, load_people_lifts
-from affordance.protocols.protocol import load_protocol
+from affordance.protocols.people_lifts import COLUMNS
 from affordance.protocols.schema import write_protocol
 
 HEADER = "observer,lift,object,force\n"
@@ -131,33 +128,6 @@ def test_people_are_drawn_behind_the_observers(short, tmp_path):
     (mean,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("4 people")]
     np.testing.assert_allclose(mean.get_ydata(), 10.5 + 0.1 * np.arange(8))
     assert mean.get_zorder() < min(line.get_zorder() for line in figure.axes[0].lines if line.get_linewidth() == 2.2)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("observer,lift,object\n", "row 1: has no column 'force', must have observer, lift, object, force"),
-        (HEADER.replace("force", "forse"), "row 1: names a column that is 'forse', must be one of observer, learner"),
-        (HEADER + "a,1,od,9\n", "row 2, object: is 'od', must be one of small, large, odd; did you mean 'odd'?"),
-        (HEADER + "a,1,odd,nine\n", "row 2, force: is 'nine', must be a finite number"),
-        (HEADER + "a,x,odd,9\n", "row 2, lift: is 'x', must be a finite number"),
-        (HEADER + "a,1,odd\n", "row 2: has 3 columns, must have 4"),
-        (HEADER + ",1,odd,9\n", "row 2, observer: is empty, must say who it was"),
-        (HEADER + "a,1,odd,9\na,1,odd,8\n", "row 3, lift: is 1, which 'a' has already"),
-        (HEADER, "has no rows, must have one for each lift"),
-        (
-            "block," + HEADER + "famly,a,1,odd,9\n",
-            "row 2, block: is 'famly', must be one of family, odd one among them",
-        ),
-    ],
-)
-def test_table_of_people_names_what_is_wrong(short, tmp_path, text, message):
-    path = tmp_path / "people.csv"
-    path.write_text(text)
-    protocol = load_protocol(short)
-    with pytest.raises(BadValueError) as error:
-        load_people_lifts(path, build_objects(protocol.objects, short, MODELS), protocol.blocks)
-    assert f"people.csv: {message}" in str(error.value)
 
 
 def test_people_who_lifted_less_often_than_a_number_asks_for_are_named(short, tmp_path):

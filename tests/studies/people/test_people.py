@@ -8,7 +8,6 @@ import pytest
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.protocols.measured import MeasuredObservers, compute_of_observers
 from affordance.protocols.number_entries import Measure
@@ -196,17 +195,3 @@ def test_command_writes_what_it_found(tmp_path, capsys, monkeypatch):
         assert numbers["learners"][learner]["kappas"] == pytest.approx([0.15, 0.25, 0.35])
         assert (tmp_path / "kappa" / f"{learner}.png").stat().st_size > 10_000
         assert f"{learner}: kappa" in capsys.readouterr().out or learner == "kinds_drawn"
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--lowest", 0.5), "--lowest: is 0.5, must be more than 0 and less than --highest, 0.48"),
-        (("--lowest", 0), "--lowest: is 0, must be more than 0"),
-        (("--count", 2), "--count: is 2, must be at least 3"),
-        (("--repeats", 1), "--repeats: is 1, must be at least 2"),
-    ],
-)
-def test_command_names_bad_options(options, message, tmp_path):
-    with pytest.raises(BadValueError, match=message):
-        run_command(*options, "--out", tmp_path)

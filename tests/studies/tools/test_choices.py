@@ -9,7 +9,6 @@ from helpers.workshop import HAMMERS, MATERIALS
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_drawn_options
-from affordance.cli import main
 from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
@@ -136,18 +135,3 @@ def test_folder_that_is_no_clone_is_refused(tmp_path):
     with pytest.raises(BadValueError, match="has no folder 'data/Workshop Tools Dataset', must be a clone"):
         DataSet(tmp_path, MODELS).check()
     assert len(LEARNING) == 10
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
-        (["--observers", "0"], "--repeats: is 0, must be from 1 to 1000000"),  # its former name
-        (["--jobs", "-2"], "--jobs: is -2, must be from 1 to 4096"),
-        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
-    ],
-)
-def test_bad_arguments_of_the_study_are_refused(words, message, tmp_path, capsys):
-    assert main(["study", "tools", *words, "--out", str(tmp_path / "out")]) == 2
-    assert message in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
