@@ -18,23 +18,23 @@ from affordance.files.model_folder import import_study
 from affordance.version import __version__
 
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
-# Commands in the order of the help; a dash in a name is an underscore in its module.
-COMMANDS = (
-    "run",
-    "watch",
-    "new-protocol",
-    "predict",
-    "rank",
-    "next",
-    "settings",
-    "import-arm",
-    "excite",
-    "identify",
-    "memory",
-    "study",
-    "tutorials",
-    "doctor",
-)
+# Lines of help of the commands, here so that the help imports none; a dash in a name is an underscore in its module.
+COMMANDS = {
+    "run": "run the paper's simulations or a protocol of your own; write numbers, figures and report",
+    "watch": "watch an observer of an experiment live in the browser",
+    "new-protocol": "write a commented protocol to start an experiment from, and the schema for your editor",
+    "predict": "say before there are data what each learner would do in a protocol, and what tells them apart best",
+    "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
+    "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",
+    "settings": "list the settings that --set and protocols change, with value, unit and source",
+    "import-arm": "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)",
+    "excite": "design a motion that shows mass, centre of mass or inertia, or what a task will cost",
+    "identify": "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings",
+    "memory": "show, forget, merge, export, import or verify a lasting memory of what robots have felt",
+    "study": f"a study that takes its time: {', '.join(STUDIES)}",
+    "tutorials": "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter",
+    "doctor": "say which parts work on this machine, and how to get the others",
+}
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Commands that need no library of the system.
@@ -85,8 +85,6 @@ class OneLineParser(argparse.ArgumentParser):
 class Command(Protocol):
     """Interface of the module of a command."""
 
-    HELP: str
-
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Adds the command's arguments to a parser."""
 
@@ -96,6 +94,12 @@ class Command(Protocol):
         Raises:
             AffordanceError: The input is invalid; the message is one line.
         """
+
+
+class Study(Command, Protocol):
+    """Interface of a study, which is a command with its own line of help."""
+
+    HELP: str
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
@@ -128,11 +132,12 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
             provide_libraries()
         words = words[1:]
         if name == "study" and words and not words[0].startswith("-"):
-            command, name, words = load_study(words[0]), f"study {words[0]}", words[1:]
+            command: Command = (study := load_study(words[0]))
+            name, description, words = f"study {words[0]}", study.HELP, words[1:]
         else:
-            command = load_command(name)
+            command, description = load_command(name), COMMANDS[name]
         logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
-        parser = OneLineParser(prog=f"{program} {name}", description=command.HELP)
+        parser = OneLineParser(prog=f"{program} {name}", description=description)
         command.add_arguments(parser)
         return command.run(parser.parse(words))
     except AffordanceError as error:
@@ -152,7 +157,7 @@ def describe_system_error(error: OSError) -> str:
     return " ".join(": ".join(str(part) for part in parts if part).split())
 
 
-def load_study(name: str) -> Command:
+def load_study(name: str) -> Study:
     """Imports a study, which is a command.
 
     Raises:
@@ -161,7 +166,7 @@ def load_study(name: str) -> Command:
     """
     if name not in STUDIES:
         raise BadValueError("study", "", describe_choice(name, STUDIES))
-    return cast(Command, import_study(STUDIES[name]).STUDY)
+    return cast(Study, import_study(STUDIES[name]).STUDY)
 
 
 def load_command(name: str) -> Command:
@@ -172,17 +177,9 @@ def load_command(name: str) -> Command:
 
 def _describe(program: str) -> str:
     lines = [f"usage: {program} COMMAND ...   ({program} COMMAND --help says more)", ""]
-    lines += [f"  {name:<12} {load_help(name)}" for name in COMMANDS]
+    lines += [f"  {name:<12} {text}" for name, text in COMMANDS.items()]
     lines += [f"  {'|'.join(EXPERIMENTS)}: the same as {program} run with it", f"  {'--version':<12} the version"]
     return "\n".join(lines)
-
-
-def load_help(name: str) -> str:
-    """Returns the line of help of a command, or the reason why the command cannot be imported."""
-    try:
-        return load_command(name).HELP
-    except ImportError as error:
-        return f"(cannot be imported: {error})"
 
 
 if __name__ == "__main__":

@@ -74,21 +74,22 @@ def _refer_to(name: str) -> str:
 
 def list_commands() -> str:
     """Every command with its usage and options."""
-    return "\n\n".join(_describe_command(name, load_command(name)) for name in COMMANDS)
+    return "\n\n".join(_describe_command(name, text, load_command(name)) for name, text in COMMANDS.items())
 
 
 def list_studies() -> str:
     """Every study with its usage and options."""
-    return "\n\n".join(_describe_command(f"study {name}", load_study(name)) for name in STUDIES)
+    studies = {name: load_study(name) for name in STUDIES}
+    return "\n\n".join(_describe_command(f"study {name}", study.HELP, study) for name, study in studies.items())
 
 
-def _describe_command(name: str, command: Command) -> str:
-    parser = OneLineParser(prog=f"affordance {name}", description=command.HELP, add_help=False)
+def _describe_command(name: str, text: str, command: Command) -> str:
+    parser = OneLineParser(prog=f"affordance {name}", description=text, add_help=False)
     command.add_arguments(parser)
     options = [action for action in parser._actions if action.help is not argparse.SUPPRESS]
     rows = [(f"`{_name_option(parser, each)}`", each.help or "") for each in options]
     table = [format_rows(["argument", "meaning"], rows)] if rows else []
-    return "\n\n".join([f"## {name}", f"`affordance {name}`: {command.HELP}.", *table])
+    return "\n\n".join([f"## {name}", f"`affordance {name}`: {text}.", *table])
 
 
 def _name_option(parser: argparse.ArgumentParser, action: argparse.Action) -> str:

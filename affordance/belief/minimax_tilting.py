@@ -16,8 +16,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 from scipy.special import erfcx, log_ndtr, ndtri_exp
 
 from affordance.arrays import Array
@@ -80,7 +80,7 @@ def build_proposal(mean: Array, covariance: Array) -> Proposal:
     mean + L L^T forces replaces the first two terms, and either the force on a coordinate or its excess is zero.
     """
     root = np.linalg.cholesky(covariance)
-    forces = nnls(root.T, -np.linalg.solve(root, mean))[0]
+    forces = scipy.optimize.nnls(root.T, -np.linalg.solve(root, mean))[0]
     # The coordinates held at zero come first, the least positive foremost, as later ones then seldom conflict.
     order = np.lexsort((mean / np.sqrt(np.diag(covariance)), forces == 0.0))
     mean, root = mean[order], np.linalg.cholesky(covariance[np.ix_(order, order)])

@@ -9,8 +9,8 @@ integrated by nested quadrature, and four or more are averaged over weighted poi
 from collections.abc import Iterator
 
 import numpy as np
+import scipy  # it imports its parts where they are used: some of them take from a tenth of a second to a second
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 from scipy.special import log_ndtr, ndtri
 
 from affordance.arrays import Array
@@ -36,7 +36,7 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
         return mean.copy()
     # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
     root = np.linalg.cholesky(precision).T
-    return floor + nnls(root, root @ (mean - floor))[0]
+    return floor + scipy.optimize.nnls(root, root @ (mean - floor))[0]
 
 
 def compute_log_mass(mean: Array, covariance: Array) -> float:
@@ -139,9 +139,8 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
     """Draws evenly spread proposals, (N, M), with their weights over the largest weight, (N,), and its log."""
     proposal = build_proposal(mean, covariance)
     # A fixed seed makes this a function.
-    from scipy.stats.qmc import Sobol  # here, as it takes a second
 
-    uniforms = 1.0 - Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
+    uniforms = 1.0 - scipy.stats.qmc.Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
     points, log_weights = propose(proposal, uniforms)
     return points, np.exp(log_weights), proposal.log_bound
 
@@ -177,7 +176,6 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
 
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
-    from scipy.interpolate import PchipInterpolator  # here, as it takes a tenth of a second
 
     # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
     # either end, so missing ones there count as zero.
@@ -186,5 +184,7 @@ def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> A
     # As a function of normal scores a normal marginal is a straight line, and others are nearly straight.
     scores, kept = np.unique(ndtri(np.clip(cumulative / cumulative[-1], 0.0, 1.0)), return_index=True)
     scores, nodes = scores[1:-1], nodes[kept[1:-1]]  # without the infinities
-    percentiles: Array = PchipInterpolator(scores, nodes)(np.clip(ndtri(fractions), scores[0], scores[-1]))
+    percentiles: Array = scipy.interpolate.PchipInterpolator(scores, nodes)(
+        np.clip(ndtri(fractions), scores[0], scores[-1])
+    )
     return percentiles

@@ -1,1 +1,1 @@
-"""Subcommands, one module each, defining HELP, add_arguments and run; cli.py finds them by name."""
+"""Subcommands, one module each, defining add_arguments and run; cli.py finds them by name."""

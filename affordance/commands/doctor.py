@@ -14,7 +14,6 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.version import __version__
 
-HELP = "say which parts work on this machine, and how to get the others"
 # Optional extras, and the module that each installs.
 EXTRAS = {"cluster": "distributed", "bags": "rosbags"}
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from affordance.commands.options import add_robot, add_seed, add_set
 from affordance.files.model_folder import MODELS
 
-HELP = "design a motion that shows mass, centre of mass or inertia, or what a task will cost, as well as it can"
 SIGNALS = ("joint_torque", "motor_torque")
 
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from affordance.files.model_folder import MODELS
 
-HELP = "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings"
 # Nuisances that can be switched off, named as in the settings.
 NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-noise")
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
@@ -162,7 +162,7 @@ def _place_object(run: Run, values: Sequence[float]) -> Run:
         bound = 2.0 if len(name) == 1 else 360.0
         check_number(f"--object-pose {name}", value, -bound, bound)
     pose = np.eye(4)
-    pose[:3, :3] = Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
+    pose[:3, :3] = scipy.spatial.transform.Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
     pose[:3, 3] = values[:3]
     return replace(run, description=replace(run.description, object_pose=pose))
 

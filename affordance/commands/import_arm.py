@@ -8,8 +8,6 @@ from affordance.commands.options import add_arm_arguments, read_options
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
 
-HELP = "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""

@@ -4,7 +4,6 @@ import argparse
 import importlib
 from pathlib import Path
 
-HELP = "show, forget, merge, export, import or verify a lasting memory of what robots have felt"
 ACTIONS = ("show", "forget", "merge", "export", "import", "verify")
 
 

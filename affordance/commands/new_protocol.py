@@ -5,8 +5,6 @@ from pathlib import Path
 
 from affordance.protocols.schema import write_protocol
 
-HELP = "write a commented protocol to start an experiment of your own from, and the schema for your editor"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""

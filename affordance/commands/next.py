@@ -35,7 +35,6 @@ from affordance.reporting.hold_figure import draw_holds
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
-HELP = "say what to hold next so that the choice of a tool comes out right, and when to stop"
 _SAMPLES = Whole(100, 1_000_000)
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"

@@ -16,8 +16,6 @@ from affordance.settings import Settings
 # Observers for a protocol that gives no number.
 _REPEATS = 50
 
-HELP = "say before there are data what each learner would do in a protocol, and what would tell them apart best"
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""

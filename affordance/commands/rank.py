@@ -47,7 +47,6 @@ from affordance.robots.robot import Robot
 from affordance.settings import Settings
 from affordance.simulation.trial_record import recognise_arm
 
-HELP = "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why"
 _SAMPLES = Whole(1, 1_000_000)
 # Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4

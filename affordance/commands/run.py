@@ -21,7 +21,6 @@ from affordance.protocols.protocol import find_number_of_observers
 from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
 
-HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
 # Experiments whose number of repeats is not in a file.
 NOT_PROTOCOLS = ("vision",)
 # Exit status if some of several experiments were left out.

@@ -7,7 +7,6 @@ from affordance.commands.options import add_set, change_by_name
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.named_settings import NamedSetting, list_settings, show_setting
 
-HELP = "list the settings that --set and protocols change, with value, unit and source"
 _WIDTH = 100
 
 

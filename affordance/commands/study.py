@@ -20,7 +20,6 @@ STUDIES = {
 }
 # Names that studies had as commands of their own.
 FORMER = {"fit-kappa": "people", "robustness": "robustness"}
-HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

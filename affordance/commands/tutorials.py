@@ -12,7 +12,6 @@ from affordance.commands.options import add_out
 from affordance.files.atomic import write_text
 from affordance.runs.repeats import prepare_folder
 
-HELP = "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter there if it is"
 TUTORIALS = Path(__file__).parents[1] / "tutorials"
 # Jupyter's programs, the newer one first.
 _PROGRAMS = ("jupyterlab", "notebook")

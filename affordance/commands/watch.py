@@ -34,7 +34,6 @@ from affordance.settings import Settings
 from affordance.simulation.blow import run_blow
 from affordance.simulation.trial import TrialRunner, begin_memory, finish
 
-HELP = "watch an observer of an experiment live in the browser"
 _WATCHABLE = ("weight", "com", "reach", "hammer")
 # A decoy looks like the object before it, and has this share of its density.
 _DECOY = 0.1

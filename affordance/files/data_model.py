@@ -22,7 +22,7 @@ from affordance.files.constraints import OURS
 class DataModel(BaseModel):
     """Mapping in a file, with the keys of the class and no others."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
 def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, Any] | None = None) -> M:

@@ -238,6 +238,8 @@ def _compare_alternatives(
     every = max(1, round(evidence.rate / _ENOUGH_RATE))
     rows = slice(None, None, every)
     thin = replace(evidence.select(rows), rate=evidence.rate / every, least_variance=np.zeros(1))
+    if (thin.samples.used.sum(axis=0) < _FEWEST).all():
+        return
 
     def measure(other: Evidence) -> float:
         """Computes the mean logarithm of the joints' error variances."""

@@ -10,8 +10,8 @@ from typing import Annotated, Any, NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import scipy
 from pydantic import ConfigDict, Field
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -189,7 +189,7 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
         xx, xy, xz, yy, yz, zz = (
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
-        R = Rotation.from_euler("xyz", rpy).as_matrix()
+        R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
         moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
         content["inertia"] = list(moments)
     entry = check_content(path, "", content, _PayloadEntry)

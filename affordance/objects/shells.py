@@ -8,11 +8,8 @@ and is inside another is the wall of a cavity.
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from affordance.arrays import Array
 from affordance.objects.triangle_mesh import Faces, TriangleMesh, find_open_edges, integrate_faces
@@ -110,10 +107,10 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
     """Merges corners that are near each other; returns the mean of each group, (k, 3), and indices, (n,)."""
-    pairs = cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
-    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
-    count, labels = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
+    count, labels = scipy.sparse.csgraph.connected_components(graph, directed=False)
     joined = np.zeros((count, 3))
     np.add.at(joined, labels, vertices)
     return joined / np.bincount(labels, minlength=count)[:, None], labels.astype(np.intp)
@@ -155,12 +152,12 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
     one, other = [face[simple]], [face[simple + 1]]
     for begin, size in zip(begins[sizes > 2], sizes[sizes > 2], strict=True):
         there, back = face[begin : begin + size // 2], face[begin + size // 2 : begin + size]
-        i, j = linear_sum_assignment(np.abs(there[:, None] - back))
+        i, j = scipy.optimize.linear_sum_assignment(np.abs(there[:, None] - back))
         one.append(there[i])
         other.append(back[j])
     i, j = np.concatenate(one), np.concatenate(other)
-    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(len(faces),) * 2)
-    _, labels = connected_components(graph, directed=False)
+    graph = scipy.sparse.coo_matrix((np.ones(len(i)), (i, j)), shape=(len(faces),) * 2)
+    _, labels = scipy.sparse.csgraph.connected_components(graph, directed=False)
     # Labels are renumbered in the order of their first faces.
     _, first = np.unique(labels, return_index=True)
     rank = np.empty(len(first), dtype=np.intp)

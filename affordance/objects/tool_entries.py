@@ -3,8 +3,8 @@
 from typing import Annotated
 
 import numpy as np
+import scipy
 from pydantic import Field
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.files.constraints import Text, Vector, Whole, Within
@@ -93,5 +93,5 @@ def build_pose(position: tuple[float, float, float], rpy_deg: tuple[float, float
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:
-        X[:3, :3] = Rotation.from_euler("xyz", rpy_deg, degrees=True).as_matrix()
+        X[:3, :3] = scipy.spatial.transform.Rotation.from_euler("xyz", rpy_deg, degrees=True).as_matrix()
     return X

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
@@ -60,7 +60,10 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
         X_TE = np.array(component.X_TE)
         sizes = sizes * np.exp(error.size * rng.standard_normal(len(sizes)))
         X_TE[:3, 3] += error.position * rng.standard_normal(3)
-        X_TE[:3, :3] = Rotation.from_rotvec(error.rotation * rng.standard_normal(3)).as_matrix() @ X_TE[:3, :3]
+        X_TE[:3, :3] = (
+            scipy.spatial.transform.Rotation.from_rotvec(error.rotation * rng.standard_normal(3)).as_matrix()
+            @ X_TE[:3, :3]
+        )
         features.append(
             ComponentFeatures(
                 component.looks_like.colour,

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context, State
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
@@ -189,5 +189,5 @@ def _displace(part: ComponentFeatures, measurement: int, step: float) -> Compone
     else:
         rotation = np.zeros(3)
         rotation[measurement - len(sizes) - 3] = step
-        X_TE[:3, :3] = Rotation.from_rotvec(rotation).as_matrix() @ X_TE[:3, :3]
+        X_TE[:3, :3] = scipy.spatial.transform.Rotation.from_rotvec(rotation).as_matrix() @ X_TE[:3, :3]
     return ComponentFeatures(part.colour, part.shape.with_sizes(sizes), X_TE)

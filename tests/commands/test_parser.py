@@ -1,6 +1,7 @@
 """Errors of the command line: one line that names option, value, bound and the nearest that fits."""
 
 import argparse
+import sys
 
 import pytest
 
@@ -56,3 +57,13 @@ def test_shared_numbers_have_shared_bounds():
     for name, value in (("repeats", 0), ("seed", -1), ("jobs", 5000)):
         with pytest.raises(BadValueError, match=f"^--{name}: is {value}, must be from "):
             check_bounds(argparse.Namespace(**{name: value}))
+
+
+def test_help_imports_nothing_that_takes_long(children):
+    """It took three seconds, as every command was imported for its line."""
+    program = "import sys; from affordance.cli import main; main(['--help']); print('imported', *sys.modules)"
+    out, _ = children([sys.executable, "-c", program]).communicate()
+    text, _, modules = out.partition("imported ")
+    assert "  identify     identify what a robot held" in text
+    assert "affordance.commands.study" in modules.split()
+    assert not {"matplotlib", "pydantic", "pydrake", "scipy"} & set(modules.split())

@@ -10,7 +10,12 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.joint_statistics import ChannelSamples, JointStatistics, compute_statistics
+from affordance.identification.evidence.joint_statistics import (
+    SIGNAL,
+    ChannelSamples,
+    JointStatistics,
+    compute_statistics,
+)
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
@@ -47,19 +52,22 @@ class ErrorModel(NamedTuple):
 
         The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
         sample times the number of samples that share its error. Its lower bounds are the variance with correlation by
-        the filter alone, and that of earlier runs.
+        the filter alone, and that of earlier runs. Where a channel has no more independent samples than are fitted to
+        it, its residual shows no error, and all of its signal may be one.
 
         Args:
             statistics: Sums over the run.
             weights: Weights w with w^T z the residual, shape (C, 26).
         """
         count = np.maximum(statistics.counts, 1.0)
-        single = np.maximum(statistics.sum_squares(weights) / count, np.finfo(float).tiny)
+        fitted = _count_fitted(statistics)
+        all_of_it = statistics.products[:, SIGNAL, SIGNAL]
+        squares = np.where(count > fitted * self.alike, statistics.sum_squares(weights), all_of_it)
+        single = np.maximum(squares / count, np.finfo(float).tiny)
         variance = single * self.alike
         if self.correlated:
             variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
         independent = count * single / variance
-        fitted = _count_fitted(statistics)
         variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 

@@ -74,6 +74,11 @@ class ArmRegression:
         Raises:
             BadValueError: A joint never moves faster than the least speed.
         """
+        moves = np.any([(np.abs(run.v) >= settings.min_speed).any(axis=0) for run in runs], axis=0)
+        if not moves.all():
+            still = ", ".join(np.array(robot.joint_names)[~moves])
+            problem = f"has no sample in which {still} moves faster than {settings.min_speed:g} rad/s"
+            raise BadValueError("the empty run", "v", problem)
         self.robot = robot
         self.gain = gains.mean[:, 0]
         self._scale = build_link_scale(robot)
@@ -92,12 +97,6 @@ class ArmRegression:
         self.run_of_cell = np.array(run_of_cell)
         # Rows per cell of each run.
         self.cell_lengths = [round(CELL * run.rate) for run in runs]
-        if not self._counts.sum(axis=0).all():
-            still = [
-                name for name, count in zip(robot.joint_names, self._counts.sum(axis=0), strict=True) if not count
-            ]
-            problem = f"has no sample in which {', '.join(still)} moves faster than {settings.min_speed:g} rad/s"
-            raise BadValueError("the empty run", "v", problem)
 
     @property
     def num_cells(self) -> int:

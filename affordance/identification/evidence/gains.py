@@ -57,8 +57,9 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """Load friction mu of each joint, shape (n,)."""
-        mu: Array = self.mean[:, 1] / self.mean[:, 0]
+        """Load friction mu of each joint, shape (n,); zero at a joint that never moved, whose gain is zero."""
+        g, h = self.mean.T
+        mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)
         return mu
 
     def with_drift(self, settings: IdentificationSettings) -> "Gains":

@@ -92,7 +92,7 @@ class PayloadLikelihood:
         AKg = (AKA @ g[:, :, None])[..., 0]
         squares = self._xx.sum() - ((2.0 * AKx - AKg) * g).sum(axis=(1, 2))
         c = ((AKx - AKg)[..., None, :] @ L)[..., 0, :]
-        inverse, determinant = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        inverse, determinant = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         Mc = (inverse @ c[..., None])[..., 0]
         log_likelihood: Array = -0.5 * (squares - (c * Mc).sum(axis=(1, 2)) + np.log(determinant).sum(axis=1))
         return log_likelihood
@@ -109,7 +109,7 @@ class PayloadLikelihood:
         TKT = np.einsum("cibj,cb->ij", TK[..., 1:], gain)
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
         c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
-        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         D = TKA @ L
         H = TKT - (D @ inverse @ D.transpose(0, 2, 1)).sum(axis=0)
         b = (TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]).sum(axis=0)
@@ -119,7 +119,7 @@ class PayloadLikelihood:
         """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
         g, L = self.prior.gain, self._L
         AKA, AKx = (each[0] for each in self._project(pi[None]))
-        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         covariance = L @ inverse @ L.transpose(0, 2, 1)
         residual = AKx - (AKA @ g[:, :, None])[..., 0]
         return g + (covariance @ residual[..., None])[..., 0], covariance
@@ -180,10 +180,15 @@ def factor(covariance: Array) -> Array:
     return root
 
 
-def _invert_2x2(M: Array) -> tuple[Array, Array]:
-    """Computes inverses and determinants of many 2 by 2 matrices, several times faster than a solver."""
-    a, b, c, d = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
-    determinant = a * d - b * c
+def _invert_with_identity(M: Array) -> tuple[Array, Array]:
+    """Computes inverses and determinants of many I + M, several times faster than a solver.
+
+    M is positive semidefinite, shape (..., 2, 2), so that the determinant is at least one, however large M is.
+    """
+    b, c = M[..., 0, 1], M[..., 1, 0]
+    of_M = np.maximum(M[..., 0, 0] * M[..., 1, 1] - b * c, 0.0)
+    determinant = 1.0 + M[..., 0, 0] + M[..., 1, 1] + of_M
+    a, d = 1.0 + M[..., 0, 0], 1.0 + M[..., 1, 1]
     inverse = (
         np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2) / determinant[..., None, None]
     )

@@ -7,8 +7,8 @@ integrated out, over the density of the proposal.
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 from scipy.special import chdtri, gammaln, ndtri
 
 from affordance.arrays import Array
@@ -257,7 +257,7 @@ def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
     def count(step: float) -> float:
         return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
 
-    return most if count(most) >= 0.0 else float(brentq(count, 0.0, most))
+    return most if count(most) >= 0.0 else float(scipy.optimize.brentq(count, 0.0, most))
 
 
 def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:

@@ -156,10 +156,10 @@ def _propagate(fit: PayloadFit) -> Array:
 
 def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
     """Computes the relative errors of gains due to errors of links and rotors in the file, shape (n,)."""
-    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * build_link_scale(robot)
-    W = np.concatenate([W, _ROTOR_INERTIA * prepared.vdot[..., None]], axis=2) * samples.used[..., None]
+    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)
-    seen_as = np.einsum("nj,njp->jp", torque, W) / square[:, None]
-    share: Array = np.minimum(np.sqrt((seen_as**2).sum(axis=1)), _NO_GAIN)
+    of_links = np.einsum("nj,njp->jp", torque, W) * build_link_scale(robot)
+    of_rotor = _ROTOR_INERTIA * (torque * prepared.vdot).sum(axis=0)
+    share: Array = np.minimum(np.hypot(np.linalg.norm(of_links, axis=1), of_rotor) / square, _NO_GAIN)
     return share

@@ -54,7 +54,7 @@ def infer(
         channel_names=evidence.channel_names,
         unit=evidence.kind.unit,
         gains=after,
-        load_friction=after[:, 1] / after[:, 0],
+        load_friction=replace(gains, mean=after).load_friction,
         noise_sd=np.sqrt(single),
         agreement=fit.long_run_variance / np.maximum(single, np.finfo(float).tiny) / evidence.rate,
         assumptions=list_assumptions(evidence, gains, settings),

@@ -23,8 +23,8 @@ from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import scipy
 from pydantic import Field, PlainValidator
-from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.exceptions import describe_choice, show_value
@@ -171,7 +171,7 @@ class _PoseEntry(DataModel):
     def build(self) -> Array:
         """Builds the pose X_tip_T, shape (4, 4)."""
         X = np.eye(4)
-        X[:3, :3] = Rotation.from_euler("xyz", self.rpy_deg, degrees=True).as_matrix()
+        X[:3, :3] = scipy.spatial.transform.Rotation.from_euler("xyz", self.rpy_deg, degrees=True).as_matrix()
         X[:3, 3] = self.position
         return X
 
