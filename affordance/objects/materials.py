@@ -6,20 +6,24 @@ A colour is written as the name of a material, as '#d4a017', or as three numbers
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Any, override
 
 from pydantic import AfterValidator, Field, RootModel
+from pydantic_core import PydanticCustomError
 
 from affordance.arguments import check_colour, check_kind
-from affordance.exceptions import BadArgumentError, describe_choice
+from affordance.exceptions import BadArgumentError, describe_choice, show_value
 from affordance.files.constraints import Checked, CheckedFields, StrPath, Text, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
-from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.inertia import DENSITY_MAX
 
 # Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
 DENSITIES = Within(1e-3, 1e6)
+# Least density in a materials file, [kg/m^3]: the lightest packing foam (ASTM C578, type XI). In g/cm^3, densities of
+# all solids but tungsten, gold and their like are smaller numbers.
+_LIGHTEST = 12.0
 # Materials file that comes with the program.
 MATERIALS = MODELS / "materials.yaml"
 _FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
@@ -57,12 +61,30 @@ def _check_colour(text: str) -> str:
 type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 
 
+@dataclass(frozen=True)
+class _FileDensity(Within):
+    """Constraint on a density in a file, [kg/m^3], whose errors name the unit, and the value if it was in g/cm^3."""
+
+    @override
+    def check(self, value: Any, at: str = "") -> float:
+        try:
+            return super().check(value, at)
+        except PydanticCustomError as error:
+            problem = (error.context or {})["problem"]
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                raise complain(f"{problem} of kg/m^3, the unit of density_sd too", at) from None
+            problem += " kg/m^3"
+            if self.low <= 1000.0 * value <= self.high:
+                problem += f"; {show_value(value)} g/cm^3 is {1000.0 * value:.12g} kg/m^3, the unit of density_sd too"
+            raise complain(problem, at) from None
+
+
 class MaterialEntry(DataModel):
     """Material in a file."""
 
     colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
     density: Annotated[
-        float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
+        float, _FileDensity(_LIGHTEST, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
     ]
     density_sd: Annotated[
         float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")

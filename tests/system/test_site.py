@@ -76,7 +76,7 @@ def test_keys_of_files_come_with_units():
     formats = generated.list_formats()
     for row in (
         "| `semi_axes` | list of 3, each a number from 0.0001 to 1 |  | An ellipsoid: half the lengths along its own",
-        "| `density` | number from 0.1 to 25000 | must be given | Density of the material, [kg/m^3]. |",
+        "| `density` | number from 12 to 25000 | must be given | Density of the material, [kg/m^3]. |",
     ):
         assert row in formats
 
