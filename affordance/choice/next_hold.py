@@ -13,7 +13,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import HoldSamples, Suspicion
 from affordance.choice.hold_worth import Decision, PossibleHold, feel, measure_information, measure_worth
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.weighing import GripBounds, measure
+from affordance.choice.weighing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.objects.inertia import build_transform_map
@@ -108,6 +108,11 @@ class HoldAdvice(NamedTuple):
     pair_worth: float
     unit: str
     check: str = ""
+
+    @property
+    def next_name(self) -> str:
+        """Name of the object to hold next: a check, the first of a pair, or what is worth most; even after a stop."""
+        return self.check or (self.pair[0] if self.pair else self.ranked[0].name)
 
     @property
     def rests_on(self) -> tuple[str, ...]:
@@ -225,7 +230,7 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> D
             for option in question.choice.options
         ]
     )
-    costs, _ = measure(question.choice, pi, criterion, GripBounds())
+    costs = price_options(question.choice, pi, criterion)
     names = tuple(option.name for option in question.choice.options)
     return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
 

@@ -221,6 +221,17 @@ def measure(
     return costs._replace(feasible=feasible, cost=cost), demand
 
 
+def price_options(choice: Choice, pi: Array, criterion: Criterion) -> Costs:
+    """Computes the costs by a criterion as ``measure`` does, for a gripper that holds everything.
+
+    Demands, which take more than half of the time, are computed only for criteria that are about them.
+    """
+    if criterion not in (Criterion.WORK, Criterion.EFFORT):
+        return measure(choice, pi, criterion)[0]
+    costs = choice.compute_costs(pi)
+    return costs._replace(cost=costs.effort if criterion is Criterion.EFFORT else costs.cost)
+
+
 def _weigh_one(
     choice: Choice,
     index: int,

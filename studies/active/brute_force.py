@@ -1,24 +1,33 @@
 """Worth of a hold by regression against nested brute force, in which the learner learns from each outcome."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import Question, advise_hold
+from affordance.choice.next_hold import Question
 from affordance.choice.weighing import plan_options
+from affordance.objects.colour import Colour
 from affordance.objects.materials import load_materials
 from affordance.robots.robot import Robot
+from affordance.vision.eye import measure_drawing
+from affordance.vision.systems import predict_object
 from studies.active import world as worlds
 
-# Outcomes, draws of the belief after each, and of the belief before.
-OUTCOMES, DRAWS, _BEFORE = 300, 400, 10_000
+# Outcomes; draws of the belief after each for hammering, and how many times as many for other tasks, whose near ties
+# need more and whose costs take a tenth of the time; draws of the belief before; and samples of the regression.
+OUTCOMES, DRAWS, _OTHERS, _BEFORE, _SAMPLES = 300, 400, 5, 10_000, 4000
 # Draws after each outcome of which a half picks an option and the other half prices it.
 _HALVES = 2
+# Draws of an object's density in each part of the belief, of which one is an outcome.
+_PER_PART = 20
+# Relative error and number of standard errors within which both count as equal, and a worth that is none, [J].
+_SHARE, _Z, _LEAST = 0.15, 2.0, 1e-12
 
 
 class Case(NamedTuple):
@@ -68,30 +77,46 @@ CASES = (
 )
 
 
-def compare_worths(
-    cases: Sequence[Case] = CASES, outcomes: int = OUTCOMES, draws: int = DRAWS
-) -> list[dict[str, Any]]:
-    """Compares both worths in each case, [J], with standard errors.
+@dataclass(frozen=True)
+class WorthConfig:
+    """Configuration of the comparison.
 
-    Returns: For each case its parts, ``relevant`` (a tool is of the candidate's material), the share of the samples
-        with which the option that is taken now is ``feasible``, both worths, and the distance of the regression:
-        ``error`` over brute force, and ``z`` over the standard error of the difference.
+    Attributes:
+        outcomes: Number of outcomes.
+        draws: Number of draws after each of hammering; of other tasks five times as many.
     """
-    return [_compare(case, outcomes, draws, number) for number, case in enumerate(cases)]
+
+    outcomes: int = OUTCOMES
+    draws: int = DRAWS
 
 
-def summarise_errors(compared: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Summarises comparisons: the share within 15 % or two standard errors, and the worst that is irrelevant."""
-    near = [bool(each["error"] <= 0.15 or abs(each["z"]) <= 2.0) for each in compared if each["relevant"]]
+def describe_worths(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Describes the comparisons: the share within 15 % or two standard errors, and the worst that is irrelevant."""
+    error = np.abs(found["regression"] - found["brute_force"])
+    share = error / np.maximum(found["brute_force"], _LEAST)
+    z = error / np.maximum(np.hypot(found["regression_se"], found["brute_force_se"]), _LEAST)
+    relevant = found["relevant"] > 0.0
+    near = (share <= _SHARE) | (z <= _Z)
+    worths = [
+        {
+            **case._asdict(),
+            **{name: float(values[place]) for name, values in found.items()},
+            "error": float(share[place]),
+            "z": float(z[place]),
+            "within": bool(near[place]),
+        }
+        for place, case in enumerate(CASES[: len(error)])
+    ]
     return {
         "worth_error": {
-            "cases": len(compared),
-            "relevant": len(near),
-            "within": sum(near),
-            "worths": list(compared),
+            "cases": len(error),
+            "relevant": int(relevant.sum()),
+            "within": int(near[relevant].sum()),
+            "worths": worths,
         },
-        "worths_within": sum(near) / len(near),
-        "irrelevant_J": max((each["regression"] for each in compared if not each["relevant"]), default=0.0),
+        "worth_cases": len(error),
+        "worths_within": float(near[relevant].mean()),
+        "irrelevant_J": float(found["regression"][~relevant].max(initial=0.0)),
     }
 
 
@@ -100,30 +125,51 @@ def price_by_brute_force(
 ) -> tuple[float, float]:
     """Prices a hold by brute force: outcomes are drawn, the learner learns, and all options are priced anew.
 
-    Half of the draws after an outcome pick the option and the others price it, each by turns, so that noise does not
-    count as worth. Infeasible draws are charged as they are before the hold.
+    The object's true density is drawn once from each of as many equal parts of what is believed of it: few outcomes
+    in the tail may make most of a worth. Half of the draws after an outcome pick the option and the others price
+    it, each by turns, so that noise does not count as worth. Infeasible draws are charged
+    as they are before the hold.
 
-    Returns: Worth for the workshop's one question and its standard error, [J].
+    Returns: Worth for the workshop's one question and its standard error, by differences between neighbours, [J].
     """
     rng = np.random.default_rng([seed, 0])
     _, (before,) = worlds.decide(workshop, memory, _BEFORE, rng)
     failure, now = before.price_failure(), before.find_best()[0]
     falls = []
-    for number in range(outcomes):
-        after, _ = worlds.learn(workshop, name, None, memory, (seed, 1, number))
+    for number, densities in enumerate(_draw_outcomes(workshop, memory, name, outcomes, rng)):
+        after, _ = worlds.learn(workshop, name, densities, memory, (seed, 1, number))
         _, (decision,) = worlds.decide(workshop, after, draws, rng)
         first, second = (half.mean(axis=1) for half in np.array_split(decision.charge(failure), _HALVES, axis=1))
         falls.append(np.mean([_fall(first, second, now), _fall(second, first, now)]))
-    return float(np.mean(falls)), float(np.std(falls) / np.sqrt(outcomes))
+    se = np.sqrt(np.mean(np.diff(falls) ** 2) / (2.0 * outcomes))
+    return float(np.mean(falls)), float(se)
+
+
+def _draw_outcomes(
+    workshop: worlds.Workshop, memory: Memory, name: str, outcomes: int, rng: np.random.Generator
+) -> list[dict[Colour, float]]:
+    """Draws the density of an object of one material, in increasing order, one from each part of the belief."""
+    parts = measure_drawing(workshop.candidates[name])
+    (colour,) = {part.colour for part in parts}
+    column = memory.recall([part.appearance for part in parts], workshop.settings.prior).columns[0]
+    belief = predict_object(parts, memory, workshop.settings.prior)
+    drawn = np.sort(belief.densities.draw_samples(rng, _PER_PART * outcomes)[:, column]).reshape(outcomes, _PER_PART)
+    return [{colour: float(row[rng.integers(_PER_PART)])} for row in drawn]
 
 
 def _fall(picking: Array, pricing: Array, now: int) -> float:
     return float(pricing[now] - pricing[picking.argmin()])
 
 
-def _compare(case: Case, outcomes: int, draws: int, seed: int) -> dict[str, Any]:
-    whole = worlds.build_workshop()
-    question = next(each for each in whole.questions if each.name == case.task)
+def compare_worth(config: WorthConfig, number: int) -> dict[str, NDArray[Any]]:
+    """Compares both worths in the case of a number.
+
+    Returns: ``relevant``, 1 if a tool is of the candidate's material; ``feasible``, the share of samples with which
+        the option that most often fails is feasible; and both worths with their standard errors, [J].
+    """
+    case = CASES[number]
+    whole = worlds.build_workshop((case.task,))
+    (question,) = whole.questions
     options = [each for each in question.choice.options if not case.tools or each.object_name in case.tools]
     choice = plan_options(options, Robot().load_task(case.task), whole.settings)
     workshop = whole._replace(questions=[Question(case.task, choice)])
@@ -131,26 +177,18 @@ def _compare(case: Case, outcomes: int, draws: int, seed: int) -> dict[str, Any]
     chosen = {name: whole.candidates[name] for name in (*case.held, case.candidate)}
     memory = worlds.start_memory(workshop._replace(candidates=chosen), MaterialMemory())
     for name in case.held:
-        memory, _ = worlds.learn(workshop, name, means, memory, (seed, 2))
-    advice = advise_hold(
-        [whole.candidates[case.candidate]],
-        workshop.questions,
-        memory,
-        whole.settings,
-        criterion=Criterion.WORK,
-        seed=seed,
-    ).ranked[0]
-    worth, se = price_by_brute_force(workshop, memory, case.candidate, outcomes, draws, seed)
-    _, (decision,) = worlds.decide(workshop, memory, _BEFORE, np.random.default_rng([seed, 3]))
+        memory, _ = worlds.learn(workshop, name, means, memory, (number, 2))
+    advice = worlds.advise(workshop, memory, [case.candidate], num_samples=_SAMPLES, seed=number).ranked[0]
+    draws = config.draws if case.task == "hammer" else _OTHERS * config.draws
+    worth, se = price_by_brute_force(workshop, memory, case.candidate, config.outcomes, draws, number)
+    _, (decision,) = worlds.decide(workshop, memory, _BEFORE, np.random.default_rng([number, 3]))
     shown = {part.looks_like.colour for part in whole.candidates[case.candidate].components}
-    return {
-        **case._asdict(),
-        "relevant": any(part.colour in shown for option in options for part in option.features),
+    found = {
+        "relevant": float(any(part.colour in shown for option in options for part in option.features)),
         "feasible": float(decision.feasible.mean(axis=1).min()),
         "regression": advice.worth,
         "regression_se": advice.worth_se,
         "brute_force": worth,
         "brute_force_se": se,
-        "error": abs(advice.worth - worth) / max(worth, 1e-12),
-        "z": (advice.worth - worth) / max(float(np.hypot(se, advice.worth_se)), 1e-12),
     }
+    return {name: np.array(value) for name, value in found.items()}

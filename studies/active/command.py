@@ -1,31 +1,70 @@
-"""``affordance study active``: how many holds it takes until tools are chosen rightly, by what picks them."""
+"""``affordance study active``: what to hold next, how to move while weighing, and when to stop."""
 
 import argparse
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from matplotlib.figure import Figure
+
+from affordance.arguments import check_whole
 from affordance.arrays import Arrays
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from studies.active import stopping
-from studies.active.brute_force import compare_worths, summarise_errors
+from studies.active.brute_force import CASES, WorthConfig, compare_worth, describe_worths
 from studies.active.figure import draw_rules
 from studies.active.kinds import compare_information
+from studies.active.repeats import RepeatsConfig, describe_repeats, run_block
 from studies.active.rules import RULES
-from studies.active.study import ActiveConfig, describe_rules, run_observer, time_advice
+from studies.active.study import (
+    PAPER_HORIZON,
+    ActiveConfig,
+    describe_paper_world,
+    describe_rules,
+    run_observer,
+    time_advice,
+)
+from studies.active.world import build_paper_world
+from studies.excite.study import check_recordings, measure_motions
 from studies.study import Findings, Study, Work, run_kept
+
+_COUNT = Whole(1, 100_000)
+# Blocks of a hundred observers who hold one object again and again.
+_BLOCKS = 20
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 200, "simulated observers of each rule")
-    for add in (add_seed, add_jobs, add_out):
-        add(parser)
+    add = parser.add_argument
+    add("--data", type=Path, metavar="DIR", help="recordings, as of study recorded, for how to move (default: none)")
+    add("--pools", type=int, default=100, metavar="N", help="pools of recorded postures (default 100)")
+    add("--designs", type=int, default=1, metavar="N", help="designs of each motion (default 1)")
+    add_repeats(parser, 200, "simulated observers of each rule in the workshop")
+    add(
+        "--paper",
+        type=int,
+        default=100,
+        metavar="N",
+        help="observers of each rule in the paper's world (default 100)",
+    )
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Returns what is to be run."""
+    """Checks the recordings, and returns what is to be run.
+
+    Raises:
+        AffordanceError: A number is out of bounds, or a recording is missing.
+    """
+    for name in ("pools", "designs", "paper"):
+        check_whole(f"--{name}", getattr(arguments, name), _COUNT)
+    if arguments.data is not None:
+        check_recordings(arguments.data)
     return partial(_work, arguments)
 
 
@@ -36,27 +75,61 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         )
 
     seed, repeats = arguments.seed, arguments.repeats
-    found = {rule: run(ActiveConfig(rule, seed), run_observer, repeats, rule) for rule in RULES}
+    workshop = {
+        rule: run(ActiveConfig(rule, seed, is_simulated=True), run_observer, repeats, f"workshop, {rule}")
+        for rule in RULES
+    }
+    paper = {
+        rule: run(
+            ActiveConfig(rule, seed, (), PAPER_HORIZON), run_observer, arguments.paper, f"the paper's world, {rule}"
+        )
+        for rule in RULES
+    }
     stops = {
         name: stopping.describe_stops(run(config, stopping.run_observer, number, name))
         for name, (config, number) in stopping.list_configs(seed, repeats).items()
     }
-    described = describe_rules(found)
-    numbers = {
+    described = {
+        **describe_rules(workshop),
+        **describe_paper_world(paper, [each.name for each in build_paper_world().questions]),
+    }
+    numbers: dict[str, Any] = {
         "repeats": repeats,
+        "paper_repeats": arguments.paper,
         "seed": seed,
         **described,
-        **summarise_errors(compare_worths()),
         **stopping.summarise(stops),
+        **describe_worths(run(WorthConfig(), compare_worth, len(CASES), "worths")),
+        **describe_repeats(run(RepeatsConfig(seed=seed), run_block, _BLOCKS, "repeated holds, hundreds")),
         **compare_information(),
         "ms_per_candidate": time_advice(),
+        "has_motions": arguments.data is not None,
     }
-    rules = described["workshop"]["rules"]
-    yield Findings(numbers=numbers, figures={"active": partial(draw_rules, rules)})
+    figures: dict[str, Callable[[], Figure]] = {
+        "active": partial(
+            draw_rules,
+            {
+                "workshop": described["workshop"]["rules"],
+                "the paper's world": described["paper_world"]["rules"],
+            },
+        )
+    }
+    if arguments.data is not None:
+        of_motions, drawn = measure_motions(
+            arguments.data,
+            folder,
+            pools=arguments.pools,
+            designs=arguments.designs,
+            seed=seed,
+            jobs=arguments.jobs,
+        )
+        numbers |= of_motions
+        figures |= drawn
+    yield Findings(numbers=numbers, figures=figures)
 
 
 STUDY = Study(
-    HELP="holds that it takes until tools are chosen rightly, by the rule that picks what is held",
+    HELP="what to hold next before tools are chosen, how to move while weighing, and when to stop",
     add_arguments=add_arguments,
     plan=plan,
     folder="active",

@@ -7,8 +7,6 @@ import numpy as np
 
 from affordance.belief.kind_memory import start_memory as start_learner
 from affordance.belief.object_belief import Memory
-from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import advise_hold
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Tool
 from studies.active import world as worlds
@@ -32,19 +30,12 @@ def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
     memory = worlds.start_memory(workshop, start_learner("kinds_map"))
     for number, tool in enumerate([*tools[:2], decoy]):
         memory, _ = _learn(workshop, tool, memory, number)
-    candidates = [rod, decoy, tools[3]]
-    advice = advise_hold(
-        candidates,
-        workshop.questions,
-        memory,
-        workshop.settings,
-        criterion=Criterion.WORK,
-        num_samples=_NUM_SAMPLES,
-    )
+    names = [rod.name, decoy.name, _NEW]
+    advice = worlds.advise(workshop, memory, names, num_samples=_NUM_SAMPLES)
     promised = {each.name: each.information for each in advice.ranked}
     gained = {
-        tool.name: float(np.mean([_learn(workshop, tool, memory, 10 + number)[1] for number in range(holds)]))
-        for tool in candidates
+        name: float(np.mean([_learn(workshop, workshop.candidates[name], memory, 10 + n)[1] for n in range(holds)]))
+        for name in names
     }
     worst = max(abs(promised[name] - gained[name]) for name in gained)
     return {"kinds": {"promised": promised, "gained": gained}, "kinds_worst": worst}

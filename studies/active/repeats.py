@@ -1,16 +1,19 @@
 """Calibration of what is believed of a material after one object of it was held again and again.
 
-``measure_repeats()`` returns the numbers ``repeat_z`` and ``repeat_z_anew`` of the study of active choice, each by
-material: the root mean square of z, the error of the believed mean density over its standard deviation, over
-observers who hold one piece of stock ten times. 1 is right; 2 is an interval of half the width that it should have.
+``repeat_z`` and ``repeat_z_anew`` are numbers of the study of active choice, each by material: the root mean
+square of z, the error of the believed mean density over its standard deviation, over observers who hold
+one piece of stock ten times. 1 is right; 2 is an interval of half the width that it should have.
 ``repeat_z`` is that of a lasting memory, which sums the likelihoods of an object before its deviation from its
 material is marginalised, once; ``repeat_z_anew`` that of an observer within a simulation, who counts the deviation
 anew at each hold.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
@@ -33,29 +36,53 @@ _LEAST = 0.3
 type _Learn = Callable[[Sequence[TrialEvidence], Tool, Settings], DensityBelief]
 
 
-def measure_repeats(num_observers: int = 2000, num_holds: int = 10, seed: int = 0) -> dict[str, dict[str, float]]:
-    """Measures the calibration after a number of holds of one piece, for each material of our stock.
+@dataclass(frozen=True)
+class RepeatsConfig:
+    """Configuration of observers who hold one piece again and again.
 
-    Returns: ``repeat_z`` and ``repeat_z_anew``, each a mapping from names of materials to the root mean square of z.
+    Attributes:
+        num_observers: Number of observers of a block.
+        num_holds: Number of holds of each.
+        seed: Root of every random draw.
     """
+
+    num_observers: int = 100
+    num_holds: int = 10
+    seed: int = 0
+
+
+def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
+    """Runs a block of observers; returns errors over standard deviations, (observers, materials), by learner."""
     settings = DEFAULT_SETTINGS
     static = StaticHold(load_arm(settings.arm))
-    found: dict[str, dict[str, float]] = {"repeat_z": {}, "repeat_z_anew": {}}
-    learners: dict[str, _Learn] = {"repeat_z": _learn_once, "repeat_z_anew": _learn_anew}
-    for number, piece in enumerate(load_tools(MODELS / "workshop" / "blanks.yaml", load_materials())):
+    pieces = _load_stock()
+    found = {name: np.zeros((config.num_observers, len(pieces))) for name in _LEARNERS}
+    for number, piece in enumerate(pieces):
         material = piece.components[0].material
-        squares = dict.fromkeys(learners, 0.0)
-        for observer in range(num_observers):
-            rng = np.random.default_rng([seed, number, observer, 41])
+        for observer in range(config.num_observers):
+            rng = np.random.default_rng([config.seed, number, config.num_observers * block + observer, 41])
             rho = material.density + settings.prior.deviation_sd * rng.standard_normal()
-            trials = hold(piece, max(rho, _LEAST * material.density), static, settings, num_holds, rng)
-            for name, learn in learners.items():
+            trials = hold(piece, max(rho, _LEAST * material.density), static, settings, config.num_holds, rng)
+            for name, learn in _LEARNERS.items():
                 belief = learn(trials, piece, settings)
-                z = (belief.untruncated_mean[0] - material.density) / np.sqrt(belief.covariance[0, 0])
-                squares[name] += float(z) ** 2
-        for name, total in squares.items():
-            found[name][material.name] = float(np.sqrt(total / num_observers))
+                sd = np.sqrt(belief.covariance[0, 0])
+                found[name][observer, number] = (belief.untruncated_mean[0] - material.density) / sd
     return found
+
+
+def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Describes blocks of observers: the root mean square by material, and the least and largest of ``repeat_z``."""
+    names = [piece.components[0].material.name for piece in _load_stock()]
+    z = {
+        name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
+        for name, values in found.items()
+    }
+    values = z["repeat_z"].values()
+    return {**z, "repeat_z_least": min(values), "repeat_z_largest": max(values)}
+
+
+def _load_stock() -> tuple[Tool, ...]:
+    return tuple(load_tools(MODELS / "workshop" / "blanks.yaml", load_materials()))
 
 
 def hold(
@@ -96,3 +123,6 @@ def _learn_anew(trials: Sequence[TrialEvidence], piece: Tool, settings: Settings
         posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)
         belief = predict_object(measure_drawing(piece), posterior.memory, settings.prior)
     return belief.memory.belief
+
+
+_LEARNERS: Mapping[str, _Learn] = {"repeat_z": _learn_once, "repeat_z_anew": _learn_anew}

@@ -6,10 +6,8 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
-from affordance.choice.demand import Criterion
 from affordance.choice.hold_worth import Decision, PossibleHold, measure_information
-from affordance.choice.next_hold import advise_hold
-from studies.active.world import Workshop, build_hold_geometry, decide
+from studies.active.world import Workshop, advise, build_hold_geometry, decide
 
 # Samples of a belief, and normal points of the closed form.
 NUM_SAMPLES = 2000
@@ -20,17 +18,8 @@ type Rule = Callable[[Workshop, Memory, Sequence[str], np.random.Generator], str
 
 
 def pick_by_value(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
-    """Picks what is worth most by regression; ``advise_hold``."""
-    advice = advise_hold(
-        [workshop.candidates[name] for name in left],
-        workshop.questions,
-        memory,
-        workshop.settings,
-        criterion=Criterion.WORK,
-        num_samples=NUM_SAMPLES,
-        seed=int(rng.integers(2**31)),
-    )
-    return advice.pair[0] if advice.pair is not None else advice.ranked[0].name
+    """Picks what is worth most by regression, as ``advise_hold`` says."""
+    return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=int(rng.integers(2**31))).next_name
 
 
 def pick_linear(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:

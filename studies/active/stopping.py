@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from affordance.belief.density_belief import EMPTY_BELIEF
 from affordance.belief.kind_memory import start_memory as start_learner
 from affordance.belief.object_belief import FeltObject
-from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import CERTAIN, HoldAdvice, advise_hold
+from affordance.choice.next_hold import CERTAIN, HoldAdvice
 from affordance.objects.colour import Colour
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
@@ -65,19 +64,17 @@ def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     felt: dict[str, FeltObject] = {}
     left = list(names)
     for number in range(config.most + 1):
-        advice = advise_hold(
-            [workshop.candidates[name] for name in left],
-            workshop.questions,
+        advice = worlds.advise(
+            workshop,
             memory,
-            workshop.settings,
-            criterion=Criterion.WORK,
-            felt=felt if config.doubts else None,
+            left,
             num_samples=NUM_SAMPLES,
             seed=int(np.random.default_rng([config.seed, repeat, 3, number]).integers(2**31)),
+            felt=felt if config.doubts else None,
         )
         if advice.stop or number == config.most or len(left) == 1:
             break
-        name = advice.check or (advice.pair[0] if advice.pair else advice.ranked[0].name)
+        name = advice.next_name
         left.remove(name)
         seed = (config.seed, repeat, 4 + names.index(name))
         memory, felt[name] = worlds.learn(workshop, name, true.densities[name], memory, seed)
@@ -137,6 +134,7 @@ def summarise(stops: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         "decoy": {name: stops[name]["right"] for name in ("before", "after")},
         "decoy_stops": {name: stops[name] for name in ("before", "after")},
         "drawn_right": stops["drawn"]["right"],
+        "drawn_stopped": stops["drawn"]["stopped"],
         "drawn_certain": stops["drawn"]["certain"],
         "decoy_right": stops["after"]["right"],
     }

@@ -1,6 +1,6 @@
 """Numbers of the study of active choice: right choices against holds, by the rule that picks what is held."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from time import process_time
 from typing import Any
@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.kind_memory import start_memory as start_learner
-from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import advise_hold
+from affordance.belief.object_belief import Memory
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 from studies.active.rules import RULES
 
-# Holds after which choices are judged, at most.
-HORIZON = 9
+# Holds after which choices are judged, at most: in the workshop, and in the paper's world.
+HORIZON, PAPER_HORIZON = 7, 4
 # Share of right choices that is to be reached, and cost of a choice that cannot be done, over the dearest that can.
 _RIGHT, _FAILED = 0.95, 2.0
 _NUM_JUDGED = 1000
@@ -29,14 +28,20 @@ class ActiveConfig:
     Attributes:
         rule: Name of the rule.
         seed: Root of every random draw; worlds and errors are the same for all rules.
-        tasks: Names of the tasks.
+        tasks: Names of the tasks of the workshop; none for the paper's world.
         horizon: Largest number of holds.
+        is_simulated: True if holds are simulated in the Diagram, false for closed form.
     """
 
     rule: str
     seed: int = 0
     tasks: tuple[str, ...] = worlds.TASKS
     horizon: int = HORIZON
+    is_simulated: bool = False
+
+    def build(self) -> worlds.Workshop:
+        """Builds the world."""
+        return worlds.build_workshop(self.tasks) if self.tasks else worlds.build_paper_world()
 
 
 def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
@@ -45,7 +50,7 @@ def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
     Returns: ``right``, (holds + 1, tasks); ``regret``, the cost beyond the least, of the same shape, [J]; ``held``,
         the index of what is held, (holds,).
     """
-    workshop = worlds.build_workshop(config.tasks)
+    workshop = config.build()
     true = worlds.draw_world(workshop, np.random.default_rng([config.seed, repeat, 1]))
     memory = worlds.start_memory(workshop, start_learner())
     left, names = list(workshop.candidates), list(workshop.candidates)
@@ -59,12 +64,13 @@ def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
             name = RULES[config.rule](workshop, memory, left, rng)
             left.remove(name)
             held.append(names.index(name))
-            memory = worlds.hold(workshop, true, name, memory, (config.seed, repeat, 4 + names.index(name)))
+            seed = (config.seed, repeat, 4 + names.index(name))
+            memory = worlds.hold(workshop, true, name, memory, seed, is_simulated=config.is_simulated)
     return {"right": np.array(right), "regret": np.array(regret), "held": np.array(held)}
 
 
 def _judge(
-    workshop: worlds.Workshop, true: worlds.TrueWorld, memory: Any, rng: np.random.Generator
+    workshop: worlds.Workshop, true: worlds.TrueWorld, memory: Memory, rng: np.random.Generator
 ) -> tuple[list[float], list[float]]:
     """Judges the choices under a memory by the true costs."""
     _, decisions = worlds.decide(workshop, memory, _NUM_JUDGED, rng)
@@ -87,7 +93,34 @@ def count_holds(right: NDArray[Any]) -> int:
 
 
 def describe_rules(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
-    """Describes what was found, by rule, as in metrics.json."""
+    """Describes what was found in the workshop, by rule, as in metrics.json."""
+    rules = _describe(found)
+    holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
+    others = [number for name, number in holds.items() if name != "value"]
+    third = min(3, len(rules["value"]["regret_J"]) - 1)
+    return {
+        "workshop": {"holds_to_95": holds, "regret_after_3": rules["value"]["regret_J"][third], "rules": rules},
+        "value_holds": holds["value"],
+        "value_less_best_other": holds["value"] - min(others),
+        "regret_after_3": rules["value"]["regret_J"][third],
+        **{f"value_over_{name}": holds["value"] / max(holds[name], 1) for name in ("random", "information")},
+    }
+
+
+def describe_paper_world(found: Mapping[str, Mapping[str, NDArray[Any]]], names: Sequence[str]) -> dict[str, Any]:
+    """Describes what was found in the paper's world, by rule, as in metrics.json; names are of decisions."""
+    right = found["value"]["right"]
+    each = {name: count_holds(right[..., [place]]) for place, name in enumerate(names)}
+    holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
+    return {
+        "paper_world": {"holds_to_95": holds, "holds_to_95_each": each, "rules": _describe(found)},
+        "paper_holds": holds["value"],
+        "paper_holds_most": max(each.values()),
+    }
+
+
+def _describe(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+    """Describes shares of right choices and regrets by rule, after each number of holds."""
     rules = {}
     for name, arrays in found.items():
         right = arrays["right"]
@@ -97,30 +130,19 @@ def describe_rules(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str,
             "right_ci95": share.ci95.tolist(),
             "regret_J": arrays["regret"].sum(axis=2).mean(axis=0).tolist(),
         }
-    holds = {name: count_holds(arrays["right"]) for name, arrays in found.items()}
-    others = [number for name, number in holds.items() if name != "value"]
-    third = min(3, len(rules["value"]["regret_J"]) - 1)
-    return {
-        "workshop": {"holds_to_95": holds, "regret_after_3": rules["value"]["regret_J"][third], "rules": rules},
-        "value_holds": holds["value"],
-        "value_over_random": holds["value"] / holds["random"] if holds["random"] else 1.0,
-        "value_less_best_other": holds["value"] - min(others),
-        "regret_after_3": rules["value"]["regret_J"][third],
-    }
+    return rules
 
 
 def time_advice(tasks: tuple[str, ...] = worlds.TASKS, num_samples: int = 4000) -> float:
     """Times the advice on all candidates; CPU time for each, [ms]."""
     workshop = worlds.build_workshop(tasks)
-    candidates = list(workshop.candidates.values())
+    names = list(workshop.candidates)
     memory = worlds.start_memory(workshop, start_learner())
-    more, few = (_time(candidates[:number], workshop, memory, num_samples) for number in (len(candidates), 1))
-    return 1e3 * (more - few) / (len(candidates) - 1)
+    more, few = (_time(workshop, memory, names[:number], num_samples) for number in (len(names), 1))
+    return 1e3 * (more - few) / (len(names) - 1)
 
 
-def _time(candidates: Any, workshop: worlds.Workshop, memory: Any, num_samples: int) -> float:
+def _time(workshop: worlds.Workshop, memory: Memory, names: Sequence[str], num_samples: int) -> float:
     begin = process_time()
-    advise_hold(
-        candidates, workshop.questions, memory, workshop.settings, criterion=Criterion.WORK, num_samples=num_samples
-    )
+    worlds.advise(workshop, memory, names, num_samples=num_samples)
     return process_time() - begin

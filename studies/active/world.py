@@ -12,26 +12,31 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_worth import Decision
-from affordance.choice.next_hold import Question
+from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
 from affordance.choice.tool_options import list_drawn_options
-from affordance.choice.weighing import measure, plan_options
+from affordance.choice.weighing import plan_options, price_options
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
+from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry, predict_object
 
 TASKS = ("hammer", "reach", "mash")
+# Materials of the rods and blocks of the paper's world, and tasks of its tools.
+_PAPERS, _PAPERS_TASKS = ("brass", "steel", "beech"), ("reach", "hammer")
 # Materials that no tool is made of.
 _NUM_OTHERS = 4
+# Duration of a simulated hold, [s].
+_DURATION = 1.0
 # A deviation leaves at least this share of a density.
 _LEAST = 0.3
 
@@ -40,7 +45,7 @@ class Workshop(NamedTuple):
     """Workshop on the paper's arm: stock, tools and tasks, planned once.
 
     Attributes:
-        candidates: Objects that may be held, by name: our five pieces of stock, and one of each of four others.
+        candidates: Objects that may be held, by name.
         questions: Tasks with their planned options.
         static: Arm at rest at home.
         settings: Settings.
@@ -66,30 +71,49 @@ class TrueWorld(NamedTuple):
 
 @lru_cache(maxsize=1)
 def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
-    """Builds the workshop; hammers hammer and reach, kitchen tools mash."""
-    robot, settings, materials = Robot(), DEFAULT_SETTINGS, load_materials()
-    folder = MODELS / "workshop"
+    """Builds the workshop: five pieces of stock and one of each of four other materials; hammers and kitchen tools.
+
+    Hammers hammer and reach, kitchen tools mash.
+    """
+    materials, folder = load_materials(), MODELS / "workshop"
     stock = load_tools(folder / "blanks.yaml", materials)
     shown = {part.material.name for tool in stock for part in tool.components}
-    pattern = stock[1]  # a rod: of any material it can be held
-    others = [
-        replace(
-            pattern,
-            name=f"rod of {name}",
-            components=tuple(replace(part, material=each, looks_like=each) for part in pattern.components),
-        )
-        for name, each in materials.items()
-        if name not in shown
-    ][:_NUM_OTHERS]
+    others = [each for name, each in materials.items() if name not in shown][:_NUM_OTHERS]
     tools = {"mash": load_tools(folder / "uncommon.yaml", materials)}
     hammers = load_tools(folder / "tools.yaml", materials)
-    questions = [
-        Question(name, plan_options(list_drawn_options(tools.get(name, hammers)), robot.load_task(name), settings))
-        for name in tasks
-    ]
-    return Workshop(
-        {tool.name: tool for tool in [*stock, *others]}, questions, StaticHold(load_arm(settings.arm)), settings
+    return _build(
+        [*stock, *(_make(stock[1], "rod", each) for each in others)],
+        {name: (name, tools.get(name, hammers)) for name in tasks},
     )
+
+
+@lru_cache(maxsize=1)
+def build_paper_world() -> Workshop:
+    """Builds the paper's world: two tools of Simulation II, rods and blocks; ten choices of a new tool's grip."""
+    materials = load_materials()
+    rod, block = (load_tools(MODELS / "workshop" / "blanks.yaml", materials)[place] for place in (1, 2))
+    held = load_tools(MODELS / "tools" / "com.yaml", materials)[:2]
+    stock = [_make(one, kind, materials[each]) for one, kind in ((rod, "rod"), (block, "block")) for each in _PAPERS]
+    novel = load_tools(MODELS / "tools" / "novel.yaml", materials)
+    return _build(
+        [*held, *stock], {f"{task}, {tool.name}": (task, [tool]) for task in _PAPERS_TASKS for tool in novel}
+    )
+
+
+def _build(stock: Sequence[Tool], decisions: Mapping[str, tuple[str, Sequence[Tool]]]) -> Workshop:
+    """Builds a workshop of stock and, by the name of each decision, its task and tools."""
+    robot, settings = Robot(), DEFAULT_SETTINGS
+    questions = [
+        Question(name, plan_options(list_drawn_options(tools), robot.load_task(task), settings))
+        for name, (task, tools) in decisions.items()
+    ]
+    return Workshop({tool.name: tool for tool in stock}, questions, StaticHold(load_arm(settings.arm)), settings)
+
+
+def _make(pattern: Tool, kind: str, material: Material) -> Tool:
+    """Makes a piece of stock of the form of another, of one material."""
+    parts = tuple(replace(part, material=material, looks_like=material) for part in pattern.components)
+    return replace(pattern, name=f"{kind} of {material.name}", components=parts)
 
 
 def draw_world(
@@ -121,7 +145,7 @@ def draw_world(
                 for each in question.choice.options
             ]
         )
-        found, _ = measure(question.choice, pi[:, None], Criterion.WORK)
+        found = price_options(question.choice, pi[:, None], Criterion.WORK)
         costs[question.name] = np.where(found.feasible, found.cost, np.inf)[:, 0]
     return TrueWorld(densities, costs)
 
@@ -135,19 +159,58 @@ def start_memory(workshop: Workshop, memory: Memory) -> Memory:
     return memory
 
 
-def hold(workshop: Workshop, world: TrueWorld, name: str, memory: Memory, seed: tuple[int, ...]) -> Memory:
-    """Lets an observer hold an object; returns what it remembers then."""
-    return learn(workshop, name, world.densities[name], memory, seed)[0]
+def advise(
+    workshop: Workshop,
+    memory: Memory,
+    names: Sequence[str],
+    *,
+    num_samples: int,
+    seed: int = 0,
+    felt: Mapping[str, FeltObject] | None = None,
+) -> HoldAdvice:
+    """Advises on which of some candidates to hold next, by work."""
+    return advise_hold(
+        [workshop.candidates[name] for name in names],
+        workshop.questions,
+        memory,
+        workshop.settings,
+        criterion=Criterion.WORK,
+        felt=felt,
+        num_samples=num_samples,
+        seed=seed,
+    )
+
+
+def hold(
+    workshop: Workshop,
+    world: TrueWorld,
+    name: str,
+    memory: Memory,
+    seed: tuple[int, ...],
+    *,
+    is_simulated: bool = False,
+) -> Memory:
+    """Lets an observer hold an object, at rest in closed form or simulated; returns what it remembers then."""
+    if not is_simulated:
+        return learn(workshop, name, world.densities[name], memory, seed)[0]
+    tool = workshop.candidates[name].with_densities(world.densities[name])
+    return _get_runner(workshop.settings).run_hold(tool, memory, duration=_DURATION, seed=seed).memory
+
+
+@lru_cache(maxsize=1)
+def _get_runner(settings: Settings) -> TrialRunner:
+    """Returns the runner of simulated holds, in which objects are seen as drawn, as where advice is given."""
+    return TrialRunner(settings, eye=lambda tool, rng: measure_drawing(tool))
 
 
 def learn(
     workshop: Workshop,
     name: str,
-    densities: Mapping[Colour, float] | None,
+    densities: Mapping[Colour, float],
     memory: Memory,
     seed: tuple[int, ...],
 ) -> tuple[Memory, FeltObject]:
-    """Lets an observer learn from a hold of an object of given densities by colour; None draws them from the belief.
+    """Lets an observer learn from a hold of an object of given densities by colour.
 
     Returns: Memory after the hold, and what the hold told.
     """
@@ -155,11 +218,10 @@ def learn(
     parts = measure_drawing(workshop.candidates[name])
     recollection = memory.recall([part.appearance for part in parts], settings.prior)
     belief = predict_object(parts, memory, settings.prior)
-    drawn = belief.densities.draw_samples(np.random.default_rng([*seed, 1]), 1)[0]
     rho = np.zeros(belief.densities.size)
     columns = {part.colour: column for part, column in zip(parts, recollection.columns, strict=True)}
     for colour, column in columns.items():
-        rho[column] = drawn[column] if densities is None else densities[colour]
+        rho[column] = densities[colour]
     statistics = static.measure(belief, rho, settings.noise, seed)
     posterior, likelihood = condition_on_torques(
         belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
@@ -196,7 +258,7 @@ def decide(
                 drawn[option.object_name] = geometry.compute_parameters(own, errors)
         options = question.choice.options
         pi = np.array([drawn[each.object_name] @ build_transform_map(np.linalg.inv(each.X_TG)).T for each in options])
-        costs, _ = measure(question.choice, pi, Criterion.WORK)
+        costs = price_options(question.choice, pi, Criterion.WORK)
         names = tuple(each.name for each in options)
         decisions.append(Decision(question.name, names, costs.cost, costs.feasible))
     return mu, decisions

@@ -13,6 +13,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import ChannelSamples
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
@@ -49,10 +50,8 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
     """Identifies each object with gains from the others."""
     beliefs, errors, inside, com, floors = {}, {}, [], {}, {}
     for name, weighed in objects.items():
-        others = [other for key, other in objects.items() if key != name]
-        gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
-        floor = build_phantom_covariance(_estimate_floor(others, settings))
-        evidence = replace(_build_unknown(weighed), phantom_covariance=floor)
+        evidence, gains = calibrate_by_others(objects, name, settings)
+        floor = evidence.phantom_covariance
         belief = infer(evidence, gains, settings=settings)
         floors[name] = 1e3 * float(np.sqrt(floor[0, 0]))
         low, high = belief.mass_interval90
@@ -78,6 +77,16 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
         "load_friction": {name: belief.load_friction for name, belief in beliefs.items()},
     }
     return WeighedResult(numbers, details, beliefs)
+
+
+def calibrate_by_others(
+    objects: dict[str, WeighedObject], name: str, settings: IdentificationSettings
+) -> tuple[Evidence, Gains]:
+    """Builds the evidence of an object; its gains, drift included, and its floor are found from the others."""
+    others = [other for key, other in objects.items() if key != name]
+    gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
+    floor = build_phantom_covariance(_estimate_floor(others, settings))
+    return replace(_build_unknown(objects[name]), phantom_covariance=floor), gains
 
 
 def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSettings) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from helpers import active_runs, loop_runs
+from helpers import active_runs, excite_runs, loop_runs
 from helpers import counter_runs as runs
 from helpers import counter_runs_of_studies as studies
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
@@ -201,12 +201,45 @@ ALL = {
     ),
     "active": CounterExamples(
         {
-            "as shipped": lambda: {**active_runs.choose_actively(), **active_runs.time_advice()},
-            "what tells nothing is held first": functools.partial(active_runs.choose_actively, is_perverse=True),
+            "as shipped": lambda: {
+                **active_runs.choose_actively(),
+                **active_runs.choose_in_paper_world(),
+                **active_runs.compare_worths(),
+                **active_runs.stop(),
+                **active_runs.repeat(),
+                **active_runs.promise(),
+                **active_runs.time_advice(),
+                **excite_runs.move(),
+            },
+            "what tells nothing is held first": lambda: {
+                **active_runs.choose_actively(is_perverse=True),
+                **active_runs.choose_in_paper_world(is_perverse=True),
+            },
+            "costs are taken for linear": functools.partial(active_runs.compare_worths, is_linear=True),
+            "stock of other materials than it looks": functools.partial(active_runs.stop, is_mixed_up=True),
+            "a deviation is counted anew": functools.partial(active_runs.repeat, is_anew=True),
+            "kinds are forgotten": functools.partial(active_runs.promise, forgets_kinds=True),
             "many samples": functools.partial(active_runs.time_advice, 30_000),
+            "errors are taken for white noise": functools.partial(excite_runs.move, poses="white"),
+            "what shows least is chosen": functools.partial(excite_runs.move, motion="perverse"),
+            "all but the load is taken to be known": functools.partial(excite_runs.move, poses="sure"),
+            "limits are taken for broader": functools.partial(excite_runs.move, motion="reckless"),
         },
-        {"few_holds": "what tells nothing is held first", "fast": "many samples"},
-        frozenset({"few_holds", "fast"}),  # of four observers, on any machine
+        {
+            **dict.fromkeys(("few_holds", "paper_world"), "what tells nothing is held first"),
+            "worth": "costs are taken for linear",
+            **dict.fromkeys(("stopping", "odd_object"), "stock of other materials than it looks"),
+            "repeats": "a deviation is counted anew",
+            "kinds": "kinds are forgotten",
+            "fast": "many samples",
+            "few_postures": "errors are taken for white noise",
+            "fast_to_the_floor": "what shows least is chosen",
+            "honest": "all but the load is taken to be known",
+            "within_limits": "limits are taken for broader",
+        },
+        # Of four observers, of two cases, on any machine, of twelve observers, of three pools and one motion.
+        frozenset(("few_holds", "paper_world", "worth", "stopping", "odd_object", "repeats", "fast", "few_postures"))
+        | {"honest", "fast_to_the_floor"},
     ),
     "loop": CounterExamples(
         {

@@ -1,17 +1,23 @@
-"""Small runs of the study of active choice: one task, few observers; as shipped and with one thing changed."""
+"""Small runs of the study of active choice: few tasks, few observers; as shipped and with one thing changed."""
 
 import functools
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from affordance.choice import hold_worth
+from affordance.choice.hold_samples import HoldSamples
 from helpers.counter_runs import Numbers
-from studies.active import study
+from studies.active import brute_force, repeats, stopping, study
+from studies.active import world as worlds
+from studies.active.kinds import compare_information
 
 TASKS = ("reach",)
 _RULES = ("value", "information", "random")
-_IRRELEVANT = ("rod of alloy_steel", "rod of ductile_iron", "rod of aluminium", "rod of steel")
+# What tells nothing of the tools: in the workshop, and in the paper's world.
+_IRRELEVANT = ("rod of alloy_steel", "rod of ductile_iron", "rod of aluminium", "rod of brass", "block of brass")
 
 
 @functools.cache
@@ -21,7 +27,17 @@ def choose_actively(*, is_perverse: bool = False) -> Numbers:
 
 
 @functools.cache
-def _live(rule: str, is_perverse: bool) -> dict[str, Any]:
+def choose_in_paper_world(*, is_perverse: bool = False) -> Numbers:
+    """Returns the numbers of the paper's world without hammering; if perverse, brass is held first."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worlds, "_PAPERS_TASKS", TASKS)
+        patch.setattr(worlds, "build_paper_world", functools.cache(worlds.build_paper_world.__wrapped__))
+        names = [each.name for each in worlds.build_paper_world().questions]
+        return study.describe_paper_world({"value": _live("value", is_perverse, ())}, names)
+
+
+@functools.cache
+def _live(rule: str, is_perverse: bool, tasks: tuple[str, ...] = TASKS) -> dict[str, Any]:
     with pytest.MonkeyPatch.context() as patch:
         if is_perverse:
             patch.setitem(
@@ -29,9 +45,73 @@ def _live(rule: str, is_perverse: bool) -> dict[str, Any]:
                 "value",
                 lambda workshop, memory, left, rng: next((n for n in left if n in _IRRELEVANT), left[0]),
             )
-        config = study.ActiveConfig(rule, tasks=TASKS, horizon=4)
-        lived = [study.run_observer(config, repeat) for repeat in range(4)]
-    return {name: np.stack([each[name] for each in lived]) for name in lived[0]}
+        config = study.ActiveConfig(rule, tasks=tasks, horizon=4 if tasks else 3)
+        return _stack([study.run_observer(config, repeat) for repeat in range(4 if tasks else 2)])
+
+
+def _stack(found: list[Any]) -> dict[str, Any]:
+    return {name: np.stack([each[name] for each in found]) for name in found[0]}
+
+
+@functools.cache
+def compare_worths(*, is_linear: bool = False) -> Numbers:
+    """Returns worths against brute force in two cases, hammering and what tells nothing; by a line if linear."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(brute_force, "CASES", [brute_force.CASES[1], brute_force.CASES[3]])
+        if is_linear:
+            patch.setattr(hold_worth, "_DEGREES", {0: 0, 1: 1, 2: 1})
+        config = brute_force.WorthConfig(outcomes=60, draws=100)
+        return brute_force.describe_worths(_stack([brute_force.compare_worth(config, number) for number in (0, 1)]))
+
+
+@functools.cache
+def stop(*, is_mixed_up: bool = False) -> Numbers:
+    """Returns how observers stop; if mixed up, each piece of stock has the density of another material."""
+    with pytest.MonkeyPatch.context() as patch:
+        if is_mixed_up:
+            patch.setattr(worlds, "draw_world", _mix_up)
+        stops = {
+            name: stopping.describe_stops(
+                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(4)])
+            )
+            for name, (config, _) in stopping.list_configs(0, 4).items()
+        }
+    return stopping.summarise(stops)
+
+
+_DRAW = worlds.draw_world
+
+
+def _mix_up(workshop: worlds.Workshop, rng: np.random.Generator, means: Any = None) -> worlds.TrueWorld:
+    true = _DRAW(workshop, rng, means)
+    values = [density for each in true.densities.values() for density in each.values()]
+    others = dict(zip(true.densities, reversed(values), strict=True))
+    mixed = {name: dict.fromkeys(each, others[name]) for name, each in true.densities.items()}
+    return true._replace(densities=mixed)
+
+
+@functools.cache
+def repeat(*, is_anew: bool = False) -> Numbers:
+    """Returns the calibration after ten holds; a deviation is counted anew at each if so."""
+    with pytest.MonkeyPatch.context() as patch:
+        if is_anew:
+            anew = dict.fromkeys(repeats._LEARNERS, repeats._LEARNERS["repeat_z_anew"])
+            patch.setattr(repeats, "_LEARNERS", anew)
+        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(12), 0)]))
+
+
+@functools.cache
+def promise(*, forgets_kinds: bool = False) -> Numbers:
+    """Returns promised and gained information; an odd object counts as one of its colour if kinds are forgotten."""
+    with pytest.MonkeyPatch.context() as patch:
+        if forgets_kinds:
+            patch.setattr(HoldSamples, "_find_columns", _find_colours)
+            patch.setattr(HoldSamples, "_is_odd", lambda self, name: False)
+        return compare_information(holds=6)
+
+
+def _find_colours(samples: Any, parts: Any) -> list[int]:
+    return list(samples._memory.recall([part.appearance for part in parts], samples._prior).columns)
 
 
 def time_advice(num_samples: int = 4000) -> Numbers:

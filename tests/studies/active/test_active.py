@@ -10,7 +10,7 @@ from studies.active import world as worlds
 from studies.active.figure import draw_rules
 from studies.active.kinds import compare_information
 from studies.active.rules import RULES
-from studies.active.study import ActiveConfig, count_holds, run_observer
+from studies.active.study import ActiveConfig, count_holds, describe_paper_world, run_observer
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +58,31 @@ def test_rules_pick_what_is_left(workshop, rule):
         assert picked == "bar of oak"  # the only one of a material of the hammers; and the largest
 
 
+def test_a_simulated_hold_teaches_what_one_in_closed_form_does(workshop):
+    """Errors of torque are drawn anew, so means differ by what these do: within four of a hold's own deviations."""
+    true = worlds.draw_world(workshop, np.random.default_rng(2))
+    memory = worlds.start_memory(workshop, start_memory())
+    name = "rod of cast steel"
+    beliefs = [
+        worlds.hold(workshop, true, name, memory, (5, 6), is_simulated=is_simulated).belief
+        for is_simulated in (False, True)
+    ]
+    place = memory.colours.index(workshop.candidates[name].components[0].looks_like.colour)
+    sds = [np.sqrt(belief.covariance[place, place]) for belief in beliefs]
+    assert sds[1] == pytest.approx(sds[0], rel=0.15)
+    apart = beliefs[1].untruncated_mean[place] - beliefs[0].untruncated_mean[place]
+    assert 0.0 < abs(apart) < 4.0 * np.hypot(*sds)
+
+
+def test_the_paper_world_is_as_late_as_its_last_choice():
+    right = np.ones((3, 5, 10))
+    right[:, :2, 4] = 0.0
+    right[:, 0, 7] = 0.0
+    found = describe_paper_world({"value": {"right": right, "regret": right}}, [f"{k}" for k in range(10)])
+    assert found["paper_world"]["holds_to_95_each"] == {**dict.fromkeys("01235689", 0), "4": 2, "7": 1}
+    assert (found["paper_holds"], found["paper_holds_most"]) == (2, 2)
+
+
 def test_observers_hold_each_object_once_and_the_same_world_serves_all_rules():
     lives = [run_observer(ActiveConfig(rule, tasks=TASKS, horizon=3), 0) for rule in ("random", "largest_first")]
     assert all(len(set(each["held"].tolist())) == 3 for each in lives)
@@ -76,8 +101,9 @@ def test_numbers_and_figure_of_a_small_study():
     numbers = choose_actively()
     assert set(numbers["workshop"]["holds_to_95"]) == {"value", "information", "random"}
     assert numbers["value_holds"] <= choose_actively(is_perverse=True)["value_holds"]
-    figure = draw_rules(numbers["workshop"]["rules"])
-    assert [axes.get_xlabel() for axes in figure.axes] == ["objects held before"] * 2
+    rules = numbers["workshop"]["rules"]
+    figure = draw_rules({"workshop": rules, "another world": rules})
+    assert [axes.get_xlabel() for axes in figure.axes] == ["objects held before"] * 4
 
 
 def test_a_learner_with_kinds_gains_what_it_is_promised_and_nothing_from_an_odd_object():

@@ -1,0 +1,215 @@
+"""Postures chosen one after the other for objects that were weighed: what their mass is found to be after each.
+
+A pool of postures is drawn from the thousand that were recorded with an object; a rule chooses from it, gains,
+friction, errors and the floor being known from the other objects alone. The mass is estimated as identification does,
+with the errors' variance of the calibration, as a few postures show none.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_statistics import compute_statistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood, factor
+from affordance.identification.posterior.body_posterior import Mode, find_mode
+from affordance.identification.posterior.log_cholesky import compute_jacobian, parameters_from_theta
+from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.settings import IdentificationSettings
+from studies.recorded.clones import LBIPE_OBJECTS, load_weighed_objects
+from studies.recorded.peers import TO_90
+from studies.recorded.weighed_objects import SERVO_PRIOR, calibrate_by_others
+
+RULES = ("stated", "stated_at_once", "random", "condition", "d_optimal")
+# Numbers of postures after which the mass is estimated, and size of a pool.
+NUMBERS = (1, 2, 3, 4, 5, 6, 8, 12, 16, 20)
+_POOL = 150
+_REFERENCE, _MOST = 8, 5  # postures at random, and how many chosen ones are to be as good
+_SEEN = 4  # mass and first moments: all that postures at rest show
+
+
+@dataclass(frozen=True)
+class PosewiseConfig:
+    """Configuration of the pools of one object.
+
+    Attributes:
+        data: Folder of the recordings.
+        name: Name of the object.
+        rule: Name of the rule.
+        seed: Seed of the pools, which are the same for all rules.
+        numbers: Numbers of postures after which the mass is estimated.
+    """
+
+    data: str
+    name: str
+    rule: str
+    seed: int = 0
+    numbers: tuple[int, ...] = NUMBERS
+
+
+class Task(NamedTuple):
+    """Object with all that is known of it before, for the rules.
+
+    Attributes:
+        evidence: Evidence of all postures, with the load signs of the expected body.
+        gains: Gains, drift included.
+        prior: Prior of all unknowns but the payload.
+        theta: Log-Cholesky coordinates of the expected body, shape (10,).
+    """
+
+    evidence: Evidence
+    gains: Gains
+    prior: ChannelPrior
+    theta: Array
+
+    def expect(self, theta: Array) -> "Task":
+        """Returns the task with another expected body, shape (10,)."""
+        evidence = self.evidence.with_load(parameters_from_theta(theta))
+        return self._replace(theta=theta, evidence=evidence)
+
+    def build_rows(self) -> Array:
+        """Builds derivatives of the signals by mass, first moments, gains and friction, (postures, joints, 9).
+
+        Errors and what is known of gains and friction have a standard deviation of one.
+        """
+        samples, gains, prior = self.evidence.samples, self.gains, self.prior
+        s, Y = samples.load_sign[..., None], samples.Y[..., :_SEEN]
+        torque = (samples.tau_arm + samples.Y @ parameters_from_theta(self.theta))[..., None]
+        by_load = (gains.mean[:, :1] + gains.mean[:, 1:] * s) * Y
+        by_gains = np.einsum("njk,jkl->njl", np.concatenate([torque, s * torque], axis=2), factor(gains.covariance))
+        ones = np.ones_like(samples.direction)
+        by_friction = np.stack([samples.direction, samples.velocity, ones], axis=2) * prior.friction_sd
+        rows = np.concatenate([by_load, by_gains, by_friction], axis=2)
+        return rows / np.sqrt(gains.least_variance)[:, None]
+
+    def predict(self, sums: Array) -> Array:
+        """Predicts the SD of ln m, as identification states it, by sums of outer products of rows, (M, joints, 9, 9).
+
+        Returns: Standard deviations, shape (M,).
+        """
+        B = sums[..., :_SEEN, _SEEN:]
+        others = np.eye(sums.shape[-1] - _SEEN) + sums[..., _SEEN:, _SEEN:]
+        H = np.zeros((len(sums), 10, 10))
+        schur = sums[..., :_SEEN, :_SEEN] - B @ np.linalg.solve(others, B.swapaxes(-1, -2))
+        H[:, :_SEEN, :_SEEN] = schur.sum(axis=1)
+        H = np.linalg.solve(np.eye(10) + H @ self.prior.phantom_covariance, H)
+        D = compute_jacobian(self.theta)
+        precision = D.T @ H @ D + SolidPrior.for_hand().precision
+        return np.sqrt(np.linalg.inv(precision)[:, 0, 0])
+
+
+def run_pool(config: PosewiseConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Chooses postures of one pool.
+
+    Returns: ``log_mass`` and ``log_sd`` by number of postures, (numbers,); ``mass``, the true one, [kg].
+    """
+    task, mass = prepare_task(config.data, config.name)
+    rng = np.random.default_rng([config.seed, repeat, LBIPE_OBJECTS.index(config.name)])
+    pool = rng.choice(len(task.evidence.samples.signal), _POOL, replace=False)
+    chosen = _choose(task, config.rule, pool, max(config.numbers))
+    estimates = np.array([_estimate(task, chosen[:number]) for number in config.numbers])
+    return {"log_mass": estimates[:, 0], "log_sd": estimates[:, 1], "mass": np.array(mass)}
+
+
+@cache
+def prepare_task(data: str, name: str) -> tuple[Task, float]:
+    """Collects what is known of an object from the others, and its true mass, [kg]."""
+    settings = replace(IdentificationSettings(), signal_prior=SERVO_PRIOR)
+    objects = load_weighed_objects(Path(data))
+    evidence, gains = calibrate_by_others(objects, name, settings)
+    others = [each for key, each in objects.items() if key != name]
+    mass = float(np.mean([each.mass for each in others]))
+    theta = SolidPrior.for_hand().with_mass(mass, mass).mean.copy()
+    theta[0] = np.log(mass)
+    theta[1:4] = np.mean([each.first_moment for each in others], axis=0) / mass
+    evidence = evidence.with_load(parameters_from_theta(theta))
+    return Task(evidence, gains, build_channel_prior(evidence, gains, settings), theta), objects[name].mass
+
+
+def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[int]:
+    """Chooses postures from a pool one after the other, each the best beside those before."""
+    if rule == "random":
+        return [int(each) for each in pool[:number]]
+    rows = task.build_rows()[pool]
+    products = rows[..., :, None] * rows[..., None, :]
+    weights = task.gains.mean[:, 0] / np.sqrt(task.gains.least_variance)
+    W = task.evidence.samples.Y[pool][..., :_SEEN] * weights[:, None]
+    D = compute_jacobian(task.theta)
+    known = np.linalg.inv((D @ SolidPrior.for_hand().covariance @ D.T)[:_SEEN, :_SEEN])
+    chosen: list[int] = []
+    for _ in range(number):
+        if rule.startswith("stated"):
+            if chosen and rule == "stated":  # what was felt so far is expected of the next
+                task = task.expect(find_posterior(task, [int(each) for each in pool[chosen]]).theta)
+                rows = task.build_rows()[pool]
+                products = rows[..., :, None] * rows[..., None, :]
+            scores = task.predict(products[chosen].sum(axis=0) + products)
+        elif rule == "d_optimal":
+            H = known + np.einsum("njk,njl->kl", W[chosen], W[chosen]) + W.swapaxes(1, 2) @ W
+            scores = -np.linalg.slogdet(H)[1]
+        else:
+            scores = np.array([score_condition(W[[*chosen, c]].reshape(-1, _SEEN)) for c in range(len(pool))])
+        scores[chosen] = np.inf
+        chosen.append(int(np.argmin(scores)))
+    return [int(each) for each in pool[chosen]]
+
+
+def score_condition(rows: Array) -> float:
+    """Scores a regressor by its condition number, columns of unit length, plus the inverse of its least one.
+
+    Both are taken as logarithms; to be small.
+    """
+    length = np.maximum(np.linalg.norm(rows, axis=0), 1e-12)
+    values = np.linalg.svd(rows / length, compute_uv=False)
+    least = np.linalg.svd(rows, compute_uv=False)[-1]
+    return float(np.log(values[0] / max(values[-1], 1e-9)) - np.log(max(least, 1e-9)))
+
+
+def find_posterior(task: Task, chosen: list[int]) -> Mode:
+    """Finds the most probable body after postures."""
+    kept = np.isin(np.arange(len(task.evidence.samples.signal)), chosen)
+    statistics = compute_statistics(task.evidence.samples.select(kept), 1)
+    likelihood = PayloadLikelihood(statistics, task.prior, task.gains.least_variance)
+    return find_mode(likelihood, SolidPrior.for_hand())
+
+
+def _estimate(task: Task, chosen: list[int]) -> tuple[float, float]:
+    """Estimates ln m and its standard deviation from postures."""
+    mode = find_posterior(task, chosen)
+    return float(mode.theta[0]), float(np.sqrt(mode.covariance[0, 0]))
+
+
+def describe_posewise(found: Mapping[str, list[dict[str, NDArray[Any]]]], numbers: tuple[int, ...]) -> dict[str, Any]:
+    """Describes what the rules found, a list of objects each; root mean squares are averaged over objects."""
+    rules: dict[str, Any] = {}
+    for rule, objects in found.items():
+        rmse, said, inside = [], [], []
+        for each in objects:
+            mass, truth = np.exp(each["log_mass"]), each["mass"][:, None]
+            rmse.append(np.sqrt(np.mean((mass - truth) ** 2, axis=0)))
+            said.append(np.mean(mass * each["log_sd"], axis=0))
+            inside.append(np.mean(np.abs(each["log_mass"] - np.log(truth)) <= TO_90 * each["log_sd"], axis=0))
+        rules[rule] = {
+            "rmse_g": 1e3 * np.mean(rmse, axis=0),
+            "said_sd_g": 1e3 * np.mean(said, axis=0),
+            "inside_90": np.mean(inside, axis=0),
+        }
+    reference = rules["random"]["rmse_g"][numbers.index(_REFERENCE)]
+    own = rules["stated"]["rmse_g"]
+    reached = np.flatnonzero(own <= reference)
+    return {
+        "poses": list(numbers),
+        "rules": rules,
+        "poses_as_8_random": int(numbers[reached[0]]) if reached.size else max(numbers) + 1,
+        "rmse_of_8_random_g": reference,
+        "worse_with_more": float((own / np.minimum.accumulate(own)).max() - 1.0),
+        "inside_90": float(rules["stated"]["inside_90"].mean()),
+    }

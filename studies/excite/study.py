@@ -1,0 +1,94 @@
+"""Numbers and figures of how to move while weighing, by what is chosen for."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from studies.excite import motions, posewise
+from studies.excite.figure import draw_errors
+from studies.excite.weighing import weigh_in_postures
+from studies.recorded.clones import LBIPE_OBJECTS, load_panda, load_ur10e, load_weighed_objects
+from studies.study import run_kept
+
+
+def check_recordings(data: Path) -> None:
+    """Reads the recordings.
+
+    Raises:
+        BadValueError: A clone is missing or has changed.
+        ModelFileError: The URDF of a clone has changed.
+    """
+    for load in (load_weighed_objects, load_panda, load_ur10e):
+        load(data)
+
+
+def measure_motions(
+    data: Path, folder: Path, *, pools: int, designs: int, seed: int, jobs: int
+) -> tuple[dict[str, Any], dict[str, Callable[[], Figure]]]:
+    """Measures what postures and motions are worth.
+
+    Args:
+        data: Folder of the recordings.
+        folder: Folder of the study, which keeps what was found.
+        pools: Number of pools of postures.
+        designs: Number of designs of each motion.
+        seed: Root of every random draw.
+        jobs: Number of processes.
+
+    Returns: Numbers of metrics.json, and functions that draw the figures.
+    """
+    files = sorted(path for path in data.rglob("*") if path.suffix in (".npz", ".csv", ".txt", ".urdf"))
+
+    def run[C](config: C, measure: Callable[[C, int], Mapping[str, NDArray[Any]]], repeats: int, name: str) -> Any:
+        return run_kept(config, measure, folder, files, repeats=repeats, jobs=jobs, description=f"active: {name}")
+
+    of_poses = {
+        rule: [
+            run(posewise.PosewiseConfig(str(data), name, rule, seed), posewise.run_pool, pools, f"{name}, {rule}")
+            for name in LBIPE_OBJECTS
+        ]
+        for rule in posewise.RULES
+    }
+    of_motions = {
+        arm: {
+            rule: run(
+                motions.MotionConfig(str(data), arm, rule, seed=seed), motions.run_motions, designs, f"{arm}, {rule}"
+            )
+            for rule in motions.RULES
+        }
+        for arm in motions.ARMS
+    }
+    numbers = describe(of_poses, posewise.NUMBERS, of_motions, motions.SECONDS)
+    numbers["excite"] |= {"pools": pools, "designs": designs, "weighing": weigh_in_postures()}
+    poses = {"weighed objects": numbers["excite"]["poses"]["rules"]}
+    arms = {arm: numbers["excite"][arm]["rules"] for arm in motions.ARMS}
+    keys = {"found": "rmse_g", "said": "said_sd_g"}
+    return numbers, {
+        "poses": partial(draw_errors, posewise.NUMBERS, poses, **keys, label="postures"),
+        "motions": partial(draw_errors, motions.SECONDS, arms, **keys, label="time (s)"),
+    }
+
+
+def describe(
+    of_poses: Mapping[str, list[dict[str, NDArray[Any]]]],
+    numbers: tuple[int, ...],
+    of_motions: Mapping[str, Mapping[str, Mapping[str, NDArray[Any]]]],
+    seconds: tuple[float, ...],
+) -> dict[str, Any]:
+    """Describes what was found with postures and motions; claims name the numbers at the top."""
+    poses = posewise.describe_posewise(of_poses, numbers)
+    arms = {arm: motions.describe_motions(rules, seconds) for arm, rules in of_motions.items()}
+    return {
+        "poses_as_8_random": poses["poses_as_8_random"],
+        "worse_with_more": poses["worse_with_more"],
+        "inside_90": poses["inside_90"],
+        "seconds_over_random": max(each["seconds_over_random"] for each in arms.values()),
+        "largest_share_of_a_limit": float(max(each["largest_share_of_a_limit"] for each in arms.values())),
+        "predicted_over_stated": float(np.mean([each["predicted_over_stated"] for each in arms.values()])),
+        "excite": {"poses": poses, **arms},
+    }
