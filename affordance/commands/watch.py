@@ -24,6 +24,7 @@ from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.experiments.suite import begin_with, load_experiment
 from affordance.named_settings import parse_changes
+from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
@@ -63,6 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.experiment == "vision":
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
     check_experiment(arguments, _WATCHABLE)
+    if arguments.robot is not None and arguments.robot.is_file():
+        print(f"{arguments.robot.name} is imported first, some half a minute; import-arm would keep it.", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         models = open_robot(arguments.robot, read_options(arguments), Path(folder)).folder
         changes = parse_changes(arguments.changes)
@@ -100,7 +103,10 @@ class _Show:
             self.task, self.novel = experiment.task, experiment.novel[0]
             self.choice: Choice = experiment.plan_grips(self.settings, "plans", 1)[self.novel.name]
             self.grips = self.novel.list_gripped()
-        parts = [part.looks_like for tool in self.tools for part in tool.components]
+        known = load_materials(
+            self.settings.arm.parent / MATERIALS.name
+        )  # a memory may be of more than these objects
+        parts = [*known.values(), *(part.looks_like for tool in self.tools for part in tool.components)]
         self.scene = LiveScene(self.settings.arm, {part.colour: part.name.replace("_", " ") for part in parts})
         self.runner = TrialRunner(self.settings, display=self.scene.add_to)
         # What is not held teaches nothing, and is not remembered.

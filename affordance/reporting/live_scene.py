@@ -22,7 +22,6 @@ from affordance.drake.sampled_system import SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import build_chain
 from affordance.reporting.replay import open_meshcat, set_stage
 
 _FRAMES_PER_SECOND = 30.0
@@ -75,9 +74,11 @@ class LiveScene:
         context = arm.plant.CreateDefaultContext()
         arm.set_posture(context, arm.home)
         set_stage(self.meshcat, arm.plant, context, arm.hand, None, [])
-        (p_WH,) = build_chain(arm).compute_positions(arm.home[None], np.zeros(3))
-        p_WB = arm.plant.get_joint_actuator(arm.plant.GetJointActuatorIndices()[0]).joint().frame_on_parent()
-        self._panel = _place_panel(p_WB.CalcPoseInWorld(context).translation(), p_WH)
+        joints = [arm.plant.get_joint_actuator(index).joint() for index in arm.plant.GetJointActuatorIndices()]
+        frames = [*(joint.frame_on_parent() for joint in joints), arm.hand]
+        p_WF = np.array([frame.CalcPoseInWorld(context).translation() for frame in frames])
+        self._panel = _place_panel(p_WF)
+        self.meshcat.SetCameraPose(*_place_camera(p_WF, self._panel))
 
     @property
     def address(self) -> str:
@@ -230,15 +231,27 @@ class _Panel(NamedTuple):
         return Mesh(InMemoryMesh(mesh_file=text, supporting_files=files))
 
 
-def _place_panel(p_WB: Array, p_WH: Array) -> _Panel:
-    """Places the panel over the arm, for a camera that looks at it from its side."""
+def _place_panel(p_WF: Array) -> _Panel:
+    """Places the panel over an arm, given by its frames from base to hand, for a camera at its side."""
+    p_WB, p_WH = p_WF[0], p_WF[-1]
     out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
     reach = float(np.linalg.norm(p_WH - p_WB))
     right, up = out / np.linalg.norm(out), np.array([0.0, 0.0, 1.0])
     front = -np.cross(up, right)
     wide, high = reach * _PANEL
-    corner = p_WB + 0.25 * reach * right + 0.12 * reach * up - 0.1 * reach * front
+    above = p_WF[:, 2].max() - p_WB[2] + 0.12 * reach
+    corner = p_WB + 0.25 * reach * right + above * up - 0.1 * reach * front
     return _Panel(corner, wide * right, high * up, front)
+
+
+def _place_camera(p_WF: Array, panel: _Panel) -> tuple[Array, Array]:
+    """Places the camera so that arm, object and panel are in its view, 75 degrees high; returns place and target."""
+    reach = float(np.linalg.norm(p_WF[-1] - p_WF[0]))
+    low, high = p_WF[:, 2].min() - 0.35 * reach, panel.corner[2] + panel.up[2]
+    target = p_WF[0] + 0.65 * panel.right * reach / np.linalg.norm(panel.right)
+    target[2] = 0.5 * (low + high)
+    far = max(0.82 * (high - low), reach)
+    return target + far * panel.front + [0.0, 0.0, 0.15 * far], target
 
 
 def trace_densities(belief: DensityBelief) -> list[Array]:

@@ -217,7 +217,8 @@ def set_stage(
     else:
         meshcat.SetCameraPose(middle - 1.05 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
     if p_WG is None and not placements:
-        p_WG = np.array([p_WH - 0.3 * (p_WH - p_WBo), p_WH + 0.6 * (p_WH - p_WBo)])
+        out = (p_WH - p_WBo) * [1.0, 1.0, 0.0]  # the height to hold
+        p_WG = np.array([p_WH - 0.3 * out, p_WH + 0.6 * out])
     if p_WG is not None:
         meshcat.SetLine("asked for", np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
     for end in ("top_color", "bottom_color"):

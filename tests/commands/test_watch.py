@@ -69,6 +69,9 @@ def test_a_button_changes_what_a_browser_shows(children, tmp_path):
         page.get_by_text("Decoy").click()
         page.wait_for_function(f"before => ({PANEL})() && ({PANEL})() != before", arg=before)
         page.wait_for_function(f"height => ({HEIGHT})() != height", arg=height)
+        for button in ("Next object", "Reset"):
+            lines += [child.stdout.readline() for _ in range(2)]  # the hold before it is over
+            page.get_by_text(button).click()
     assert [each for each in said if each[0] == "error"] == []
     assert {url for url in asked if not url.startswith((address.group(), "data:", "blob:"))} == set()
     lines += [child.stdout.readline() for _ in range(2)]
@@ -79,6 +82,7 @@ def test_a_button_changes_what_a_browser_shows(children, tmp_path):
     assert [line.strip() for line in lines[1:]] == [
         *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg"),
         *("decoy: rod 10cm, 0.04 kg", "felt: rod 10cm, 0.04 kg"),
+        *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg") * 2,
     ]
 
 
