@@ -6,11 +6,10 @@ probabilities of the kinds of the object, the most probable hypothesis or a rand
 updated by Bayes' rule.
 """
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +31,6 @@ from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
 from affordance.belief.learner import Learner, Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
-from affordance.files.atomic import to_plain
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour
 
@@ -189,12 +187,17 @@ class KindMemory(Memory):
         kinds = self.kinds.add(tuple(known.colours[column] for column in new_columns), starts)
         numbers = {taken[column]: first_new + i for i, column in enumerate(new_columns)}
         named = [numbers.get(kind, kind) for kind in taken]
-        kinds = replace(kinds, belief=teach(kinds.belief, named, chosen.likelihood, deviation_sd))
+        stays = place is not None and all(
+            before.kind == kind for before, kind in zip(known.memberships, named, strict=True)
+        )
+        earlier = known.felt if stays else None  # the deviation from other kinds is another
+        kinds = replace(kinds, belief=teach(kinds.belief, named, chosen.likelihood, deviation_sd, earlier))
         probabilities = [
             sum(verdict.probability for verdict in verdicts if verdict.hypothesis.kinds[column] == kind)
             for column, kind in enumerate(taken)
         ]
-        lifted = known._replace(own=OwnDensities(tuple(range(len(taken))), chosen.posterior))
+        felt = chosen.likelihood if earlier is None else chosen.likelihood.add(earlier)
+        lifted = known._replace(own=OwnDensities(tuple(range(len(taken))), chosen.posterior), felt=felt)
         kinds = tidy(assign(kinds, lifted, place, list(zip(named, probabilities, strict=True))), prior)
         memory = replace(self, kinds=kinds, num_lifts=self.num_lifts + 1, at_hand=None)
         return Lesson(memory, chosen.posterior, chosen.likelihood)
@@ -236,67 +239,3 @@ def start_memory(learner: Learner | str = Learner.DENSITY, seed: Seed = 0, kappa
     if pick is None:
         return MaterialMemory()
     return KindMemory(KindSettings(GateSettings(KAPPA[pick] if kappa is None else kappa), pick, seed))
-
-
-def format_kinds(memory: KindMemory) -> str:
-    """Returns the JSON text of a memory with kinds; an object recalled but not yet learned from is omitted."""
-    settings, kinds = memory.settings, memory.kinds
-    content = {
-        "gate": settings.gate,
-        "pick": settings.pick,
-        "seed": settings.seed,
-        "colours": memory.colours,
-        "num_lifts": memory.num_lifts,
-        "colour_of_kind": kinds.colours,
-        "kinds": kinds.belief,
-        "prior_of_kind": kinds.priors,
-        "objects": [
-            {
-                "appearance": known.appearance,
-                "colours": known.colours,
-                "memberships": known.memberships,
-                "own_columns": known.own.columns,
-                "own": known.own.belief,
-            }
-            for known in kinds.objects
-        ],
-    }
-    return json.dumps(to_plain(content))
-
-
-def parse_kinds(text: str | bytes) -> KindMemory:
-    """Restores a memory with kinds from its JSON text."""
-    return build_kinds(json.loads(text))
-
-
-def build_kinds(content: Mapping[str, Any]) -> KindMemory:
-    """Restores a memory with kinds from the content of its JSON text."""
-    settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
-    objects = tuple(_read_object(known) for known in content["objects"])
-    priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])
-    kinds = Kinds(tuple(content["colour_of_kind"]), read_belief(content["kinds"]), objects, priors)
-    return KindMemory(settings, read_colours(content), kinds, content["num_lifts"])
-
-
-def _read_object(content: Mapping[str, Any]) -> KnownObject:
-    appearance = tuple(_read_part(part) for part in content["appearance"])
-    memberships = tuple(Membership(**membership) for membership in content["memberships"])
-    own = OwnDensities(tuple(content["own_columns"]), read_belief(content["own"]))
-    return KnownObject(appearance, tuple(content["colours"]), memberships, own)
-
-
-def _read_part(content: Mapping[str, Any]) -> PartAppearance:
-    colour, position = ((float(a), float(b), float(c)) for a, b, c in (content["colour"], content["position"]))
-    return PartAppearance(**{**content, "colour": colour, "position": position, "sizes": tuple(content["sizes"])})
-
-
-def read_colours(content: Mapping[str, Any]) -> tuple[Colour, ...]:
-    """Restores the colours of a memory."""
-    return tuple((float(red), float(green), float(blue)) for red, green, blue in content["colours"])
-
-
-def read_belief(content: Mapping[str, Any]) -> DensityBelief:
-    """Restores a belief about densities from its precision and information vector."""
-    information_vector = np.array(content["information_vector"], dtype=float)
-    size = len(information_vector)
-    return DensityBelief(np.array(content["precision"], dtype=float).reshape(size, size), information_vector)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.objects.appearance import Appearance
 
 
@@ -66,12 +67,15 @@ class KnownObject(NamedTuple):
         colours: Indices of its colours, in the order of its columns.
         memberships: Memberships for each of these colours.
         own: Own densities of the object.
+        felt: Sum of the likelihoods of its own densities, over the lifts since it has been of these kinds; None if it
+            was never lifted.
     """
 
     appearance: Appearance
     colours: tuple[int, ...]
     memberships: tuple[Membership, ...]
     own: OwnDensities = OwnDensities()
+    felt: Likelihood | None = None
 
 
 @dataclass(frozen=True)

@@ -16,23 +16,25 @@ from affordance.belief.kinds import Kinds, KnownObject, Membership
 from affordance.belief.likelihood import Likelihood
 
 
-def teach(belief: DensityBelief, chosen: Sequence[int], likelihood: Likelihood, deviation_sd: float) -> DensityBelief:
+def teach(
+    belief: DensityBelief,
+    chosen: Sequence[int],
+    likelihood: Likelihood,
+    deviation_sd: float,
+    earlier: Likelihood | None = None,
+) -> DensityBelief:
     """Updates the mean densities of some of K kinds by a lift: Lambda += S^T P S, eta += S^T q.
 
-    (P, q) is the likelihood after the object's own deviation is marginalised. The cost is O(m^3 + K^3).
+    (P, q) is what the likelihood adds after the object's own deviation is marginalised. The cost is O(m^3 + K^3).
 
     Args:
         belief: Belief about all kinds, of size K.
         chosen: Index of the kind of each of the object's m colours.
         likelihood: Likelihood of the object's densities, of size m.
         deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
+        earlier: Sum of the likelihoods of the object's earlier lifts as one of these kinds; None if there was none.
     """
-    marginal = likelihood.marginalise_deviation(deviation_sd)
-    S = np.zeros((len(chosen), belief.size))
-    S[np.arange(len(chosen)), list(chosen)] = 1.0
-    return belief.condition(
-        Likelihood(S.T @ marginal.precision @ S, S.T @ marginal.information_vector, marginal.log_constant)
-    )
+    return belief.condition(likelihood.marginalise_deviation(deviation_sd, earlier).embed(chosen, belief.size))
 
 
 def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:

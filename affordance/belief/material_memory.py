@@ -5,21 +5,37 @@ brass-coloured objects. A colour that was never seen before has the broad prior.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arguments import check_kind, check_number
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
 from affordance.exceptions import BadArgumentError
-from affordance.objects.appearance import PartAppearance
+from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
 from affordance.objects.colour import Colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
+
+
+class HeldObject(NamedTuple):
+    """Object that was held, whose deviation from its materials is the same each time.
+
+    Attributes:
+        appearance: Appearance of the object; its parts have the colours of the memory.
+        columns: Indices of its m colours.
+        felt: Sum of the likelihoods of its own densities over all holds, of size m; None if it was never held.
+    """
+
+    appearance: Appearance
+    columns: tuple[int, ...]
+    felt: Likelihood | None = None
 
 
 @dataclass(frozen=True)
@@ -29,10 +45,14 @@ class MaterialMemory(Memory):
     Attributes:
         colours: Known colours, in the order they were met.
         belief: Belief about the colours' mean densities, of size len(colours).
+        objects: Objects that were held.
+        at_hand: Object that was recalled last, until its hold is learned from.
     """
 
     colours: tuple[Colour, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
+    objects: tuple[HeldObject, ...] = ()
+    at_hand: HeldObject | None = None
 
     def __post_init__(self) -> None:
         """Checks that there is one density for each colour.
@@ -98,37 +118,61 @@ class MaterialMemory(Memory):
         if probabilities[best] >= CERTAIN and best < len(self.colours):
             return self, best
         belief = self.belief.extend_by_mixture(probabilities, prior)
-        return MaterialMemory((*self.colours, colour), belief), len(self.colours)
+        return replace(self, colours=(*self.colours, colour), belief=belief), len(self.colours)
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[MaterialMemory]":
-        """Recalls the belief about objects of these colours, at a cost of O(M^3) for M colours; see ``Memory``."""
-        memory, columns = self, []
+        """Recalls the belief about objects of these colours, whether or not this one was held before; see ``Memory``.
+
+        The cost is a comparison with every object, and O(M^3) for M colours.
+        """
+        memory, columns, parts = self, list[int](), list[PartAppearance]()
         for part in appearance:
             memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
             columns.append(column)
-        return Recollection(memory, memory.belief.add_object_variation(prior.deviation_sd), tuple(columns))
+            parts.append(part._replace(colour=memory.colours[column]))
+        known = (held for held in memory.objects if is_same_object(held.appearance, parts))
+        at_hand = next(known, HeldObject(tuple(parts), tuple(dict.fromkeys(columns))))
+        densities = memory.belief.add_object_variation(prior.deviation_sd)
+        return Recollection(replace(memory, at_hand=at_hand), densities, tuple(columns))
 
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
     ) -> "Lesson[MaterialMemory]":
         """Applies Bayes' rule to mean densities, with the object's own deviation marginalised; see ``Memory``.
 
-        The cost is O(M^3) for M colours.
+        The deviation of an object that was held before is that of the earlier holds: likelihoods of all its holds
+        are summed before it is marginalised, once. The cost is O(M^3) for M colours.
         """
         likelihood = find_likelihood(densities)
-        materials = self.belief.condition(likelihood.marginalise_deviation(deviation_sd))
-        return Lesson(MaterialMemory(self.colours, materials), densities.condition(likelihood), likelihood)
+        earlier, objects = None, self.objects
+        if self.at_hand is not None:
+            appearance, columns, felt = self.at_hand
+            own = likelihood.select(columns)
+            if felt is not None:
+                earlier, own = felt.embed(columns, self.belief.size), own.add(felt)
+            others = (held for held in objects if held.appearance != appearance)
+            objects = (*others, HeldObject(appearance, columns, own))
+        materials = self.belief.condition(likelihood.marginalise_deviation(deviation_sd, earlier))
+        memory = MaterialMemory(self.colours, materials, objects)
+        return Lesson(memory, densities.condition(likelihood), likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory of these known colours only, in their order."""
+        """Returns the memory of these known colours only, and of objects that have no other colour."""
         if tuple(colours) == self.colours:
             return self
-        return MaterialMemory(tuple(colours), self.belief.select([self.colours.index(colour) for colour in colours]))
+        kept = [self.colours.index(colour) for colour in colours]
+        objects = tuple(
+            held._replace(columns=tuple(kept.index(column) for column in held.columns))
+            for held in self.objects
+            if set(held.columns) <= set(kept)
+        )
+        return MaterialMemory(tuple(colours), self.belief.select(kept), objects)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
         """Returns the memory with the prior added for each new colour."""
         memory = self
         for colour in colours:
             if find_colour_index(memory.colours, colour) is None:
-                memory = MaterialMemory((*memory.colours, colour), memory.belief.extend(prior, 1))
+                belief = memory.belief.extend(prior, 1)
+                memory = replace(memory, colours=(*memory.colours, colour), belief=belief)
         return memory

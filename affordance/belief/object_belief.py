@@ -18,7 +18,7 @@ from affordance.belief.density_belief import DensityBelief, FindLikelihood, Prio
 from affordance.belief.likelihood import Likelihood
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
-from affordance.objects.appearance import PartAppearance
+from affordance.objects.appearance import Appearance, PartAppearance
 from affordance.objects.colour import Colour, show_colour
 from affordance.objects.inertia import Geometry
 from affordance.objects.materials import Material, MaterialLike, find_colour
@@ -63,11 +63,13 @@ class FeltObject(NamedTuple):
         colours: Colours of the object, m of them.
         own: Likelihood of its own densities, of size m in the order of the colours.
         shared: Likelihood of its materials' means, which the memory has learned, in the same order.
+        appearance: Appearance of the object; its parts have these colours.
     """
 
     colours: tuple[Colour, ...]
     own: Likelihood
     shared: Likelihood
+    appearance: Appearance = ()
 
 
 class Density(NamedTuple):

@@ -20,6 +20,7 @@ from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
 from affordance.memory.ledger import open_memory
+from affordance.memory.summary import recall_with_objects
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -204,7 +205,7 @@ def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> 
     """
     changed = change_settings(settings, changes)
     with open_memory(memory) as ledger:
-        known = format_memory(ledger.recall(changed.learner, changed.prior, seed=seed))
+        known = format_memory(recall_with_objects(ledger, changed.learner, changed.prior, seed))
         return replace(settings, known=known, ledger=memory), seed + len(ledger)
 
 

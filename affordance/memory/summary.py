@@ -1,13 +1,17 @@
 """Summary of a lasting memory: what is believed of each material and each thing, and from how much."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import Seed
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import FeltObject
+from affordance.belief.material_memory import HeldObject, MaterialMemory
+from affordance.belief.object_belief import FeltObject, Memory
 from affordance.memory.evidence_sums import MaterialSum, ObjectSum, SameColours
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger
@@ -128,12 +132,27 @@ def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
             own = of_object.compute_own_likelihood(prior)
         found[thing] = FeltObject(
             tuple(total.colours[column] for column in columns),
-            *(
-                Likelihood(each.precision[np.ix_(order, order)], each.information_vector[order], 0.0)
-                for each in (own, shared)
+            own.select(order),
+            shared.select(order),
+            tuple(
+                part._replace(colour=total.colours[column])
+                for part, column in zip(trials[0].parts, of_object.columns, strict=True)
             ),
         )
     return found
+
+
+def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Seed) -> Memory:
+    """Recalls what a learner believes, and what each object has told of itself, so that it is not learned twice.
+
+    Arguments and errors are those of ``Ledger.recall``, whose memory of materials has no objects.
+    """
+    memory = ledger.recall(learner, prior, seed=seed)
+    if not isinstance(memory, MaterialMemory):
+        return memory
+    felt = (each for each in recall_felt(ledger, prior).values() if each.own.precision.any())
+    objects = (HeldObject(each.appearance, tuple(map(memory.colours.index, each.colours)), each.own) for each in felt)
+    return replace(memory, objects=tuple(objects))
 
 
 def _describe_thing(

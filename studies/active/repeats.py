@@ -1,21 +1,23 @@
 """Calibration of what is believed of a material after one object of it was held again and again.
 
-``repeat_z`` and ``repeat_z_anew`` are numbers of the study of active choice, each by material: the root mean
-square of z, the error of the believed mean density over its standard deviation, over observers who hold
-one piece of stock ten times. 1 is right; 2 is an interval of half the width that it should have.
-``repeat_z`` is that of a lasting memory, which sums the likelihoods of an object before its deviation from its
-material is marginalised, once; ``repeat_z_anew`` that of an observer within a simulation, who counts the deviation
-anew at each hold.
+``repeat_z`` and its relatives are numbers of the study of active choice, by material: the root mean square of z, the
+error of the believed mean density over its standard deviation, over observers who hold one piece of stock ten times.
+1 is right; 2 is an interval of half the width that it should have. ``repeat_z`` is that of a lasting memory,
+``repeat_z_observers`` that of observers within a simulation, by their learner; ``repeat_z_anew`` is a control: an
+observer who forgets each object after its hold, and so counts its deviation from its material anew.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.kind_memory import start_memory
+from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import sum_objects
@@ -71,14 +73,21 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
 
 
 def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Describes blocks of observers: the root mean square by material, and the least and largest of ``repeat_z``."""
+    """Describes blocks of observers: the root mean square by material; extremes, the control left aside."""
     names = [piece.components[0].material.name for piece in _load_stock()]
     z = {
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
         for name, values in found.items()
     }
-    values = z["repeat_z"].values()
-    return {**z, "repeat_z_least": min(values), "repeat_z_largest": max(values)}
+    observers = {learner.value: z[learner.value] for learner in Learner}
+    values = [value for each in (z["repeat_z"], *observers.values()) for value in each.values()]
+    return {
+        "repeat_z": z["repeat_z"],
+        "repeat_z_observers": observers,
+        "repeat_z_anew": z["repeat_z_anew"],
+        "repeat_z_least": min(values),
+        "repeat_z_largest": max(values),
+    }
 
 
 def _load_stock() -> tuple[Tool, ...]:
@@ -111,18 +120,27 @@ def hold(
     return trials
 
 
-def _learn_once(trials: Sequence[TrialEvidence], piece: Tool, settings: Settings) -> DensityBelief:
+def _sum_up(trials: Sequence[TrialEvidence], piece: Tool, settings: Settings) -> DensityBelief:
     return sum_objects([trials], settings.prior).build_belief()
 
 
-def _learn_anew(trials: Sequence[TrialEvidence], piece: Tool, settings: Settings) -> DensityBelief:
-    belief = predict_object(measure_drawing(piece), MaterialMemory(), settings.prior)
+def _observe(
+    learner: Learner, remembers_objects: bool, trials: Sequence[TrialEvidence], piece: Tool, settings: Settings
+) -> DensityBelief:
+    memory = start_memory(learner)
     for trial in trials:
+        belief = predict_object(measure_drawing(piece), memory, settings.prior)
         statistics = TorqueStatistics(trial.features, trial.num_samples)
         deviation_sd = settings.prior.deviation_sd
         posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)
-        belief = predict_object(measure_drawing(piece), posterior.memory, settings.prior)
-    return belief.memory.belief
+        memory = posterior.memory
+        if isinstance(memory, MaterialMemory) and not remembers_objects:
+            memory = replace(memory, objects=())
+    return memory.belief
 
 
-_LEARNERS: Mapping[str, _Learn] = {"repeat_z": _learn_once, "repeat_z_anew": _learn_anew}
+_LEARNERS: Mapping[str, _Learn] = {
+    "repeat_z": _sum_up,
+    **{learner.value: partial(_observe, learner, True) for learner in Learner},
+    "repeat_z_anew": partial(_observe, Learner.DENSITY, False),
+}

@@ -10,6 +10,7 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.options import Option
 from affordance.choice.reach import Reach
 from affordance.choice.weighing import weigh
+from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.simulation.blow import simulate_blow
@@ -40,7 +41,11 @@ def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> di
         tool = _grip(bench, option)
         if isinstance(task, Hammer):
             planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)
-            blow = simulate_blow(tool, task, planned, list_densities([tool]), bench.settings)
+            try:
+                blow = simulate_blow(tool, task, planned, list_densities([tool]), bench.settings)
+            except AffordanceError as problem:  # this arm can do none
+                found[name] = {"option": option.name, "cannot": str(problem)}
+                continue
             error = blow.force / task.force - 1.0
             found[name] = {"option": option.name, "force_error": error, "travel_m": blow.travel}
         elif isinstance(task, Reach):

@@ -20,6 +20,7 @@ from affordance.experiments.shared.decisions import (
     find_grip_of_densest,
 )
 from affordance.experiments.shared.experience import Experience
+from affordance.experiments.shared.recall import recall
 from affordance.objects.tool import Tool
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
@@ -144,7 +145,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
     """1 if the correct option is expected to cost least before experience, 0 if another is, a half in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
-    memory = experience.recall(0, 0)
+    memory = recall(experience, 0, 0)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
     rivals = np.delete(np.arange(len(usable)), correct)[np.delete(usable, correct)]
@@ -161,7 +162,7 @@ def _choose_by_expectation(choice: Choice, experience: Experience, seed: tuple[i
     _, repeat, moment = seed
     ranking = rank_options(
         choice,
-        experience.recall(repeat, moment),
+        recall(experience, repeat, moment),
         np.random.default_rng([*seed, Stream.BAYES]),
         _NUM_BAYES_SAMPLES,
     )

@@ -16,6 +16,7 @@ from affordance.belief.object_belief import Memory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment
+from affordance.experiments.shared.recall import recall
 from affordance.objects.colour import Colour
 from affordance.objects.materials import DENSITIES
 from affordance.objects.tool import Tool
@@ -92,7 +93,7 @@ def measure_rods(world: World, observers: Sequence[Sequence[Memory]], judge: Jud
 
 def measure_centre_of_mass(world: World, experience: Experience, judge: Judge) -> Held:
     """The numbers of Simulation II that claims are about; arguments are those of ``measure_rods``."""
-    learned = [experience.recall(repeat, experience.num_trials) for repeat in range(experience.num_repeats)]
+    learned = [recall(experience, repeat, experience.num_trials) for repeat in range(experience.num_repeats)]
     densities = np.array([memory.belief.compute_percentiles(QUARTILES) for memory in learned])
     memories = [[memory] * len(world.learning) for memory in learned]
     return _measure(world, "com", world.learning, memories, {"densities": densities}, judge)

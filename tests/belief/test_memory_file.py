@@ -1,12 +1,13 @@
 """What is written of a memory comes back to the last bit, and learns on as if it had not been away."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, format_kinds, parse_kinds
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
@@ -38,7 +39,7 @@ def learn_from_an_odd_rod(memory):
 def test_memory_comes_back_to_the_last_bit(pick):
     start = KindMemory(KindSettings(GateSettings(0.25), pick, (3, 1)))
     memory = learn_from_an_odd_rod(start)
-    again = parse_kinds(format_kinds(memory))
+    again = parse_memory(format_memory(memory))
     assert any(known.own.columns for known in memory.kinds.objects)  # or less would have to come back
     assert (again.settings, again.colours, again.num_lifts) == (memory.settings, memory.colours, memory.num_lifts)
     assert again.kinds.colours == memory.kinds.colours
@@ -57,21 +58,24 @@ def test_memory_comes_back_to_the_last_bit(pick):
 
 def test_a_memory_before_anything_was_met_comes_back():
     start = KindMemory(KindSettings(GateSettings(0.25)))
-    again = parse_kinds(format_kinds(start).encode())
+    again = parse_memory(format_memory(start).encode())
     assert (again.colours, again.kinds.objects, again.belief.size) == ((), (), 0)
 
 
 def test_text_is_json_without_what_was_only_recalled():
     start = KindMemory(KindSettings(GateSettings(0.25)))
     recalled = start.recall([PartAppearance(BRASS, (0.1, 0.02), (0.0, 0.0, 0.0))], PRIOR).memory
-    content = json.loads(format_kinds(recalled))
+    content = json.loads(format_memory(recalled))
     assert content["objects"] == []
     assert content["colours"] == [list(BRASS)]
 
 
 def test_memory_of_one_density_for_each_colour_comes_back_too():
     memory = lift(MaterialMemory(), [BRASS, STEEL], 0.1, [8000.0, 7800.0])
-    again = parse_memory(format_memory(memory))
+    again, without = (parse_memory(format_memory(each)) for each in (memory, replace(memory, objects=())))
     assert again.colours == memory.colours
+    further, on, anew = (lift(each, [BRASS, STEEL], 0.1, [8000.0, 7800.0]) for each in (memory, again, without))
+    np.testing.assert_array_equal(on.belief.precision, further.belief.precision)
+    assert not np.allclose(anew.belief.precision, further.belief.precision)  # or its objects need not come back
     np.testing.assert_array_equal(again.belief.precision, memory.belief.precision)
     np.testing.assert_array_equal(again.belief.information_vector, memory.belief.information_vector)

@@ -16,6 +16,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.experience import draw_order
 from affordance.experiments.shared.gain_experience import collect_experience, gain_experience
+from affordance.experiments.shared.recall import recall
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
@@ -123,7 +124,7 @@ def test_prediction_is_that_of_the_densities_learned(experiment, folder):
     """Mass and centre of mass by hand, from the most probable densities."""
     experience = collect_experience(experiment.experience, folder.parent / "experience", repeats=2, jobs=1)
     arrays = experiment.run_observer(None, experience, 1)
-    densities = dict(zip(experience.colours, experience.recall(1, 6).belief.compute_mode(), strict=True))
+    densities = dict(zip(experience.colours, recall(experience, 1, 6).belief.compute_mode(), strict=True))
     first = experiment.tools[0]
     masses = np.array(
         [

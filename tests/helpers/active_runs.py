@@ -97,7 +97,7 @@ def repeat(*, is_anew: bool = False) -> Numbers:
         if is_anew:
             anew = dict.fromkeys(repeats._LEARNERS, repeats._LEARNERS["repeat_z_anew"])
             patch.setattr(repeats, "_LEARNERS", anew)
-        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(12), 0)]))
+        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(8), 0)]))
 
 
 @functools.cache

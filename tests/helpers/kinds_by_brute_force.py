@@ -36,10 +36,30 @@ def believe_kinds(lifts, names, priors):
             [lift.R @ [[float(kind == name) for name in everyone] for kind in lift.kinds] for lift in lifts]
         )
         y = np.concatenate([lift.y for lift in lifts])
-        noise = block_diag(*(lift.V + DEVIATION_SD**2 * lift.R @ lift.R.T for lift in lifts))
+        R = block_diag(*(lift.R for lift in lifts))
+        runs = list_runs(lifts)
+        same = np.array([[float(one == other) for other in runs] for one in runs])
+        shared = np.block(
+            [
+                [each * np.eye(len(one.kinds), len(other.kinds)) for each, other in zip(row, lifts, strict=True)]
+                for row, one in zip(same, lifts, strict=True)
+            ]
+        )
+        noise = block_diag(*(lift.V for lift in lifts)) + DEVIATION_SD**2 * R @ shared @ R.T
         gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + noise)
         mean, covariance = mean + gain @ (y - H @ mean), covariance - gain @ H @ covariance
     return mean[: len(names)], covariance[: len(names), : len(names)]
+
+
+def list_runs(lifts):
+    """The runs of lifts in which an object stayed of its kinds, a (name, number) a lift: its deviation is one."""
+    runs, last = [], {}
+    for number, lift in enumerate(lifts):
+        kinds, run = last.get(lift.name, (None, None))
+        run = run if kinds == lift.kinds else number
+        last[lift.name] = (lift.kinds, run)
+        runs.append((lift.name, run))
+    return runs
 
 
 def list_present(lifts):

@@ -70,23 +70,19 @@ def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm,
 
 
 def test_recursive_estimator_equals_the_batch_posterior_over_trials(hold, rng):
-    """Five trials one after the other, against one system of means and every trial's deviations."""
+    """Five trials with one object, against one system of its materials' means and its own deviations."""
     memory = MaterialMemory()
     rows, targets = [], []
-    num_trials = 5
-    for trial in range(num_trials):
+    true = np.array([720.0, 7850.0]) + 100 * rng.standard_normal(2)
+    for trial in range(5):
         belief = detect_parts(TWO_MATERIALS, PRIOR, memory)
-        true = np.array([720.0, 7850.0]) + 100 * rng.standard_normal(2)
         statistics = hold.measure(belief, true, FIXED, (trial,))
         memory = learn(belief, statistics, FIXED).posterior.memory
         A = hold.Y @ belief.geometry.Phi
-        row = np.zeros((7, 2 + 2 * num_trials))
-        row[:, :2] = A
-        row[:, 2 + 2 * trial : 4 + 2 * trial] = A
-        rows.append(row / FIXED.threshold)
+        rows.append(np.hstack([A, A]) / FIXED.threshold)
         targets.append((statistics.features[:7] - hold.tau_arm) / FIXED.threshold)
-    prior_sd = np.array([PRIOR.sd] * 2 + [PRIOR.deviation_sd] * 2 * num_trials)
-    prior_mean = np.array([PRIOR.mode] * 2 + [0.0] * 2 * num_trials)
+    prior_sd = np.array([PRIOR.sd] * 2 + [PRIOR.deviation_sd] * 2)
+    prior_mean = np.array([PRIOR.mode] * 2 + [0.0] * 2)
     stacked = np.vstack(rows)
     precision = np.diag(prior_sd**-2.0) + stacked.T @ stacked
     batch = np.linalg.solve(precision, prior_mean / prior_sd**2 + stacked.T @ np.concatenate(targets))

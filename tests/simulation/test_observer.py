@@ -85,8 +85,12 @@ def test_evidence_is_counted_once(runner, weight):
 
 
 def test_every_presentation_adds_what_it_taught_alone(weight):
-    """An object that weighs what is believed, felt with white noise: equal presentations add equal information."""
-    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0))
+    """An object that weighs what is believed, felt with white noise: equal presentations add equal information.
+
+    It does not deviate from its material, or the later ones would add less.
+    """
+    prior = dataclasses.replace(weight.settings.prior, deviation_sd=0.0)
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0), prior=prior)
     tool = weight.tools[0]
     known = know(weight)
     observer = Observer(TrialRunner(settings), known, duration=DURATION)

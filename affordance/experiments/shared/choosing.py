@@ -33,6 +33,7 @@ from affordance.experiments.shared.decisions import (
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.presentation_rows import describe_experience, stack_rows, write_rows
+from affordance.experiments.shared.recall import recall_all
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool, list_densities
@@ -219,7 +220,9 @@ class ChoiceExperiment(Experiment):
         """Writes lifts.csv, one row per hold of an object."""
         places = range(len(self.experience.tools))
         rows = [
-            stack_rows(describe_experience(self.experience, experience, places, repeat))
+            stack_rows(
+                describe_experience(self.experience, experience, recall_all(experience, repeat), places, repeat)
+            )
             for repeat in range(num_observers)
         ]
         arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}

@@ -19,6 +19,7 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import NO_OPTION, TIE, Chosen, pick_cheapest, rank_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.recall import recall
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, is_symmetric
@@ -103,7 +104,7 @@ def choose_by_sample(
     parameters = []
     for trial in range(experience.num_trials + 1) if moments is None else moments:
         rng = np.random.default_rng([seed, repeat, trial, Stream.PAPER])
-        parameters.append(choice.draw_parameters(experience.recall(repeat, trial), rng, 1))
+        parameters.append(choice.draw_parameters(recall(experience, repeat, trial), rng, 1))
     rng = np.random.default_rng([seed, repeat, Stream.PAPER])
     return pick_cheapest(choice.compute_costs(np.concatenate(parameters, axis=1)), rng)
 
@@ -118,7 +119,7 @@ def choose_by_expectation(
     chosen, flips = [], []
     for trial in range(experience.num_trials + 1):
         rng = np.random.default_rng([seed, repeat, trial, Stream.BAYES])
-        ranking = rank_options(choice, experience.recall(repeat, trial), rng, NUM_BAYES_SAMPLES)
+        ranking = rank_options(choice, recall(experience, repeat, trial), rng, NUM_BAYES_SAMPLES)
         usable = ranking.num_usable > 0
         chosen.append(choice.options.index(ranking.best.option) if usable else NO_OPTION)
         flips.append(ranking.flips)

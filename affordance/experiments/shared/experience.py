@@ -11,11 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import parse_kinds
 from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
@@ -76,7 +72,8 @@ class Experience:
         order: Index of the object held in each trial, (repeats, K).
         rejected: Number of samples rejected in each trial, (repeats, K); empty if rejection was impossible.
         outlier: 1 where a trial was a 5-sigma outlier, (repeats, K); empty if outliers were impossible.
-        kinds: Memories of a learner with kinds, as text, (repeats, K + 1); empty for one density for each colour.
+        memories: The same memories with the objects that were held, as JSON text, (repeats, K + 1); empty if only the
+            beliefs about materials are known.
         p_value: P-value of the torques measured in each trial, (repeats, K); empty if unknown.
     """
 
@@ -86,7 +83,7 @@ class Experience:
     order: NDArray[np.intp]
     rejected: NDArray[np.intp] = field(default_factory=_count_none)
     outlier: NDArray[np.intp] = field(default_factory=_count_none)
-    kinds: NDArray[np.bytes_] = field(default_factory=_write_none)
+    memories: NDArray[np.bytes_] = field(default_factory=_write_none)
     p_value: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
@@ -102,15 +99,6 @@ class Experience:
     def count_events(self) -> dict[str, int]:
         """Counts rejected samples and outliers over all trials, as in metrics.json."""
         return {"samples_rejected": int(self.rejected.sum()), "trials_outlier": int(self.outlier.sum())}
-
-    def recall(self, repeat: int, num_trials: int) -> Memory:
-        """Returns the memory of an observer after a number of trials."""
-        if self.kinds.size:
-            return parse_kinds(bytes(self.kinds[repeat, num_trials]))
-        return MaterialMemory(
-            self.colours,
-            DensityBelief(self.precision[repeat, num_trials], self.information_vector[repeat, num_trials]),
-        )
 
 
 def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import KindMemory, format_kinds
+from affordance.belief.memory_file import format_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.files.model_files import list_arm_files
@@ -41,11 +41,9 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
     """Runs an observer's trials, and returns the memories and measurements as arrays.
 
     Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
-        ``p_value``, ``rejected`` and ``outlier``, (K,) each; for a learner with kinds also ``kinds`` (K + 1,), its
-        memory as text.
+        ``p_value``, ``rejected`` and ``outlier``, (K,) each; and ``memories`` (K + 1,), as JSON text.
     """
     memories, records = run_trials(config, repeat)
-    texts = [format_kinds(memory).encode() for memory in memories if isinstance(memory, KindMemory)]
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
@@ -54,7 +52,7 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
         "p_value": np.array([record.p_value for record in records]),
         "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
         "outlier": np.array([record.is_outlier for record in records], dtype=np.intp),
-        **({"kinds": np.array(texts)} if texts else {}),
+        "memories": np.array([format_memory(memory).encode() for memory in memories]),
     }
 
 
@@ -72,7 +70,7 @@ def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, 
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
     )
     names = ("precision", "information_vector", "order", "rejected", "outlier")
-    more = {name: arrays[name] for name in ("kinds", "p_value") if name in arrays}
+    more = {name: arrays[name] for name in ("memories", "p_value") if name in arrays}
     experience = Experience(config.colours, *(arrays[name] for name in names), **more)
     counts = experience.count_events()
     if any(counts.values()):

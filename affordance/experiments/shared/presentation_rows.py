@@ -126,23 +126,28 @@ def expect_mass(seen: SeenObject, memory: Memory, settings: Settings) -> float:
 
 
 def describe_experience(
-    config: ExperienceConfig, experience: Experience, places: Sequence[int], repeat: int
+    config: ExperienceConfig,
+    experience: Experience,
+    memories: Sequence[Memory],
+    places: Sequence[int],
+    repeat: int,
 ) -> list[PresentationRow]:
     """Describes the holds in the first block, in which an observer learned before it was tested.
 
     Args:
         config: Configuration of these holds.
         experience: Experience of all observers.
+        memories: Memories of the observer before and after these holds.
         places: Index of each of the objects among those of the protocol.
         repeat: Index of the observer.
     """
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
-        seen, before = see(config.tools[index]), experience.recall(repeat, trial)
+        seen, before = see(config.tools[index]), memories[trial]
         presented = Presented(
             Presentation(places[index], 0, None, 1 + trial // len(config.tools)),
             seen,
-            (before, experience.recall(repeat, trial + 1)),
+            (before, memories[trial + 1]),
             expect_mass(seen, before, config.settings),
             experience.p_value[repeat, trial] if experience.p_value.size else math.nan,
         )

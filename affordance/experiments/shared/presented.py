@@ -26,6 +26,7 @@ from affordance.experiments.shared.presentation_rows import (
     stack_rows,
     write_rows,
 )
+from affordance.experiments.shared.recall import recall, recall_all
 from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -198,7 +199,7 @@ class PresentationExperiment(Experiment):
         drawn = self.draw_presentations(repeat)
         if experience is not None:
             drawn = [each for each in drawn if each.block]
-            return self.means.present(self, experience.recall(repeat, experience.num_trials), drawn, repeat)
+            return self.means.present(self, recall(experience, repeat, experience.num_trials), drawn, repeat)
         memory = begin_memory(self.settings, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
         if self.told:
             memory = MaterialMemory.from_densities(dict(self.told))
@@ -220,7 +221,7 @@ class PresentationExperiment(Experiment):
             config = self.experience
             assert config is not None  # or there would be none
             places = self.objects.groups[self.blocks[0].objects]
-            rows = [*describe_experience(config, experience, places, repeat), *rows]
+            rows = [*describe_experience(config, experience, recall_all(experience, repeat), places, repeat), *rows]
         measured = [each for each in presented if self.blocks[each.presentation.block].measured]
         founds = [count_kinds(after) > count_kinds(before) for before, after in (each.memories for each in measured)]
         numbers = [{**each.numbers, "founds_a_kind": founded} for each, founded in zip(measured, founds, strict=True)]

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from affordance.belief.kind_memory import format_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import format_memory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.experiments.shared.gain_experience import gain_experience, run_trials
+from affordance.experiments.shared.recall import recall
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.runs.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS
@@ -69,10 +70,10 @@ def test_memory_of_a_learner_with_kinds_is_kept_whole(learner):
     experience = Experience(
         config.colours,
         *(gained[name] for name in ("precision", "information_vector", "order")),
-        kinds=gained["kinds"],
+        memories=gained["memories"],
     )
     for trial, memory in enumerate(memories):
-        assert format_kinds(experience.recall(0, trial)) == format_kinds(memory)
+        assert format_memory(recall(experience, 0, trial)) == format_memory(memory)
     assert len(memories[-1].kinds.objects) == 2
     assert memories[-1].settings.seed == (3, 1, Stream.KINDS)
 
@@ -80,10 +81,12 @@ def test_memory_of_a_learner_with_kinds_is_kept_whole(learner):
 def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own():
     """With errors of one size, what a trial adds to shift and precision has the density it felt as its ratio.
 
-    The object weighs what the prior says, so that nothing moves.
+    The object weighs what the prior says, so that nothing moves, and is as dense as its material.
     """
     rod = dataclasses.replace(SECOND, components=SECOND.components[:1]).with_densities({STEEL: 1000.0})
-    settings = dataclasses.replace(DEFAULT_SETTINGS, noise=WeberNoise(weber_fraction=0.0, threshold=1e-3))
+    exact = dataclasses.replace(DEFAULT_SETTINGS.prior, deviation_sd=0.0)
+    noise = WeberNoise(weber_fraction=0.0, threshold=1e-3)
+    settings = dataclasses.replace(DEFAULT_SETTINGS, noise=noise, prior=exact)
     felt = []
     for seed in (0, 1):
         config = ExperienceConfig((rod,), seed, settings, duration=0.2, num_trials=3)
@@ -100,7 +103,7 @@ def test_memory_recalled_is_that_of_the_observer_after_the_trials():
     experience = Experience((STEEL, BEECH), precision, shift, np.zeros((2, 2), dtype=np.intp))
     assert (experience.num_repeats, experience.num_trials) == (2, 2)
     for repeat, num_trials in np.ndindex(2, 3):
-        memory = experience.recall(repeat, num_trials)
+        memory = recall(experience, repeat, num_trials)
         expected = 1.0 + 3 * repeat + num_trials
         assert memory.colours == (STEEL, BEECH)
         np.testing.assert_array_equal(memory.belief.precision, expected * np.eye(2))

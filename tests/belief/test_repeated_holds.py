@@ -1,0 +1,129 @@
+"""The deviation of an object from its material is one, however often the object is held: its evidence counts once."""
+
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.material_memory import MaterialMemory
+from affordance.objects.appearance import PartAppearance
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+OAK, STEEL = (0.6, 0.4, 0.2), (0.5, 0.5, 0.6)
+# Objects by their colours and lengths, and how often each is held, in turns.
+OBJECTS = (((OAK,), 0.1), ((OAK, STEEL), 0.2), ((STEEL, OAK), 0.3), ((OAK,), 0.4))
+HOLDS = (0, 1, 0, 2, 1, 1, 3, 0, 2, 0)
+
+
+def draw_likelihood(number, size):
+    rng = np.random.default_rng([number, 5])
+    A = rng.standard_normal((size, size + 1)) / 60.0
+    return Likelihood(A @ A.T, A @ A.T @ rng.normal(900.0, 200.0, size), -1.0, 0.0, size)
+
+
+def weigh(density):
+    """A measurement of a density with a standard deviation of 1 kg/m^3."""
+    return Likelihood(np.eye(1), np.array([density]), -0.5 * (density**2 + np.log(2.0 * np.pi)), 0.0, 1)
+
+
+def look(number):
+    colours, length = OBJECTS[number]
+    return [PartAppearance(colour, (length, 0.02), (length * k, 0.0, 0.0)) for k, colour in enumerate(colours)]
+
+
+def hold(memory, number, likelihood):
+    recollection = memory.recall(look(number), PRIOR)
+    columns = list(dict.fromkeys(recollection.columns))
+    felt = likelihood.embed(columns, recollection.densities.size)
+    return recollection.memory.learn(recollection.densities, lambda _: felt, PRIOR.deviation_sd).memory
+
+
+def hold_all(memory):
+    for trial, number in enumerate(HOLDS):
+        memory = hold(memory, number, draw_likelihood(trial, len(OBJECTS[number][0])))
+    return memory
+
+
+def condition_jointly(deviation_sd):
+    """The same by brute force: one normal distribution of both means and of the own densities of all objects."""
+    colours = (OAK, STEEL)
+    places = [(number, colour) for number, (shown, _) in enumerate(OBJECTS) for colour in shown]
+    size = len(colours) + len(places)
+    covariance = np.zeros((size, size))
+    covariance[:2, :2] = PRIOR.sd**2 * np.eye(2)
+    for i, (_, colour) in enumerate(places, 2):
+        k = colours.index(colour)
+        covariance[i, :2] = covariance[:2, i] = covariance[k, :2]
+        for j, (_, other) in enumerate(places, 2):
+            covariance[i, j] = covariance[k, colours.index(other)] + (deviation_sd**2 if i == j else 0.0)
+    precision = np.linalg.inv(covariance)
+    shift = precision @ np.full(size, PRIOR.mode)
+    for trial, number in enumerate(HOLDS):
+        mine = [i for i, (of, _) in enumerate(places, 2) if of == number]
+        likelihood = draw_likelihood(trial, len(mine))
+        precision[np.ix_(mine, mine)] += likelihood.precision
+        shift[mine] += likelihood.information_vector
+    covariance = np.linalg.inv(precision)
+    return (covariance @ shift)[:2], covariance[:2, :2]
+
+
+def test_belief_about_materials_is_that_of_all_own_densities_at_once():
+    memory = hold_all(MaterialMemory())
+    mean, covariance = condition_jointly(PRIOR.deviation_sd)
+    assert memory.colours == (OAK, STEEL)
+    np.testing.assert_allclose(memory.belief.untruncated_mean, mean, rtol=1e-9)
+    np.testing.assert_allclose(memory.belief.covariance, covariance, rtol=1e-8)
+
+
+def test_order_of_holds_does_not_matter():
+    memories = []
+    for order in (range(len(HOLDS)), reversed(range(len(HOLDS)))):
+        memory = MaterialMemory().add_colours([OAK, STEEL], PRIOR)
+        for trial in order:
+            memory = hold(memory, HOLDS[trial], draw_likelihood(trial, len(OBJECTS[HOLDS[trial]][0])))
+        memories.append(memory.belief)
+    np.testing.assert_allclose(memories[0].precision, memories[1].precision, rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize("learner", Learner)
+def test_many_holds_of_one_object_tell_no_more_of_its_material_than_its_deviation_allows(learner):
+    memory = start_memory(learner)
+    for _ in range(10):
+        memory = hold(memory, 0, weigh(850.0))
+    density = memory.belief
+    variance = 1.0 / (PRIOR.sd**-2 + 1.0 / (PRIOR.deviation_sd**2 + 0.1))
+    assert density.covariance[0, 0] == pytest.approx(variance, rel=1e-9)
+
+
+def test_object_of_another_kind_begins_anew():
+    """What an object has told as one of a kind does not count against what it tells as one of another."""
+    memory = start_memory(Learner.KINDS_MAP)
+    assert isinstance(memory, KindMemory)
+    for number in (0, 3, 0, 3):
+        memory = hold(memory, number, weigh(8000.0))
+    odd = weigh(600.0)
+    memory = hold(memory, 3, odd)
+    felt = memory.kinds.objects[1].felt
+    assert len(memory.kinds.colours) == 2  # the object has left its kind
+    assert felt is not None
+    assert felt.precision == pytest.approx(odd.precision)
+    assert hold(memory, 3, odd).kinds.objects[1].felt.precision == pytest.approx(2.0 * odd.precision)
+
+
+def test_what_a_hold_adds_is_the_difference_of_the_marginals():
+    one, other = draw_likelihood(1, 2), draw_likelihood(2, 2)
+    both, first = one.add(other).marginalise_deviation(100.0), one.marginalise_deviation(100.0)
+    added = other.marginalise_deviation(100.0, one)
+    np.testing.assert_allclose(added.precision, both.precision - first.precision, rtol=1e-6, atol=1e-14)
+    np.testing.assert_allclose(
+        added.information_vector, both.information_vector - first.information_vector, rtol=1e-6
+    )
+    nothing = Likelihood(np.zeros((2, 2)), np.zeros(2), np.nan)
+    np.testing.assert_allclose(
+        other.marginalise_deviation(100.0, nothing).precision,
+        other.marginalise_deviation(100.0).precision,
+        rtol=1e-12,
+    )
+    np.testing.assert_array_equal(other.marginalise_deviation(0.0, one).precision, other.precision)
