@@ -13,7 +13,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import HoldSamples, Suspicion
 from affordance.choice.hold_worth import Decision, PossibleHold, feel, measure_information, measure_worth
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.weighing import price_options
+from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.objects.inertia import build_transform_map

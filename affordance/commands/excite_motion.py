@@ -11,8 +11,8 @@ import yaml
 
 from affordance.arguments import check_number, check_whole
 from affordance.arrays import Array
+from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
-from affordance.choice.weighing import plan_options
 from affordance.commands.options import change_by_name, check_bounds, choose_tools, read_options
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.atomic import to_plain, write_json, write_text

@@ -8,8 +8,8 @@ from affordance.arguments import check_number, check_whole
 from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
 from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
+from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
-from affordance.choice.weighing import plan_options
 from affordance.commands.options import (
     add_robot,
     add_same_colour,

@@ -15,9 +15,10 @@ from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.keep import Keep
 from affordance.choice.observed_options import list_options
 from affordance.choice.options import Option
+from affordance.choice.pricing import GripBounds
 from affordance.choice.tasks import load_task_file
 from affordance.choice.tool_options import list_tool_options
-from affordance.choice.weighing import Advice, GripBounds, weigh
+from affordance.choice.weighing import Advice, weigh
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import (
     add_robot,

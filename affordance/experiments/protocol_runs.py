@@ -9,6 +9,7 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError
+from affordance.experiments.chosen_holds import build_chooser
 from affordance.experiments.closed_form import ClosedForm
 from affordance.experiments.definition import Experiment
 from affordance.experiments.hammer import Hammering
@@ -152,7 +153,11 @@ def build_presentations(
     else:
         paths = load_paths(protocol, path, models, settings)
         check_one_course(path, protocol.blocks)
-        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths)
+        chooser = None
+        if protocol.novel is not None:  # whose tasks decide what is held
+            novel = build_objects(protocol.novel, path, models, "novel")
+            chooser = build_chooser(path, protocol.blocks, novel, objects, models)
+        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths, chooser)
         quantiles = {*QUARTILES, *(entry.quantile for entry in numbers)}
     return PresentationExperiment(
         protocol.name,

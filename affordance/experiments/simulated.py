@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -34,6 +34,21 @@ from affordance.vision.systems import predict_object
 _PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a trial count from 0
 
 
+class HoldChooser(Protocol):
+    """Chooser of what an observer holds next."""
+
+    def begin(self) -> "HoldChooser":
+        """Returns a chooser for an observer who has held nothing."""
+
+    def choose(
+        self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
+    ) -> tuple[int, bool]:
+        """Chooses among the objects that are left; returns the place of one, and true if none is worth holding."""
+
+    def note(self, memory: Memory, record: TrialRecord, settings: Settings) -> None:
+        """Notes what was told by a hold that began with a memory."""
+
+
 @dataclass(frozen=True)
 class Simulated(Means):
     """Presentations by simulation of the Diagram.
@@ -41,10 +56,12 @@ class Simulated(Means):
     Attributes:
         expects: True to store the inertial parameters that an observer predicts from sight.
         paths: Paths of reaches, by the index of their block.
+        chooser: Chooser of what is held next; None if no order is chosen.
     """
 
     expects: bool = False
     paths: Mapping[int, TimedPath] = field(default_factory=dict)
+    chooser: HoldChooser | None = None
 
     is_closed_form = False
     drawn = ("objects", "heights", "heights of points", "density and drop", "lifts")
@@ -69,12 +86,24 @@ class Simulated(Means):
         observers: dict[int, Observer] = {}
         presented: list[Presented] = []
         taught, tested = 0, 0
-        for presentation in drawn:
-            block, tool, before = experiment.blocks[presentation.block], experiment.weigh(presentation), memory
+        chooser, stopped = self.chooser and self.chooser.begin(), set[int]()
+        waiting = list(drawn)
+        while waiting:
+            index, place = waiting[0].block, 0
+            block = experiment.blocks[index]
+            if chooser is not None and block.is_chosen:
+                left = [experiment.weigh(each) for each in _list_left(experiment, waiting)]
+                chosen_by = (experiment.seed, repeat, Stream.CHOSEN, len(presented))
+                place, stops = chooser.choose(index, left, memory, settings, chosen_by)
+                stopped |= {index} if stops else set()
+            presentation = waiting.pop(place)
+            tool, before = experiment.weigh(presentation), memory
             seed: tuple[int, ...] = (experiment.seed, repeat, taught)
             if not block.teaches:
                 seed = (experiment.seed, repeat, Stream.TEST, tested)
             numbers = self._expect(experiment, tool, memory, seed) if block.measured else {}
+            if block.is_chosen:
+                numbers["stopped"] = float(index in stopped)
             record: TrialRecord | None = None
             if block.do.hold is not None and block.teaches:
                 if presentation.block not in observers:
@@ -87,6 +116,8 @@ class Simulated(Means):
                 record, more = self._run(settings, presentation.block, block, tool, memory, seed)
                 numbers |= more
                 memory = record.memory if block.teaches else memory
+            if chooser is not None and record is not None and block.teaches:
+                chooser.note(before, record, settings)
             taught, tested = taught + block.teaches, tested + (not block.teaches)
             seen, p_value = see(tool), np.nan if record is None else record.p_value
             expected = expect_mass(seen, before, settings)
@@ -170,6 +201,15 @@ class Simulated(Means):
             numbers["parameters_predicted"] = belief.compute_parameters(belief.densities.compute_mode())
             numbers["parameters_true"] = tool.parameters
         return numbers
+
+
+def _list_left(experiment: PresentationExperiment, waiting: Sequence[Presentation]) -> list[Presentation]:
+    """Lists what an observer may choose: all that is left of a repetition, or what comes first in it."""
+    now = waiting[0]
+    first = experiment.blocks[now.block].first
+    if first is not None and now.tool in experiment.objects.groups[first]:
+        return [now]
+    return [each for each in waiting if (each.block, each.cycle) == (now.block, now.cycle)]
 
 
 def present_reach(

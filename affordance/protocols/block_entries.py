@@ -96,12 +96,20 @@ class BlockEntry(DataModel):
     objects: Annotated[str, Text(), Field(description="Group of objects that are presented.")] = ALL
     repetitions: Annotated[int, Whole(1, _PRESENTATIONS_MAX)] = 1
     order: Annotated[
-        Literal["fixed", "shuffled", "latin square"],
+        Literal["fixed", "shuffled", "latin square", "chosen"],
         Field(
-            description="Order within a repetition: as listed, drawn anew each time, or by the observer's row of a "
-            "Latin square, in which each object comes once in each place and follows each other one equally often."
+            description="Order within a repetition: as listed, drawn anew each time, by the observer's row of a "
+            "Latin square, in which each object comes once in each place and follows each other one equally often, "
+            "or chosen by the observer, who takes up next what is worth most for the tasks of 'chosen for'."
         ),
     ] = "fixed"
+    chosen_for: Annotated[
+        Annotated[list[Annotated[str, Text()]], Field(min_length=1)] | None,
+        Field(
+            alias="chosen for",
+            description="Tasks to be done with the novel objects, for which observers choose what they hold.",
+        ),
+    ] = None
     first: Annotated[
         Annotated[str, Text()] | None,
         Field(description="Group that comes before the others in each repetition, whatever their order."),
@@ -114,3 +122,29 @@ class BlockEntry(DataModel):
     ask_after_each: Annotated[
         bool, Field(description="True to ask for the choice before the first and after each earlier presentation.")
     ] = False
+
+    @property
+    def is_chosen(self) -> bool:
+        """True if the observer chooses what to hold next."""
+        return self.order == "chosen"
+
+    @model_validator(mode="after")
+    def check_chosen(self) -> Self:
+        """Refuses an order that is chosen for nothing, or of what is not held, and tasks of another order."""
+        if not self.is_chosen:
+            if self.chosen_for is not None:
+                raise complain(f"is given, must not be of the order {self.order!r}", "chosen for")
+            return self
+        tasks = self.chosen_for or []
+        if not tasks:
+            raise complain("is missing, must list the tasks for which observers choose what they hold", "chosen for")
+        for index, task in enumerate(tasks):
+            if task in tasks[:index]:
+                raise complain(f"is {task!r}, which stands before it already", f"chosen for[{index}]")
+        for key, given in (("gradual", self.gradual is not None), ("times", self.times > 1)):
+            if given:
+                raise complain("is given, must not be where observers choose what they hold", key)
+        if self.do.hold is None or not self.teaches:
+            key = "teaches" if self.do.hold is not None else "do"
+            raise complain("must be holds that teach where observers choose what they hold", key)
+        return self

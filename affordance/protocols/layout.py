@@ -40,7 +40,10 @@ class Layout(NamedTuple):
 
     def find_measured(self, measure: Measure) -> NDArray[np.bool_]:
         """Returns a mask of the presentations in which a measure is taken, (K,)."""
-        taken = np.array([is_measured_in(measure, block.do, self.is_closed_form) for block in self.blocks])
+        if measure is Measure.STOPPED:
+            taken = np.array([block.is_chosen for block in self.blocks])
+        else:
+            taken = np.array([is_measured_in(measure, block.do, self.is_closed_form) for block in self.blocks])
         found: NDArray[np.bool_] = taken[self.block]
         return found
 

@@ -38,6 +38,8 @@ class Measure(enum.StrEnum):
     MASS_ERROR = "mass error"  # relative error of the expected mass
     COM_ERROR = "centre of mass error"
     INERTIA_ERROR = "inertia error"  # relative error of the moments of inertia about the grip
+    PLACE = "place"  # among the measured presentations, from 1
+    STOPPED = "stopped"  # 1 if, by now, the observer who chooses would rather hold nothing more, else 0
     # Measures before the first presentation and after each.
     DENSITY = "believed density"  # of the first material, a quantile of the belief
     DENSITY_MODE = "most probable density"

@@ -161,8 +161,12 @@ class Protocol(DataModel):
 
     def _check_choices(self) -> None:
         """Refuses keys without effect on choices, and keys without effect in the absence of choices."""
+        chosen = [index for index, block in enumerate(self.blocks) if block.is_chosen]
+        if chosen and self.novel is None:
+            problem = "is missing, must list the objects whose tasks decide what is held"
+            raise complain(f"{problem} in blocks[{chosen[0]}]", "novel")
         if not self.has_choices:
-            if self.novel is not None:
+            if self.novel is not None and not chosen:
                 raise complain("is given, must not be without a block that chooses about these objects", "novel")
             if not any(block.measured for block in self.blocks):
                 raise complain("has no block that is measured, must have at least one", "blocks")

@@ -28,4 +28,5 @@ class Stream(enum.IntEnum):
     FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (studies/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
     LIFT = 10**6 + 22  # measurement errors in these lifts
+    CHOSEN = 10**6 + 24  # samples by which observers choose what they hold next
     KINDS = 10**6 + 23  # hypotheses about kinds that are drawn

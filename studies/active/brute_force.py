@@ -11,7 +11,7 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.next_hold import Question
-from affordance.choice.weighing import plan_options
+from affordance.choice.pricing import plan_options
 from affordance.objects.colour import Colour
 from affordance.objects.materials import load_materials
 from affordance.robots.robot import Robot

@@ -8,13 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_worth import Decision
 from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
+from affordance.choice.pricing import plan_options, price_options
 from affordance.choice.tool_options import list_drawn_options
-from affordance.choice.weighing import plan_options, price_options
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -22,10 +21,10 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
-from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.felt_object import feel_object
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry, predict_object
@@ -223,14 +222,7 @@ def learn(
     for colour, column in columns.items():
         rho[column] = densities[colour]
     statistics = static.measure(belief, rho, settings.noise, seed)
-    posterior, likelihood = condition_on_torques(
-        belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
-    )
-    chosen = np.ix_(list(columns.values()), list(columns.values()))
-    vector = likelihood.information_vector[list(columns.values())]
-    own = Likelihood(likelihood.precision[chosen], vector, 0.0)
-    shared = own.marginalise_deviation(settings.prior.deviation_sd)
-    return posterior.memory, FeltObject(tuple(columns), own, shared)
+    return feel_object(parts, memory, statistics, len(static.tau_arm), settings.noise, settings.prior)
 
 
 def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:

@@ -11,7 +11,8 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
-from affordance.choice.weighing import measure, weigh
+from affordance.choice.pricing import measure
+from affordance.choice.weighing import weigh
 from affordance.identification.identify import identify, see_tool
 from affordance.identification.settings import DEFAULT_SETTINGS
 from affordance.memory.identified_trial import build_identified_trial

@@ -16,8 +16,9 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
-from affordance.choice.weighing import plan_options, weigh
+from affordance.choice.weighing import weigh
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials

@@ -9,9 +9,10 @@ from affordance.choice.carry import Carry
 from affordance.choice.demand import Criterion
 from affordance.choice.keep import Keep
 from affordance.choice.options import Option
+from affordance.choice.pricing import GripBounds
 from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_drawn_options
-from affordance.choice.weighing import GripBounds, weigh
+from affordance.choice.weighing import weigh
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS

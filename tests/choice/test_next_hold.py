@@ -15,7 +15,7 @@ from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import ODD, HoldSamples
 from affordance.choice.next_hold import Question, advise_hold
-from affordance.choice.weighing import measure
+from affordance.choice.pricing import measure
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm

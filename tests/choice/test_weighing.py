@@ -8,10 +8,11 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.keep import Keep
+from affordance.choice.pricing import GRIP_LEVER, GripBounds
 from affordance.choice.ranking import rank_options
 from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_drawn_options
-from affordance.choice.weighing import GRIP_LEVER, GripBounds, weigh
+from affordance.choice.weighing import weigh
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS

@@ -9,7 +9,7 @@ from helpers.robot_files import write_urdf
 from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
-from affordance.choice.weighing import GRIP_LEVER
+from affordance.choice.pricing import GRIP_LEVER
 from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError

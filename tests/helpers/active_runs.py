@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from affordance.belief.learner import Learner
 from affordance.choice import hold_worth
 from affordance.choice.hold_samples import HoldSamples
+from affordance.experiments.chosen_holds import ChosenHolds
+from affordance.experiments.protocol_runs import load_hold_experiment
 from helpers.counter_runs import Numbers
 from studies.active import brute_force, repeats, stopping, study
 from studies.active import world as worlds
@@ -112,6 +115,16 @@ def promise(*, forgets_kinds: bool = False) -> Numbers:
 
 def _find_colours(samples: Any, parts: Any) -> list[int]:
     return list(samples._memory.recall([part.appearance for part in parts], samples._prior).columns)
+
+
+@functools.cache
+def lift_next(*, has_no_doubts: bool = False) -> Numbers:
+    """Returns what one observer of two learners lifts after an odd object, with or without any doubts."""
+    with pytest.MonkeyPatch.context() as patch:
+        if has_no_doubts:
+            patch.setattr(ChosenHolds, "note", lambda *told: None)
+        experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
+        return experiment.compute_metrics(None, None, _stack([experiment.run_observer(None, None, 0)]))
 
 
 def time_advice(num_samples: int = 4000) -> Numbers:

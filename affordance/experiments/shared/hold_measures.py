@@ -51,6 +51,8 @@ def get_measure(arrays: Arrays, quantiles: Sequence[float], measure: Measure, qu
         return arrays["densities"][:, list(quantiles).index(quantile)]
     if measure in EXPECTED and "parameters_predicted" in arrays:
         return compare_parameters(arrays["parameters_predicted"], arrays["parameters_true"], measure)
+    if measure is Measure.PLACE:
+        return np.broadcast_to(np.arange(1.0, arrays["presented"].shape[1] + 1.0), arrays["presented"].shape)
     if measure is Measure.EXPECTED_MASS:
         return arrays[f"{ROW}expected"]
     if measure is Measure.MASS_ERROR:

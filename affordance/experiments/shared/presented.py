@@ -149,7 +149,12 @@ class PresentationExperiment(Experiment):
 
     @property
     def experience(self) -> ExperienceConfig | None:
-        """Experience gained in an unmeasured first block, which protocols share; None without such a block."""
+        """Experience gained in an unmeasured first block, which protocols share; None without such a block.
+
+        Where observers choose what they hold, what each object told is needed too.
+        """
+        if any(block.is_chosen for block in self.blocks):
+            return None
         return build_experience(self.blocks[0], self.objects, self.learners, self.told, self.seed, self.settings)
 
     @property

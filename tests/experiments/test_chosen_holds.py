@@ -1,0 +1,91 @@
+"""Observers who choose what they hold next: what they take up, when they would stop, and what is refused."""
+
+import numpy as np
+import pytest
+import yaml
+
+from affordance.belief.learner import Learner
+from affordance.exceptions import BadValueError
+from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
+from affordance.files.model_folder import MODELS
+
+PROTOCOL = MODELS / "protocols" / "next_lift.yaml"
+
+
+@pytest.fixture(scope="module")
+def lived():
+    """Two observers with one density a colour."""
+    experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY])
+    return experiment, [experiment.run_learner(None, repeat) for repeat in range(2)]
+
+
+def test_each_object_is_held_once_the_odd_one_first_then_what_looks_like_it(lived):
+    _, observers = lived
+    for arrays in observers:
+        assert sorted(arrays["presented"]) == [2, 3, 4, 5, 6]
+        assert arrays["presented"][:2].tolist() == [2, 3]
+        assert set(arrays["presented"][3:]) == {5, 6}  # brass, of which no tool is made
+
+
+def test_who_would_stop_goes_on_as_told_and_the_measure_says_so(lived):
+    _, observers = lived
+    for arrays in observers:
+        assert set(arrays["stopped"]) == {0.0, 1.0}
+        assert np.all(np.diff(arrays["stopped"]) >= 0.0)
+
+
+def test_numbers_are_those_of_the_order_that_was_chosen(lived):
+    experiment, observers = lived
+    stacked = {name: np.stack([each[name] for each in observers]) for name in observers[0]}
+    numbers = experiment.compute_metrics(None, None, stacked)
+    assert (numbers["place_of_like"], numbers["like_next"]) == (2.0, 1.0)
+    assert numbers["place_of_brass"] == 4.5
+    assert numbers["lifts_until_stop"] == pytest.approx(np.mean(np.sum(1.0 - stacked["stopped"], axis=1)))
+
+
+def test_what_was_felt_before_decides_so_no_experience_is_shared(lived):
+    experiment, _ = lived
+    assert experiment.experience is None
+    assert experiment.means.chooser.begin().felt == {}
+
+
+def test_the_same_seed_gives_the_same_choices(lived):
+    experiment, observers = lived
+    again = experiment.run_learner(None, 0)
+    np.testing.assert_array_equal(again["presented"], observers[0]["presented"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "problem"),
+    [
+        ({"chosen for": ["reach", "hamer"]}, "blocks[1].chosen for[1]: is 'hamer'"),
+        ({"chosen for": ["reach", "reach"]}, "blocks[1].chosen for[1]: is 'reach', which stands before it already"),
+        ({"chosen for": []}, "blocks[1].chosen for: is [], must be a list with at least one entry"),
+        ({"chosen for": None}, "blocks[1].chosen for: is missing, must list the tasks"),
+        ({"order": "shuffled"}, "blocks[1].chosen for: is given, must not be of the order 'shuffled'"),
+        ({"times": 2}, "blocks[1].times: is given, must not be where observers choose"),
+        ({"teaches": False}, "blocks[1].teaches: must be holds that teach"),
+        ({"do": {"look": {}}}, "blocks[1].do: must be holds that teach"),
+        ({"objects": "odd", "first": None}, "blocks[1].objects: leaves 1 to choose from, must leave at least 2"),
+        ({"objects": "all", "novel": None}, "novel: is missing, must list the objects whose tasks decide"),
+        ({"grips": None}, "tools: hammer.grips: is missing, must be at least 1"),
+    ],
+)
+def test_what_cannot_be_chosen_is_refused_in_one_line(tmp_path, changes, problem):
+    content = yaml.safe_load(PROTOCOL.read_text(encoding="utf-8"))
+    content["name"] = "mine"
+    for key, value in changes.items():
+        if key == "novel":
+            del content["novel"]
+        elif key == "grips":
+            del content["novel"]["tools"][1]["grips"]
+        elif value is None:
+            del content["blocks"][1][key]
+        else:
+            content["blocks"][1][key] = value
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(content), encoding="utf-8")
+    with pytest.raises(BadValueError) as error:
+        load_protocol_experiment(str(path))
+    assert problem in str(error.value)
+    assert "\n" not in str(error.value)
