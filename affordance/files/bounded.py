@@ -11,12 +11,13 @@ import math
 import re
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import yaml
+from yaml.composer import Composer
 
 from affordance.exceptions import BadValueError, show_value, suggest
 
@@ -145,9 +146,11 @@ def read_yaml(path: Path) -> Any:
     Raises:
         BadValueError: The file cannot be read, is not YAML, repeats a key, or exceeds the limits on entries or depth.
     """
-    loader = _open_yaml(path)
+    text = read_text(path, SETTINGS)
+    with suppress(yaml.YAMLError, ValueError, RecursionError):
+        return _FastLoader(text).get_single_data()
     with _translate_yaml(path):
-        return loader.get_single_data()
+        return _Loader(text).get_single_data()
 
 
 def check_yaml(path: Path) -> None:
@@ -156,15 +159,9 @@ def check_yaml(path: Path) -> None:
     Raises:
         BadValueError: The file is invalid, as in ``read_yaml``.
     """
-    loader = _open_yaml(path)
-    with _translate_yaml(path):
-        loader.get_single_node()
-
-
-def _open_yaml(path: Path) -> "_Loader":
     text = read_text(path, SETTINGS)
     with _translate_yaml(path):
-        return _Loader(text)
+        _Loader(text).get_single_node()
 
 
 @contextmanager
@@ -250,3 +247,13 @@ for _kind in ("int", "float"):
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
 )
+
+
+class _FastLoader(yaml.CSafeLoader, _Loader):
+    """Loader whose scanner is LibYAML's, several times as fast; of its errors, ``_Loader`` has better words."""
+
+    check_node, get_node, get_single_node = Composer.check_node, Composer.get_node, Composer.get_single_node
+
+    def __init__(self, stream: str) -> None:
+        yaml.CSafeLoader.__init__(self, stream)
+        _Loader.__init__(self, stream)
