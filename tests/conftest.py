@@ -11,8 +11,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 import pytest
 from helpers.children import Start, keep_children
+from helpers.kept_plans import keep_plans
 from helpers.rough_plans import plan_roughly
-from helpers.shared import compute_once
+from helpers.shared import compute_once, find_shared_folder
 from helpers.short_holds import take_two_tools
 from helpers.two_tools import HELD
 from matplotlib.figure import Figure
@@ -58,6 +59,13 @@ def _drafts() -> Iterator[None]:
             figure.set_layout_engine("none")
 
         patch.setattr(Figure, "savefig", save)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept_plans(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Swings and motions are planned once, whichever test needs them first."""
+    with keep_plans(find_shared_folder(tmp_path_factory) / "plans"):
         yield
 
 

@@ -4,6 +4,13 @@ import fcntl
 import os
 import pickle
 from collections.abc import Callable
+from pathlib import Path
+
+
+def find_shared_folder(tmp_path_factory) -> Path:
+    """Returns the temporary folder of all processes of this run."""
+    folder: Path = tmp_path_factory.getbasetemp()
+    return folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder
 
 
 def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
@@ -14,9 +21,7 @@ def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
         name: Of what is kept, one for each function.
         compute: Its result must be picklable.
     """
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent  # that of all workers of this run
+    folder = find_shared_folder(tmp_path_factory)
     path = folder / f"{name}.pickle"
     with (folder / f"{name}.lock").open("w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -28,10 +33,7 @@ def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
 
 def make_folder_once(tmp_path_factory, name: str, fill: Callable):
     """Returns a folder that a function filled; it is called with the folder by the first process that asks."""
-    folder = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        folder = folder.parent
-    path = folder / name
+    path = find_shared_folder(tmp_path_factory) / name
 
     def make() -> None:
         path.mkdir()
