@@ -34,8 +34,33 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
+HERE = Path(__file__).parent
+# Files of ten seconds and more, about in order.
+LONGEST = (
+    "experiments/test_counter_examples.py",
+    "studies/robustness/test_experiment.py",
+    "studies/seeing/test_experiment.py",
+    "studies/hammering/test_blows.py",
+    "studies/trust/test_calibration.py",
+    "system/test_command_line.py",
+    "experiments/test_hammer.py",
+    "experiments/test_weight.py",
+    "system/test_bad_input.py",
+    "vision/pixels/test_seen_tool.py",
+    "runs/test_cluster.py",
+    "memory/test_ledger.py",
+    "identification/test_identify.py",
+    "belief/test_truncated_normal.py",
+    "commands/test_identify.py",
+)
 DRAFT_DPI = 60
 save_finely = Figure.savefig
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts files that take longest first: at the end of a run no process waits for another one's long test."""
+    place = {name: number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: place.get(item.path.relative_to(HERE).as_posix(), len(place)))
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

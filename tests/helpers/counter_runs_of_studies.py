@@ -245,7 +245,7 @@ def see_sizes(*, size_error: float = 0.2) -> Numbers:
 
 
 def judge_itself(
-    *, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 2_000, only: Collection[str] = ()
+    *, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 800, only: Collection[str] = ()
 ) -> Numbers:
     """What identification says of itself on a generated pair.
 

@@ -1,4 +1,4 @@
-"""Motions are planned once in a run of the tests: what depends on its arguments alone is kept for all that ask again."""
+"""Motions are planned once in a run of the tests: what follows from arguments is kept for all that ask again."""
 
 import functools
 import hashlib

@@ -34,7 +34,7 @@ def build_bench() -> study.Bench:
     return study.Bench(robot, DEFAULT_SETTINGS, _PIECES, _HAMMER, {"reach": task}, {"reach": choice})
 
 
-def run_lives(*, repeats: int = 3, mixed_up: bool = False) -> dict[str, Any]:
+def run_lives(*, repeats: int = 2, mixed_up: bool = False) -> dict[str, Any]:
     """Runs observers; if mixed up, a piece is as heavy as if it were made of what the next one is made of."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "build_bench", lambda config: build_bench())
@@ -69,9 +69,9 @@ def remember(*, forgets_nothing: bool = False) -> Numbers:
     """Returns the numbers of a small ledger."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ledger_speed, "_kill_writer", lambda folder: (0, 0))  # tests/memory/test_ledger.py kills one
-        patch.setattr(ledger_speed, "_SINGLE", 10)
-        patch.setattr(ledger_speed, "_RECALLS", 10)
+        patch.setattr(ledger_speed, "_SINGLE", 3)
+        patch.setattr(ledger_speed, "_RECALLS", 5)
         if forgets_nothing:
             patch.setattr(Ledger, "forget", lambda ledger, selection: 0)
-        numbers = ledger_speed.measure_ledger(120)
+        numbers = ledger_speed.measure_ledger(60)
     return {name: numbers[name] for name in ("recall_ms_1e5", "lost", "double", "forget_error")}

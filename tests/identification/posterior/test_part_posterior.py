@@ -144,7 +144,9 @@ def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
     other = build_transform_map(np.array([[1, 0, 0, -0.4], [0, 1, 0, 0.3], [0, 0, 1, 0.2], [0, 0, 0, 1.0]]))
     pi = other @ _HAMMER.parameters
     empty, loaded = (generate_run(robot, load, truth=Truth(noise_sd=0.02), rng=rng) for load in (None, pi))
-    belief = identify(robot, Runs(loaded, (empty,)), seen=_see(MaterialMemory()), settings=IdentificationSettings())
+    belief = identify(
+        robot, Runs(loaded, (empty,)), seen=_see(MaterialMemory()), settings=IdentificationSettings(num_samples=500)
+    )
     assert belief.seen is None
     assert "the camera is left out" in belief.notes[-1]
     assert belief.warnings[0].startswith("the object is not what it looks like")

@@ -180,13 +180,13 @@ def test_learned_fraction_does_not_depend_on_the_scale_of_densities():
 
 def test_command_writes_what_it_found(tmp_path, capsys, monkeypatch):
     def load_shorter(*arguments):
-        """A quarter of the lifts."""
+        """An eighth of the lifts."""
         return [
             replace(
                 group,
                 blocks=tuple(
                     block.model_copy(update={"repetitions": count})
-                    for block, count in zip(group.blocks, (1, 16), strict=True)
+                    for block, count in zip(group.blocks, (1, 8), strict=True)
                 ),
             )
             for group in fit.load_groups(*arguments)

@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-import shutil
 
 import numpy as np
 import pytest
@@ -13,9 +12,7 @@ from scipy.optimize import minimize
 from scipy.stats import chi2
 
 from affordance.choice.ranking import Ranking
-from affordance.exceptions import BadValueError
 from affordance.experiments.runner import run_experiment
-from affordance.files.model_folder import MODELS
 from affordance.vision.pixels.ellipsoid_fit import Fit, SeenEllipsoid
 from affordance.vision.pixels.pipeline import Detection
 from affordance.vision.pixels.rig import DEFAULT_RIG, find_box
@@ -174,8 +171,9 @@ def test_object_that_is_not_detected_is_counted_and_its_picture_kept(folder_of_c
     assert (folder_of_crumbs / "failures.png").stat().st_size > 10_000
 
 
-def test_arrays_of_what_is_not_detected_have_the_shapes_of_what_is(experiment, monkeypatch):
-    detected = experiment.run_observer(None, None, 0)
+def test_arrays_of_what_is_not_detected_have_the_shapes_of_what_is(experiment, folder, monkeypatch):
+    (path,) = (folder / "repeats").rglob("repeat_00000.npz")
+    detected = np.load(path)
     monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: draw_crumb())
     missed = experiment.run_observer(None, None, 0)
     assert (str(detected["failure"]), str(missed["failure"])) == ("", "TooSmallError")
@@ -271,21 +269,3 @@ def test_perfect_sight_compares_without_error():
     np.testing.assert_allclose(found.depth_error[:count], 0.0, atol=1e-9)
     np.testing.assert_allclose(found.colour_error[:count], 0.0, atol=1e-6)
     assert found.mass_error == pytest.approx(0.0, abs=1e-9)
-
-
-def test_wrong_number_of_uncommon_objects_is_refused(tmp_path):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "tools" / "uncommon.yaml"
-    path.write_text(path.read_text(encoding="utf-8").split("  - name: knobbed bar")[0])
-    with pytest.raises(BadValueError, match=r"uncommon.yaml: tools: has 1 entries, must have 2"):
-        vision.load(tmp_path / "models")
-
-
-def test_mashing_that_cannot_be_planned_is_refused_by_file_and_key(tmp_path):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "paths" / "mash.yaml"
-    path.write_text(path.read_text(encoding="utf-8").replace("[0, 0, -0.12]", "[1.2, 0, -0.12]"), encoding="utf-8")
-    experiment = vision.load(tmp_path / "models")
-    alone = dataclasses.replace(experiment, uncommon=experiment.uncommon[:1])
-    with pytest.raises(BadValueError, match=r"mash.yaml: points: cannot be followed: "):
-        alone.plan(jobs=1)
