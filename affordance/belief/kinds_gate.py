@@ -55,7 +55,7 @@ class GateSettings(NamedTuple):
     # The value 1 is Laplace's rule of succession: as if one more object, or lift, of any kind had been seen.
     concentration: float = 1.0
     switching: float = 1.0
-    # Values from 1 to 3 hardly affect learning (docs/decisions/0026-kinds.md).
+    # Not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md).
     spread: float = 2.0
 
 
