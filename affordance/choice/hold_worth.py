@@ -153,18 +153,20 @@ def measure_worth(percepts: Sequence[Array], decisions: Sequence[Decision]) -> W
         percepts: Percept of each hold, (S, r) each, under the same samples as the costs.
         decisions: Decisions that are to be made.
     """
-    X = _expand(np.hstack(percepts))
-    num_samples = len(X)
-    fold = np.arange(num_samples) % _FOLDS
+    Q = np.linalg.qr(_expand(np.hstack(percepts)))[0]
+    fold = np.arange(len(Q)) % _FOLDS
     charged = [decision.charge() for decision in decisions]
     best = [decision.mark_best() for decision in decisions]
     targets = np.concatenate([*charged, *best])
     worths, certain = np.zeros((_FOLDS, len(decisions))), np.zeros((_FOLDS, len(decisions)))
     ends = np.cumsum([0, *(len(cost) for cost in charged)])
+    products = Q.T @ targets.T
     for k in range(_FOLDS):
         inside = fold == k
-        fit = X[inside] @ np.linalg.lstsq(X[~inside], targets[:, ~inside].T, rcond=None)[0]
-        found = targets[:, inside].T
+        found, own = targets[:, inside].T, Q[inside]
+        # Least squares over all other folds: what a fold contributes is taken from the sums over all.
+        others = np.eye(Q.shape[1]) - own.T @ own
+        fit = own @ np.linalg.lstsq(others, products - own.T @ found, rcond=None)[0]
         rows = np.arange(len(found))
         for d, (a, b) in enumerate(itertools.pairwise(ends)):
             now = int(charged[d][:, ~inside].mean(axis=1).argmin())
