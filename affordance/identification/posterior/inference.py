@@ -9,7 +9,7 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.posterior.body_posterior import draw_bodies
 from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, PlacedObject, infer_parts
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
+from affordance.identification.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
@@ -39,6 +39,7 @@ def infer(
     solid = SolidPrior.for_hand() if solid is None else solid
     # Torques determine the body up to a factor common to all gains.
     felt = solid.with_common_factor(gains.common_sd)
+    evidence = add_friction_error(evidence, gains, felt, settings)
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
@@ -107,7 +108,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, a tenth of that in N m")
     phantom = 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0]))
     if phantom > 0.0:
-        sentences.append(f"error of the arm's model that does not average out: {phantom:.0f} g at the tip")
+        sentences.append(
+            f"error of the models of arm and friction that does not average out: {phantom:.2g} g at the tip"
+        )
     else:
         sentences.append(
             "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"

@@ -1,5 +1,6 @@
 """Fit of a run: the most probable payload and the noise, each estimated given the other, to a fixed point."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -81,6 +82,32 @@ def fit_payload(
         if np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE:
             break
     return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
+
+
+def add_friction_error(
+    evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
+) -> Evidence:
+    """Returns a pair's evidence with errors of the model of friction, which do not average out, as a phantom payload.
+
+    No model of friction is right. One standard deviation of a joint's error is all that its friction does: the change
+    of the most probable load if the joint is taken to have none. Joints err independently. Errors of a fitted arm
+    are measured, those of its friction included, and to an arm as its file has it no friction is no alternative; so
+    nothing is added where no run was repeated.
+    """
+    if not (evidence.is_repeated and settings.floor and settings.friction):
+        return evidence
+    prior = build_channel_prior(evidence, gains, settings)
+    fit = fit_payload(evidence, prior, solid, settings)
+    errors = evidence.describe_errors(settings)
+    covariance = evidence.phantom_covariance
+    for joint in range(len(prior.friction_sd)):
+        friction_sd = prior.friction_sd.copy()
+        friction_sd[joint] = 0.0
+        without = replace(prior, friction_sd=friction_sd)
+        _, mode, *_ = fit_statistics(fit.statistics, errors, without, solid, fit.mode.theta)
+        change = mode.load - fit.mode.load
+        covariance = covariance + np.outer(change, change)
+    return replace(evidence, phantom_covariance=covariance)
 
 
 def fit_statistics(

@@ -30,7 +30,7 @@ def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     assert "error of the arm's model: none, it cancels" in said
     heavy = np.diag([0.05**2, *np.zeros(9)])
     said = list_assumptions(replace(of_joints, phantom_covariance=heavy), gains, DEFAULT_SETTINGS)
-    assert "error of the arm's model that does not average out: 50 g at the tip" in said
+    assert "error of the models of arm and friction that does not average out: 50 g at the tip" in said
 
 
 def test_what_is_assumed_of_a_wrist_sensor_is_said(robot):

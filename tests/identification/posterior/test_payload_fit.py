@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.posterior import payload_fit
-from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
+from affordance.identification.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS
 
@@ -41,3 +41,24 @@ def test_joint_that_hardly_moves_says_little_in_place_of_everything(robot, gains
     fit = fit_payload(brief, prior, SolidPrior.for_hand(), DEFAULT_SETTINGS)
     assert fit.long_run_variance[-1] >= (evidence.samples.signal[:count, -1] ** 2).mean()
     assert fit.mode.pi[0] == pytest.approx(PAYLOAD[0], rel=0.05)
+
+
+def test_error_of_friction_scales_with_what_friction_does(robot, gains):
+    """Friction that only the loaded run has; none, some, and twice as much."""
+    solid, sds = SolidPrior.for_hand(), []
+    settings = replace(DEFAULT_SETTINGS, gains=False)
+    exact = replace(gains, covariance=np.zeros_like(gains.covariance))
+    for friction in (0.0, 0.3, 0.6):
+        rng = np.random.default_rng(7)
+        truths = Truth(noise_sd=0.002), Truth(noise_sd=0.002, friction=(friction, 0.0, 0.0))
+        empty, loaded = (
+            generate_run(robot, pi, truth=truth, rng=rng) for pi, truth in zip((None, PAYLOAD), truths, strict=True)
+        )
+        evidence = pair_runs(robot, empty, loaded, settings)
+        widened = add_friction_error(evidence, exact, solid, settings)
+        variance = np.diag(widened.phantom_covariance)
+        sds.append(np.sqrt([variance[0], variance[1:4].sum()]))  # of mass and first moment
+        for off in ({"friction": False}, {"floor": False}):
+            assert add_friction_error(evidence, exact, solid, replace(settings, **off)) is evidence
+    assert (sds[0] < 0.5 * sds[1]).all()  # what noise alone makes of it
+    assert_allclose(sds[2], 2.0 * sds[1], rtol=0.2)
