@@ -154,8 +154,8 @@ def test_few_observers_are_named_as_few(weight, numbers, repeats, few, begins):
 
 def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):
     run = partial(short.run_observer, None, None)
-    alone = run_repeats(tmp_path / "1", run, repeats=4, jobs=1, description="alone")
-    parallel = run_repeats(tmp_path / "2", run, repeats=4, jobs=2, description="parallel")
+    alone = run_repeats(tmp_path / "1", run, repeats=2, jobs=1, description="alone")
+    parallel = run_repeats(tmp_path / "2", run, repeats=2, jobs=2, description="parallel")
     assert alone.keys() == parallel.keys()
     for name in alone:
         np.testing.assert_array_equal(alone[name], parallel[name])

@@ -64,7 +64,7 @@ def compare_worths(*, is_linear: bool = False) -> Numbers:
         patch.setattr(brute_force, "CASES", [brute_force.CASES[1], brute_force.CASES[3]])
         if is_linear:
             patch.setattr(hold_worth, "_DEGREES", {0: 0, 1: 1, 2: 1})
-        config = brute_force.WorthConfig(outcomes=60, draws=100)
+        config = brute_force.WorthConfig(outcomes=20, draws=60)
         return brute_force.describe_worths(_stack([brute_force.compare_worth(config, number) for number in (0, 1)]))
 
 
@@ -76,9 +76,9 @@ def stop(*, is_mixed_up: bool = False) -> Numbers:
             patch.setattr(worlds, "draw_world", _mix_up)
         stops = {
             name: stopping.describe_stops(
-                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(4)])
+                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(2)])
             )
-            for name, (config, _) in stopping.list_configs(0, 4).items()
+            for name, (config, _) in stopping.list_configs(0, 2).items()
         }
     return stopping.summarise(stops)
 
@@ -101,7 +101,7 @@ def repeat(*, is_anew: bool = False) -> Numbers:
         if is_anew:
             anew = dict.fromkeys(repeats._LEARNERS, repeats._LEARNERS["repeat_z_anew"])
             patch.setattr(repeats, "_LEARNERS", anew)
-        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(8), 0)]))
+        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(4), 0)]))
 
 
 @functools.cache

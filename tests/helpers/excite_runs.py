@@ -57,7 +57,7 @@ def _design_motions(change: str) -> dict[str, dict[str, Numbers]]:
     """Motions; "perverse": what shows least is chosen; "reckless": limits are taken for broader than they are."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(motions, "build_world", build_world)
-        patch.setattr(motions, "_NUM_TRUTHS", 4)
+        patch.setattr(motions, "_NUM_TRUTHS", 2)
         patch.setattr(motions, "_RANDOM", 2)
         if change == "perverse":
             patch.setattr(motions, "_design", _design_worst)
@@ -72,7 +72,7 @@ def _choose(name: str, rule: str) -> Numbers:
 
 
 def _design(rule: str) -> Numbers:
-    config = motions.MotionConfig("", "generated", rule, SECONDS, num_draws=30, num_changes=20)
+    config = motions.MotionConfig("", "generated", rule, SECONDS, num_draws=20, num_changes=10)
     return _stack([motions.run_motions(config, 0)])
 
 
