@@ -96,8 +96,7 @@ def is_calibrated(positions):
 def test_loop_in_drake_is_calibrated(noise, calibrated, monkeypatch):
     """And an estimator that takes its errors for half of what they are is not."""
     monkeypatch.setattr(calibration, "DURATION", 0.5)
-    draws = 40 if calibrated else 20  # halved errors are found out sooner
-    positions = find_positions_of_what_was_felt(build_config(noise, moves=True), draws)
+    positions = find_positions_of_what_was_felt(build_config(noise, moves=True), 40)
     assert is_calibrated(positions) is calibrated
 
 
