@@ -38,7 +38,7 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
     assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.13}
     assert numbers["setup"]["models"] == "those of the program"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "changed settings: noise.weber_fraction = 0.13<" in page
+    assert "changed settings: noise.weber_fraction = 0.13;" in page
     assert "<h1>Visual inertial affordances: the paper" not in page
     with xarray.open_dataset(folder / "trajectories.nc", engine="scipy") as dataset:
         assert len(dataset.to_dataframe()) == dataset["tool"].size  # a row a lift
