@@ -34,9 +34,9 @@ from affordance.belief.object_belief import Lesson, Memory, Recollection, tabula
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour
 
-# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.229, 95 %
-# interval 0.199 to 0.256, and 0.269, 0.212 to 0.309 (`affordance study people`; docs/decisions/0026-kinds.md).
-KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.27}
+# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.214, 95 %
+# interval 0.171 to 0.244, and 0.225, 0.185 to 0.272 (`affordance study people`; docs/decisions/0026-kinds.md).
+KAPPA = {Pick.MAP: 0.21, Pick.DRAWN: 0.22}
 # The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
 # it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
 ARM_LEARNER = Learner.KINDS_MAP
