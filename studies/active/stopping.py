@@ -151,7 +151,7 @@ def describe_stops(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         "certain": float(certain.sum() / judged.sum()),
         "checked": float(checked.sum() / judged.sum()),
         "holds": float(arrays["holds"].mean()),
-        "said": float(arrays["p_best"][certain].mean()),
+        "said": float(arrays["p_best"][certain].mean()) if certain.any() else None,
     }
     for key, chosen in (("right", certain), ("right_checked", checked)):
         share = estimate_proportion(np.array([arrays["right"][chosen].sum()]), max(int(chosen.sum()), 1))

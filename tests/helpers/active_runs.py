@@ -76,9 +76,9 @@ def stop(*, is_mixed_up: bool = False) -> Numbers:
             patch.setattr(worlds, "draw_world", _mix_up)
         stops = {
             name: stopping.describe_stops(
-                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(2)])
+                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(4)])
             )
-            for name, (config, _) in stopping.list_configs(0, 2).items()
+            for name, (config, _) in stopping.list_configs(0, 4).items()
         }
     return stopping.summarise(stops)
 
