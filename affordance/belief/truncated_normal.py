@@ -139,7 +139,6 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
     """Draws evenly spread proposals, (N, M), with their weights over the largest weight, (N,), and its log."""
     proposal = build_proposal(mean, covariance)
     # A fixed seed makes this a function.
-
     uniforms = 1.0 - scipy.stats.qmc.Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
     points, log_weights = propose(proposal, uniforms)
     return points, np.exp(log_weights), proposal.log_bound

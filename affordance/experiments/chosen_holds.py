@@ -62,12 +62,18 @@ class ChosenHolds:
         return [tool.name for tool in left].index(advice.next_name), bool(advice.stop)
 
     def note(self, memory: Memory, record: TrialRecord, settings: Settings) -> None:
-        """Notes what was told by a hold that began with a memory; of several holds of an object, by the last."""
-        if record.percept is not None:
-            percept = record.percept
-            _, self.felt[percept.object_name] = feel_object(
-                percept.features, memory, percept.statistics, percept.num_joints, percept.noise, settings.prior
-            )
+        """Notes what was told by a hold that began with a memory; what several holds of an object tell adds up."""
+        if record.percept is None:
+            return
+        percept = record.percept
+        _, felt = feel_object(
+            percept.features, memory, percept.statistics, percept.num_joints, percept.noise, settings.prior
+        )
+        earlier = self.felt.get(percept.object_name)
+        if earlier is not None and earlier.colours == felt.colours:
+            own = felt.own.add(earlier.own)
+            felt = felt._replace(own=own, shared=own.marginalise_deviation(settings.prior.deviation_sd))
+        self.felt[percept.object_name] = felt
 
 
 def build_chooser(

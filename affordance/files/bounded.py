@@ -148,7 +148,8 @@ def read_yaml(path: Path) -> Any:
     """
     text = read_text(path, SETTINGS)
     with suppress(yaml.YAMLError, ValueError, RecursionError):
-        return _FastLoader(text).get_single_data()
+        if yaml.__with_libyaml__:
+            return _FastLoader(text).get_single_data()
     with _translate_yaml(path):
         return _Loader(text).get_single_data()
 
@@ -249,7 +250,7 @@ _Loader.add_implicit_resolver(
 )
 
 
-class _FastLoader(yaml.CSafeLoader, _Loader):
+class _FastLoader(*((yaml.CSafeLoader,) if yaml.__with_libyaml__ else ()), _Loader):  # type: ignore[misc]
     """Loader whose scanner is LibYAML's, several times as fast; of its errors, ``_Loader`` has better words."""
 
     check_node, get_node, get_single_node = Composer.check_node, Composer.get_node, Composer.get_single_node

@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from affordance.belief.density_belief import Prior
-from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import FeltObject, Memory
+from affordance.objects.colour import Colour
 from affordance.proprioception.estimator import TorqueStatistics, condition_on_torques
 from affordance.proprioception.torque_noise import NoiseModel
 from affordance.vision.features import ComponentFeatures
@@ -33,11 +31,14 @@ def feel_object(
 
     Returns: Memory after the hold, and what the hold told, once for each colour.
     """
-    columns = memory.recall([part.appearance for part in parts], prior).columns
-    places = dict(zip((part.colour for part in parts), columns, strict=True))
+    recollection = memory.recall([part.appearance for part in parts], prior)
+    colours: dict[int, Colour] = {}  # of the memory, by column: measured ones of one material differ
+    for part, column in zip(parts, recollection.columns, strict=True):
+        known, index = recollection.memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
+        colours.setdefault(column, known.colours[index])
     posterior, likelihood = condition_on_torques(
         predict_object(parts, memory, prior), statistics, num_joints, noise, prior.deviation_sd
     )
-    chosen = list(places.values())
-    own = Likelihood(likelihood.precision[np.ix_(chosen, chosen)], likelihood.information_vector[chosen], 0.0)
-    return posterior.memory, FeltObject(tuple(places), own, own.marginalise_deviation(prior.deviation_sd))
+    own = likelihood.select(list(colours))
+    shared = own.marginalise_deviation(prior.deviation_sd)
+    return posterior.memory, FeltObject(tuple(colours.values()), own, shared)

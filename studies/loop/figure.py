@@ -21,12 +21,13 @@ def draw_loop(details: Mapping[str, Any]) -> Figure:
         above, below = axes[:, column]
         for k, (robot, found) in enumerate(details.items()):
             cell = found[task][criterion]
-            right = np.array([cell[name]["right"] for name in LEVELS])
-            ends = np.array([cell[name]["right_ci95"] for name in LEVELS])
+            right = np.array([cell[name]["right"] for name in LEVELS], dtype=float)  # null is not a number
+            ends = np.array([cell[name]["right_ci95"] for name in LEVELS], dtype=float)
             style = {"color": OBJECT_COLOURS[k], "marker": MARKERS[k % len(MARKERS)], "linestyle": LINE_STYLES[k % 4]}
             places = np.array(numbers) + 0.08 * (k - 1)
             above.errorbar(places, right, np.abs(ends.T - right), label=robot, capsize=2.0, **style)
-            below.plot(places, [100.0 * cell[name]["regret"] for name in LEVELS], **style)
+            regret = np.array([cell[name]["regret"] for name in LEVELS], dtype=float)
+            below.plot(places, 100.0 * regret, **style)
         above.set_title(f"{task}, compared by {criterion}")
         above.set_ylim(0.0, 1.05)
         below.set_xlabel("pieces of stock held before")

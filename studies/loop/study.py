@@ -186,7 +186,7 @@ def describe_robot(
     details: dict[str, Any] = {
         task: {
             criterion.value: {name: _describe_cell(arrays, (level, i, j)) for level, name in enumerate(LEVELS)}
-            | {"spread": float(np.nanmean(arrays["spread"][:, i, j]))}
+            | {"spread": _average(arrays["spread"][:, i, j])}
             for j, criterion in enumerate(CRITERIA)
         }
         for i, task in enumerate(tasks)
@@ -207,15 +207,22 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
 
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:
+    """Describes the choices of one kind at one level; nulls where no option can do the task in any world."""
     hits = arrays["right"][:, *place]
     hits = hits[np.isfinite(hits)]
-    share = estimate_proportion(np.array(hits.sum()), len(hits))
+    share = estimate_proportion(np.array(hits.sum()), max(len(hits), 1))
     return {
-        "right": float(share.mean),
-        "right_ci95": [float(share.low), float(share.high)],
-        "regret": float(np.nanmean(arrays["regret"][:, *place])),
+        "right": float(share.mean) if len(hits) else None,
+        "right_ci95": [float(share.low), float(share.high)] if len(hits) else [None, None],
+        "regret": _average(arrays["regret"][:, *place]),
         "worlds": len(hits),
     }
+
+
+def _average(values: Array) -> float | None:
+    """Averages the numbers of worlds in which the task can be done; None if there is none."""
+    found = values[np.isfinite(values)]
+    return float(found.mean()) if len(found) else None
 
 
 def time_ranking(config: LoopConfig) -> dict[str, float]:

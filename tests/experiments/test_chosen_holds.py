@@ -1,13 +1,22 @@
 """Observers who choose what they hold next: what they take up, when they would stop, and what is refused."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import yaml
 
 from affordance.belief.learner import Learner
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.files.model_folder import MODELS
+from affordance.plant.load import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.simulation.felt_object import feel_object
+from affordance.vision.eye import measure_drawing
+from affordance.vision.systems import predict_object
 
 PROTOCOL = MODELS / "protocols" / "next_lift.yaml"
 
@@ -47,6 +56,43 @@ def test_what_was_felt_before_decides_so_no_experience_is_shared(lived):
     experiment, _ = lived
     assert experiment.experience is None
     assert experiment.means.chooser.begin().felt == {}
+
+
+def feel(parts, settings, densities):
+    """What one hold at rest would record."""
+    static = StaticHold(load_arm(settings.arm))
+    belief = predict_object(parts, MaterialMemory(), settings.prior)
+    statistics = static.measure(belief, np.array(densities), settings.noise, (3,))
+    return SimpleNamespace(
+        percept=SimpleNamespace(
+            object_name="it", features=parts, statistics=statistics, num_joints=7, noise=settings.noise
+        )
+    )
+
+
+def test_what_several_holds_of_an_object_tell_adds_up(lived):
+    experiment, _ = lived
+    settings, chooser = experiment.settings, experiment.means.chooser.begin()
+    record = feel(measure_drawing(experiment.tools[0]), settings, [900.0])
+    chooser.note(MaterialMemory(), record, settings)
+    once = chooser.felt["it"]
+    chooser.note(MaterialMemory(), record, settings)
+    twice = chooser.felt["it"]
+    np.testing.assert_allclose(twice.own.precision, 2.0 * once.own.precision)
+    assert once.shared.precision < twice.shared.precision < 2.0 * once.shared.precision
+
+
+def test_parts_of_one_material_tell_once_however_their_colours_were_measured(lived):
+    experiment, _ = lived
+    (part,) = measure_drawing(experiment.tools[0])
+    red, green, blue = part.colour
+    parts = [replace(part, colour=(red, green, blue + shift), colour_sd=2.0) for shift in (0.0, 0.005)]
+    percept = feel(parts, experiment.settings, [900.0]).percept
+    memory, felt = feel_object(
+        parts, MaterialMemory(), percept.statistics, 7, percept.noise, experiment.settings.prior
+    )
+    assert felt.colours == memory.colours == (part.colour,)
+    assert felt.own.precision.shape == (1, 1)
 
 
 def test_the_same_seed_gives_the_same_choices(lived):
