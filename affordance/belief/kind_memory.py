@@ -30,7 +30,7 @@ from affordance.belief.kinds_gate import (
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
 from affordance.belief.learner import Learner, Pick
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
+from affordance.belief.object_belief import FeltObject, Lesson, Memory, Recollection, tabulate_densities
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour
 
@@ -136,7 +136,11 @@ class KindMemory(Memory):
         scatter_sd = np.full(len(memory.kinds.colours), prior.deviation_sd)
         densities = predict_densities(memory.kinds, chosen, scatter_sd, find_stable(known, chosen))
         columns = tuple(colours.index(memory.colours.index(part.colour)) for part in parts)
-        return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns)
+        felt = None
+        if (own := known.felt) is not None:
+            shown = tuple(memory.colours[colour] for colour in colours)
+            felt = FeltObject(shown, own, own.marginalise_deviation(prior.deviation_sd), known.appearance)
+        return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns, felt)
 
     def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:
         """Weighs all hypotheses about the kinds of the object recalled last; the last of each colour is new.

@@ -14,7 +14,7 @@ from affordance.arguments import check_kind, check_number
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
+from affordance.belief.object_belief import FeltObject, Lesson, Memory, Recollection, tabulate_densities
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
 from affordance.objects.colour import Colour, show_colour
@@ -133,7 +133,11 @@ class MaterialMemory(Memory):
         known = (held for held in memory.objects if is_same_object(held.appearance, parts))
         at_hand = next(known, HeldObject(tuple(parts), tuple(dict.fromkeys(columns))))
         densities = memory.belief.add_object_variation(prior.deviation_sd)
-        return Recollection(replace(memory, at_hand=at_hand), densities, tuple(columns))
+        felt = None
+        if (own := at_hand.felt) is not None:
+            colours = tuple(memory.colours[column] for column in at_hand.columns)
+            felt = FeltObject(colours, own, own.marginalise_deviation(prior.deviation_sd), at_hand.appearance)
+        return Recollection(replace(memory, at_hand=at_hand), densities, tuple(columns), felt)
 
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float

@@ -28,34 +28,6 @@ _FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
 _NUM_NODES = 12
 
 
-class Recollection[M](NamedTuple):
-    """Recalled belief about an object that is seen.
-
-    Attributes:
-        memory: Memory that includes all colours of the object.
-        densities: Belief about the object's own densities.
-        columns: Index of each part's density among these.
-    """
-
-    memory: M
-    densities: DensityBelief
-    columns: tuple[int, ...]
-
-
-class Lesson[M](NamedTuple):
-    """Result of learning from a trial.
-
-    Attributes:
-        memory: Memory after the trial.
-        densities: Belief about the object's own densities after the trial.
-        likelihood: Likelihood of these densities.
-    """
-
-    memory: M
-    densities: DensityBelief
-    likelihood: Likelihood
-
-
 class FeltObject(NamedTuple):
     """Object that was held, with the likelihoods of the densities that were felt.
 
@@ -70,6 +42,36 @@ class FeltObject(NamedTuple):
     own: Likelihood
     shared: Likelihood
     appearance: Appearance = ()
+
+
+class Recollection[M](NamedTuple):
+    """Recalled belief about an object that is seen.
+
+    Attributes:
+        memory: Memory that includes all colours of the object.
+        densities: Belief about the object's own densities.
+        columns: Index of each part's density among these.
+        felt: Likelihoods that were felt in earlier holds of this object; None if it was never held.
+    """
+
+    memory: M
+    densities: DensityBelief
+    columns: tuple[int, ...]
+    felt: FeltObject | None = None
+
+
+class Lesson[M](NamedTuple):
+    """Result of learning from a trial.
+
+    Attributes:
+        memory: Memory after the trial.
+        densities: Belief about the object's own densities after the trial.
+        likelihood: Likelihood of these densities.
+    """
+
+    memory: M
+    densities: DensityBelief
+    likelihood: Likelihood
 
 
 class Density(NamedTuple):

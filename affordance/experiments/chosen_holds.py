@@ -1,11 +1,12 @@
 """Observers who choose what they hold next, by what is worth most for tasks to be done with novel objects."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.options import Option
@@ -16,8 +17,6 @@ from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.settings import Settings
-from affordance.simulation.felt_object import feel_object
-from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import measure_drawing
 
 # Samples of a belief.
@@ -26,23 +25,19 @@ _NUM_SAMPLES = 1000
 
 @dataclass(frozen=True)
 class ChosenHolds:
-    """Chooser of what an observer holds next, one at a time, and what each object has told.
+    """Chooser of what an observer holds next, one at a time.
 
     Attributes:
         tools: Novel objects, with grips.
-        tasks: Tasks that are to be done with them, by the index of the block.
+        objects: Objects that are held.
+        tasks: Tasks that are to be done with the novel objects, by the index of the block.
         models: Folder of models, with the tasks' files.
-        felt: Objects that were held, by name.
     """
 
     tools: tuple[Tool, ...]
+    objects: tuple[Tool, ...]
     tasks: Mapping[int, tuple[str, ...]]
     models: Path
-    felt: dict[str, FeltObject] = field(default_factory=dict, metadata={"reports": True})
-
-    def begin(self) -> "ChosenHolds":
-        """Returns a chooser for an observer who has held nothing."""
-        return replace(self, felt={})
 
     def choose(
         self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
@@ -58,22 +53,18 @@ class ChosenHolds:
             for name in self.tasks[block]
         ]
         number = int(np.random.default_rng(seed).integers(2**31))
-        advice = advise_hold(left, questions, memory, settings, felt=self.felt, num_samples=_NUM_SAMPLES, seed=number)
+        felt = self.list_felt(memory, settings.prior)
+        advice = advise_hold(left, questions, memory, settings, felt=felt, num_samples=_NUM_SAMPLES, seed=number)
         return [tool.name for tool in left].index(advice.next_name), bool(advice.stop)
 
-    def note(self, memory: Memory, record: TrialRecord, settings: Settings) -> None:
-        """Notes what was told by a hold that began with a memory; what several holds of an object tell adds up."""
-        if record.percept is None:
-            return
-        percept = record.percept
-        _, felt = feel_object(
-            percept.features, memory, percept.statistics, percept.num_joints, percept.noise, settings.prior
-        )
-        earlier = self.felt.get(percept.object_name)
-        if earlier is not None and earlier.colours == felt.colours:
-            own = felt.own.add(earlier.own)
-            felt = felt._replace(own=own, shared=own.marginalise_deviation(settings.prior.deviation_sd))
-        self.felt[percept.object_name] = felt
+    def list_felt(self, memory: Memory, prior: Prior) -> dict[str, FeltObject]:
+        """Lists by name what each object has told a memory; of objects that look alike the first, as they are one."""
+        found: dict[str, FeltObject] = {}
+        for tool in self.objects:
+            felt = memory.recall([part.appearance for part in measure_drawing(tool)], prior).felt
+            if felt is not None and all(felt.appearance != each.appearance for each in found.values()):
+                found[tool.name] = felt
+        return found
 
 
 def build_chooser(
@@ -102,4 +93,4 @@ def build_chooser(
             raise BadValueError(novel.path, f"tools: {tool.name}.grips", "is missing, must be at least 1")
     if sum(len(tool.grips) for tool in novel.tools) < 2:
         raise BadValueError(novel.path, "tools", "have 1 grip, must have at least 2 to choose from")
-    return ChosenHolds(novel.tools, tasks, models)
+    return ChosenHolds(novel.tools, objects.tools, tasks, models)

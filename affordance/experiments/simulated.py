@@ -37,16 +37,10 @@ _PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a t
 class HoldChooser(Protocol):
     """Chooser of what an observer holds next."""
 
-    def begin(self) -> "HoldChooser":
-        """Returns a chooser for an observer who has held nothing."""
-
     def choose(
         self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
     ) -> tuple[int, bool]:
         """Chooses among the objects that are left; returns the place of one, and true if none is worth holding."""
-
-    def note(self, memory: Memory, record: TrialRecord, settings: Settings) -> None:
-        """Notes what was told by a hold that began with a memory."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +79,19 @@ class Simulated(Means):
         remembered = experiment.colours if len(experiment.colours) > 1 else ()
         observers: dict[int, Observer] = {}
         presented: list[Presented] = []
+        # Errors of measurement are numbered on from those of the experience.
         taught, tested = 0, 0
-        chooser, stopped = self.chooser and self.chooser.begin(), set[int]()
+        if experiment.experience is not None and all(each.block for each in drawn):
+            taught = experiment.experience.num_trials
+        stopped = set[int]()
         waiting = list(drawn)
         while waiting:
             index, place = waiting[0].block, 0
             block = experiment.blocks[index]
-            if chooser is not None and block.is_chosen:
+            if self.chooser is not None and block.is_chosen:
                 left = [experiment.weigh(each) for each in _list_left(experiment, waiting)]
                 chosen_by = (experiment.seed, repeat, Stream.CHOSEN, len(presented))
-                place, stops = chooser.choose(index, left, memory, settings, chosen_by)
+                place, stops = self.chooser.choose(index, left, memory, settings, chosen_by)
                 stopped |= {index} if stops else set()
             presentation = waiting.pop(place)
             tool, before = experiment.weigh(presentation), memory
@@ -116,8 +113,6 @@ class Simulated(Means):
                 record, more = self._run(settings, presentation.block, block, tool, memory, seed)
                 numbers |= more
                 memory = record.memory if block.teaches else memory
-            if chooser is not None and record is not None and block.teaches:
-                chooser.note(before, record, settings)
             taught, tested = taught + block.teaches, tested + (not block.teaches)
             seen, p_value = see(tool), np.nan if record is None else record.p_value
             expected = expect_mass(seen, before, settings)

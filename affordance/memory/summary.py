@@ -161,12 +161,8 @@ def _describe_thing(
     """Describes a thing: what others tell about its materials, and what it has told itself, once."""
     chosen = of_object.materials
     own, shared = of_object.compute_own_likelihood(prior), of_object.compute_likelihood(prior)
-    selection = np.zeros((len(chosen), belief.size))
-    selection[np.arange(len(chosen)), chosen] = 1.0
-    others = DensityBelief(
-        belief.precision - selection.T @ shared.precision @ selection,
-        belief.information_vector - selection.T @ shared.information_vector,
-    )
+    told = shared.embed(chosen, belief.size)
+    others = DensityBelief(belief.precision - told.precision, belief.information_vector - told.information_vector)
     before = others.select(chosen).add_object_variation(prior.deviation_sd)
     densities = before.condition(own)
     # The mass is that of the whole, whatever of it was not seen: the body, given what was felt of it.

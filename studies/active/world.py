@@ -21,10 +21,10 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
+from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.felt_object import feel_object
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry, predict_object
@@ -222,7 +222,12 @@ def learn(
     for colour, column in columns.items():
         rho[column] = densities[colour]
     statistics = static.measure(belief, rho, settings.noise, seed)
-    return feel_object(parts, memory, statistics, len(static.tau_arm), settings.noise, settings.prior)
+    learned, _ = condition_on_torques(
+        belief, statistics, len(static.tau_arm), settings.noise, settings.prior.deviation_sd
+    )
+    felt = learned.memory.recall([part.appearance for part in parts], settings.prior).felt
+    assert felt is not None  # as it was just learned from
+    return learned.memory, felt
 
 
 def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:

@@ -123,7 +123,7 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
     """Returns what one observer of two learners lifts after an odd object, with or without any doubts."""
     with pytest.MonkeyPatch.context() as patch:
         if has_no_doubts:
-            patch.setattr(ChosenHolds, "note", lambda *told: None)
+            patch.setattr(ChosenHolds, "list_felt", lambda *told: {})
         experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
         return experiment.compute_metrics(None, None, _stack([experiment.run_observer(None, None, 0)]))
 

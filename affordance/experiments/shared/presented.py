@@ -149,12 +149,7 @@ class PresentationExperiment(Experiment):
 
     @property
     def experience(self) -> ExperienceConfig | None:
-        """Experience gained in an unmeasured first block, which protocols share; None without such a block.
-
-        Where observers choose what they hold, what each object told is needed too.
-        """
-        if any(block.is_chosen for block in self.blocks):
-            return None
+        """Experience gained in an unmeasured first block, which protocols share; None without such a block."""
         return build_experience(self.blocks[0], self.objects, self.learners, self.told, self.seed, self.settings)
 
     @property
@@ -204,13 +199,18 @@ class PresentationExperiment(Experiment):
         drawn = self.draw_presentations(repeat)
         if experience is not None:
             drawn = [each for each in drawn if each.block]
-            return self.means.present(self, recall(experience, repeat, experience.num_trials), drawn, repeat)
+            memory = recall(experience, repeat, experience.num_trials)  # which has the colours of its objects only
+            return self.means.present(self, self._add_colours(memory), drawn, repeat)
         memory = begin_memory(self.settings, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
         if self.told:
             memory = MaterialMemory.from_densities(dict(self.told))
         if not self.means.is_closed_form:  # which reports the densities of all colours
-            memory = memory.add_colours(self.colours, self.settings.prior).restrict_to(self.colours)
+            memory = self._add_colours(memory)
         return self.means.present(self, memory, drawn, repeat)
+
+    def _add_colours(self, memory: Memory) -> Memory:
+        """Returns a memory with the colours of all objects, and no others."""
+        return memory.add_colours(self.colours, self.settings.prior).restrict_to(self.colours)
 
     def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with the first learner.
