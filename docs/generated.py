@@ -98,7 +98,7 @@ def _name_option(parser: argparse.ArgumentParser, action: argparse.Action) -> st
 
 
 def list_assumptions() -> str:
-    """What was varied in the study of robustness: range, source, and the claims that it moves most."""
+    """Lists each assumption that the study of robustness varies: range, source, and the claims that it moves most."""
     kept = json.loads((_ROOT / "docs" / "robustness.json").read_text(encoding="utf-8"))
     rows = []
     for name, entry in _read_assumptions().items():

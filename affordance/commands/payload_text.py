@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 from affordance.identification.payload_claim import ClaimVerdict
 from affordance.identification.payload_formats import PayloadSetting, format_payload
-from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief
+from affordance.identification.posterior.marginals import UNITS
+from affordance.identification.posterior.payload_belief import PayloadBelief
 
 _NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _VERDICTS = {

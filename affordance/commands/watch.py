@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import begin_memory
 from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
@@ -33,7 +34,7 @@ from affordance.reporting.live_scene import LiveScene, Wish
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 from affordance.simulation.blow import run_blow
-from affordance.simulation.trial import TrialRunner, begin_memory, finish
+from affordance.simulation.trial import TrialRunner, finish
 
 _WATCHABLE = ("weight", "com", "reach", "hammer")
 # A decoy looks like the object before it, and has this share of its density.
@@ -166,7 +167,7 @@ class _Show:
 def _begin(experiment: PresentationExperiment | ChoiceExperiment) -> tuple[Sequence[Tool], float, Memory]:
     """Returns the objects in the order of the first observer, the duration of a hold, [s], and the first memory."""
     settings = experiment.settings
-    memory = begin_memory(settings, settings.learner, (experiment.seed, 0))
+    memory = begin_memory(settings.known, settings.learner, (experiment.seed, 0))
     if isinstance(experiment, ChoiceExperiment):
         return experiment.experience.tools, experiment.experience.duration, memory
     if experiment.told:

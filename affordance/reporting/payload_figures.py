@@ -5,7 +5,8 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array, Mask
 from affordance.identification.evidence.joint_statistics import SIGNAL
-from affordance.identification.posterior.payload_belief import PayloadBelief, describe_bodies
+from affordance.identification.posterior.marginals import describe_bodies
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 

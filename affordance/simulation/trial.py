@@ -11,12 +11,10 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
-from affordance.belief.memory_file import parse_memory
+from affordance.belief.memory_file import begin_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.task import Task
-from affordance.exceptions import BadArgumentError, name_object
+from affordance.exceptions import name_object
 from affordance.memory.ledger import open_memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -83,7 +81,7 @@ class TrialRunner:
         Raises:
             BadArgumentError: The seed is not a seed.
         """
-        return begin_memory(self.settings, self.settings.learner, seed)
+        return begin_memory(self.settings.known, self.settings.learner, seed)
 
     def get_diagram(
         self,
@@ -193,22 +191,6 @@ class Observer:
             log.FindMutableLog(self._context).Clear()
         self._context.SetTime(0.0)
         return finish(trial, present(trial, self._context, tool, trial.hold, seed), tool)
-
-
-def begin_memory(settings: Settings, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
-    """Returns the memory with which an observer begins: that of the settings, or one without experience.
-
-    Raises:
-        BadArgumentError: The seed is not a seed, or the memory of the settings is that of another learner.
-    """
-    if not settings.known:
-        return start_memory(learner, seed, kappa)
-    memory = parse_memory(settings.known)
-    if not isinstance(memory, type(start_memory(learner, seed, kappa))):
-        raise BadArgumentError(
-            "Settings", "known", f"is the memory of another learner, must be that of {learner.value}"
-        )
-    return memory
 
 
 @functools.lru_cache(maxsize=4)

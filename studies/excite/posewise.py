@@ -135,7 +135,7 @@ def prepare_task(data: str, name: str) -> tuple[Task, float]:
 
 
 def _choose(task: Task, rule: str, pool: NDArray[np.intp], number: int) -> list[int]:
-    """Chooses postures from a pool one after the other, each the best beside those before."""
+    """Chooses postures from a pool one after the other, each the best in addition to the earlier ones."""
     if rule == "random":
         return [int(each) for each in pool[:number]]
     rows = task.build_rows()[pool]

@@ -53,7 +53,7 @@ class TrueTool(NamedTuple):
 
     Attributes:
         name: Name of the tool.
-        parameters: Its ten parameters about To, expressed in T, (10,).
+        parameters: Ten inertial parameters of the tool about To, expressed in T, (10,).
     """
 
     name: str

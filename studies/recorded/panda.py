@@ -18,7 +18,8 @@ from affordance.identification.evidence.unpaired_runs import EmptyArm, fit_empty
 from affordance.identification.payload_claim import judge_claim
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.inference import infer
-from affordance.identification.posterior.payload_belief import PayloadBelief, describe_bodies
+from affordance.identification.posterior.marginals import describe_bodies
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from studies.recorded.clones import PandaData

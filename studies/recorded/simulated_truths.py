@@ -17,8 +17,8 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.posterior.marginals import describe_bodies, summarise
 from affordance.identification.posterior.part_posterior import SeenObject, infer_parts
-from affordance.identification.posterior.payload_belief import describe_bodies, summarise
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.robot_chain import RobotChain

@@ -24,7 +24,7 @@ class Assumption:
     """Something the paper does not give.
 
     Attributes:
-        name: Its key in the file.
+        name: Key of the assumption in the file.
         label: In words, with its unit.
         source: Where default and range come from.
         default: What the simulations use.

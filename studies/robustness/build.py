@@ -63,7 +63,7 @@ def build_world(setting: Setting, models: Path, settings: Settings) -> World:
     Args:
         setting: Values by the names of the assumptions, all of them.
         models: Gives materials, path, nail and working posture.
-        settings: Those of the simulations; what the setting says is replaced.
+        settings: Settings of the simulations; what the setting says is replaced.
     """
     materials = load_materials(models / "materials.yaml")
     wood = replace(materials["beech"], density=float(setting["wood_density"]))

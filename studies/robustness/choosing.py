@@ -102,13 +102,13 @@ def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
-    """Largest travel of the nail at which the grip that has the densest part at the hand is the cheaper one, [m].
+    """Finds the largest travel of the nail, [m], at which the grip with the densest part at the hand is the cheaper.
 
     Args:
         choice: Blows by grip.
         tool: The tool as it is.
-        depth_set: How deep the nail stands, [m].
-        stiffness: Of its resistance, [N/m].
+        depth_set: Depth at which the nail stands, [m].
+        stiffness: Stiffness of the nail's resistance, [N/m].
         most: The largest force, [N].
 
     Returns: The travel; zero if that grip is never the cheaper one among forces that both can give.
@@ -182,13 +182,13 @@ def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
 def measure_tasks(
     by_reach: Mapping[str, int], by_hammer: Mapping[str, int], *, correct_reach: str, correct_hammer: str
 ) -> dict[str, Any]:
-    """What both tasks together say: correct grips, and whether measures agree on them.
+    """Measures what both tasks together say: correct grips, and whether measures agree on them.
 
     Args:
         by_reach: Index of the correct grip by each measure, reaching.
-        by_hammer: The same, hammering.
-        correct_reach: The correct grip by the measure of the settings, reaching.
-        correct_hammer: The same, hammering.
+        by_hammer: Index of the correct grip by each measure, hammering.
+        correct_reach: Correct grip by the measure of the settings, reaching.
+        correct_hammer: Correct grip by the measure of the settings, hammering.
     """
     works = (CostMeasure.WORK.name, CostMeasure.POSITIVE_WORK.name, CostMeasure.MUSCULAR_WORK.name)
     return {

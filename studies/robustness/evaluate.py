@@ -89,7 +89,7 @@ def evaluate_setting(
         setting: What it assumes.
         seed: Root of its random draws.
         models: Gives materials, path and nail.
-        settings: Those of the simulations.
+        settings: Settings of the simulations.
         num_observers: How many observers learn, hold and choose.
         simulates_contact: Whether contact is simulated, without which the force of the blow is not judged; blows of
             least work have none.

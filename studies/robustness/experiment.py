@@ -78,7 +78,7 @@ class Robustness(Experiment):
         claims: What is asked of every setting, by experiment and key.
         models: Gives materials, path, nail and arm.
         seed: Root of every random draw.
-        settings: Those of the simulations, of which a setting replaces what it says.
+        settings: Settings of the simulations, of which a setting replaces what it says.
         num_observers: Number of observers of each setting.
     """
 

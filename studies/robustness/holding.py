@@ -50,7 +50,7 @@ class HeldTool(NamedTuple):
 
     Attributes:
         tool: The object.
-        colours: Its colours, M of them.
+        colours: Colours of the objects, M of them.
         believed: Densities that control uses, (R, M), [kg/m^3].
         motions: Motions of all.
     """

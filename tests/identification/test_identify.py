@@ -11,7 +11,7 @@ from affordance.exceptions import BadValueError
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.identify import Runs, identify
 from affordance.identification.posterior.log_cholesky import is_possible
-from affordance.identification.posterior.payload_belief import describe_bodies
+from affordance.identification.posterior.marginals import describe_bodies
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=1000)

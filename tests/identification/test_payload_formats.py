@@ -11,7 +11,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 
 from affordance.identification.payload_formats import PayloadSetting, format_payload, read_payload
-from affordance.identification.posterior.payload_belief import describe_bodies
+from affordance.identification.posterior.marginals import describe_bodies
 from affordance.objects.inertia import parameters_from_spatial_inertia
 
 _VALUES = describe_bodies(PAYLOAD[None])[0]

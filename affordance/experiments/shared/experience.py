@@ -72,8 +72,8 @@ class Experience:
         order: Index of the object held in each trial, (repeats, K).
         rejected: Number of samples rejected in each trial, (repeats, K); empty if rejection was impossible.
         outlier: 1 where a trial was a 5-sigma outlier, (repeats, K); empty if outliers were impossible.
-        memories: The same memories with the objects that were held, as JSON text, (repeats, K + 1); empty if only the
-            beliefs about materials are known.
+        memories: Memories at the same moments, with the objects that were held, as JSON text, (repeats, K + 1); empty
+            if only the beliefs about materials are known.
         p_value: P-value of the torques measured in each trial, (repeats, K); empty if unknown.
     """
 

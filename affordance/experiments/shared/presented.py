@@ -15,6 +15,7 @@ from affordance.belief.kind_memory import KAPPA
 from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import begin_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
@@ -40,7 +41,6 @@ from affordance.protocols.presentations import Presentation, draw_presentations,
 from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
-from affordance.simulation.trial import begin_memory
 
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
@@ -201,7 +201,7 @@ class PresentationExperiment(Experiment):
             drawn = [each for each in drawn if each.block]
             memory = recall(experience, repeat, experience.num_trials)  # which has the colours of its objects only
             return self.means.present(self, self._add_colours(memory), drawn, repeat)
-        memory = begin_memory(self.settings, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
+        memory = begin_memory(self.settings.known, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
         if self.told:
             memory = MaterialMemory.from_densities(dict(self.told))
         if not self.means.is_closed_form:  # which reports the densities of all colours

@@ -14,7 +14,8 @@ from affordance.identification.excitation.planned_motion import (
     PostureFamily,
     list_times,
 )
-from affordance.identification.posterior.payload_belief import QUANTITIES, PayloadBelief
+from affordance.identification.posterior.marginals import QUANTITIES
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
 

@@ -14,8 +14,18 @@ from affordance.files.html_table import build_table
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.identification.posterior.marginals import (
+    COM,
+    MASS,
+    MOMENTS,
+    PRODUCTS,
+    QUANTITIES,
+    UNITS,
+    Marginals,
+    describe_bodies,
+    summarise,
+)
 from affordance.identification.posterior.payload_fit import PayloadFit
-from affordance.objects.inertia import compute_point_parameters
 
 # A quantity is undetermined if its SD exceeds this share of the prior's,
 _UNSEEN = 0.8
@@ -25,23 +35,6 @@ _VAGUE = 0.4
 _FEW_SAMPLES = 100.0
 # Probability below which an object is not what it looks like.
 SURPRISE = 0.001
-QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
-UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
-_MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
-
-
-class Marginals(NamedTuple):
-    """Marginals of mass, centre of mass and moments of inertia about it, shape (10,) each.
-
-    The order is that of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
-    """
-
-    mean: Array
-    sd: Array
-    low50: Array
-    high50: Array
-    low90: Array
-    high90: Array
 
 
 class LearnedDensity(NamedTuple):
@@ -178,16 +171,16 @@ class PayloadBelief:
     @property
     def centre_of_mass(self) -> Array:
         """Mean centre of mass p_TTcm, shape (3,), [m]."""
-        return self.marginals.mean[_COM]
+        return self.marginals.mean[COM]
 
     @property
     def setting(self) -> PayloadSetting | None:
         """Payload to set on a controller, without moments that were not seen; None if mass or centre were not."""
-        if self.hidden & set(QUANTITIES[: _COM.stop]):
+        if self.hidden & set(QUANTITIES[: COM.stop]):
             return None
         mean = self.marginals.mean
-        inertia = None if self.hidden & set(QUANTITIES[_MOMENTS]) else mean[_MOMENTS.start :]
-        return PayloadSetting(float(mean[0]), mean[_COM], inertia)
+        inertia = None if self.hidden & set(QUANTITIES[MOMENTS]) else mean[MOMENTS.start :]
+        return PayloadSetting(float(mean[0]), mean[COM], inertia)
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
@@ -216,8 +209,8 @@ class PayloadBelief:
         """Quantities, by their names in QUANTITIES, that the run left undetermined."""
         is_hidden = (self._share_of_prior > _UNSEEN) | self._is_vague
         if self.calibration is not None:
-            is_hidden[_MASS] = False  # the scale determined the mass
-        return frozenset(name for name, hidden in zip(QUANTITIES[: _MOMENTS.stop], is_hidden, strict=False) if hidden)
+            is_hidden[MASS] = False  # the scale determined the mass
+        return frozenset(name for name, hidden in zip(QUANTITIES[: MOMENTS.stop], is_hidden, strict=False) if hidden)
 
     @cached_property
     def _share_of_prior(self) -> Array:
@@ -231,7 +224,7 @@ class PayloadBelief:
         """True for positive quantities that are known only to a factor, shape (10,)."""
         m = self.marginals
         vague = m.sd > _VAGUE * m.mean
-        vague[_COM] = vague[_PRODUCTS] = False
+        vague[COM] = vague[PRODUCTS] = False
         return vague
 
     @cached_property
@@ -239,19 +232,19 @@ class PayloadBelief:
         """Quantities that this motion left undetermined, a sentence each."""
         m, share = self.marginals, self._share_of_prior
         sentences = []
-        for name, part in (("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)):
+        for name, part in (("mass", MASS), ("centre of mass", COM), ("moments of inertia", MOMENTS)):
             hidden = [i for i in range(part.start, part.stop) if QUANTITIES[i] in self.hidden]
             if not hidden:
                 continue
             worst = max(hidden, key=lambda i: share[i])
             ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
-            if part is not _MASS:
+            if part is not MASS:
                 ranges = f"{QUANTITIES[worst]}: {ranges}"
             if share[worst] > _UNSEEN:
                 reason = "moves too slowly or too briefly to see, the prior decides"
                 ranges = f"{ranges}, SD {100 * share[worst]:.0f} % of the prior's"
             else:
-                reason = "hardly anything is held" if part is _MASS else "known to a factor only"
+                reason = "hardly anything is held" if part is MASS else "known to a factor only"
             sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
         return tuple(sentences)
 
@@ -285,10 +278,10 @@ class PayloadBelief:
             "mass_sd_kg": self.mass_sd,
             "mass_interval50": list(pairs50[0]),
             "mass_interval90": list(pairs90[0]),
-            "com_m": list(m.mean[_COM]),
-            "com_sd_m": list(m.sd[_COM]),
-            "com_interval50": pairs50[_COM].tolist(),
-            "com_interval90": pairs90[_COM].tolist(),
+            "com_m": list(m.mean[COM]),
+            "com_sd_m": list(m.sd[COM]),
+            "com_interval50": pairs50[COM].tolist(),
+            "com_interval90": pairs90[COM].tolist(),
             "inertia_order": ["Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"],
             "inertia_kg_m2": list(m.mean[moments]),
             "inertia_sd_kg_m2": list(m.sd[moments]),
@@ -315,22 +308,3 @@ class PayloadBelief:
         if self.seen is not None:
             content["densities_kg_m3"] = [each._asdict() for each in self.learned]
         return content
-
-
-def describe_bodies(pi: Array) -> Array:
-    """Computes mass, centre of mass and moments about it, in the order of QUANTITIES, from pi of shape (N, 10)."""
-    m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
-    return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
-
-
-def summarise(values: Array, weights: Array) -> Marginals:
-    """Computes the marginals of weighted samples, values of shape (N, 10) and weights of shape (N,)."""
-    mean = weights @ values
-    sd = np.sqrt(weights @ (values - mean) ** 2)
-    order = np.argsort(values, axis=0)
-    quantiles = np.empty((4, values.shape[1]))
-    for i in range(values.shape[1]):
-        share = weights[order[:, i]]
-        # Each sample stands for the middle of its share.
-        quantiles[:, i] = np.interp([0.05, 0.25, 0.75, 0.95], np.cumsum(share) - 0.5 * share, values[order[:, i], i])
-    return Marginals(mean, sd, quantiles[1], quantiles[2], quantiles[0], quantiles[3])

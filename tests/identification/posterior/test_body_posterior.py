@@ -8,7 +8,7 @@ from affordance.identification.evidence.payload_likelihood import PayloadLikelih
 from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta
-from affordance.identification.posterior.payload_belief import describe_bodies, summarise
+from affordance.identification.posterior.marginals import describe_bodies, summarise
 from affordance.identification.posterior.solid_prior import SolidPrior
 
 _VARIANCE = 0.2
