@@ -20,11 +20,7 @@ TRIALS = _FOLDER / "trials.jsonl"
 
 
 def check_alone(arguments: argparse.Namespace, names: Iterable[str]) -> None:
-    """Checks that nothing is given that a demonstration brings with it.
-
-    Raises:
-        BadValueError: Something is given.
-    """
+    """Raises a BadValueError for an option that a demonstration brings with it."""
     given = [name for name in names if getattr(arguments, name)]
     if given:
         option = f"--{given[0].replace('_option', '').replace('_', '-')}"

@@ -25,11 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints a line for each part; returns 0 if all required parts work, else 2.
-
-    Raises:
-        AffordanceError: A required library is missing and could not be installed.
-    """
+    """Prints a line for each part; returns 0 if all required parts work, else 2."""
     if arguments.install:
         provide_libraries(arguments.tests)
     missing = find_missing(arguments.tests)

@@ -34,11 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints what the motion is predicted to show, and writes the motion.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid, or no motion keeps the limits.
-    """
+    """Prints what the motion is predicted to show, and writes the motion."""
     # Imported on demand: it takes a second, for which --help need not wait.
     status: int = importlib.import_module("affordance.commands.excite_motion").run(arguments)
     return status

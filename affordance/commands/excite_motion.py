@@ -50,11 +50,7 @@ _SECOND = 1_000_000_000  # [ns]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Designs the motion, prints what it is predicted to show, and writes it.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid, or no motion keeps the limits.
-    """
+    """Designs the motion, prints what it is predicted to show, and writes it."""
     _check(arguments)
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
     expectation, limits, aim = _expect(arguments, robot), _limit(arguments, robot), _find_aim(arguments)
@@ -150,11 +146,7 @@ def _limit(arguments: argparse.Namespace, robot: Robot) -> MotionLimits:
 
 
 def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
-    """Collects what is known of gains, errors and load.
-
-    Raises:
-        BadValueError: The aim is unknown, or a file is invalid.
-    """
+    """Collects what is known of gains, errors and load; raises a BadValueError for an unknown aim."""
     chain, settings = robot.chain, DEFAULT_SETTINGS
     if arguments.gains is not None:
         gains = arrange_gains(read_gains(arguments.gains), chain.joint_names, arguments.gains).with_drift(settings)
@@ -178,11 +170,7 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
 
 
 def _differentiate(arguments: argparse.Namespace, robot: Robot) -> tuple[Array, Array]:
-    """Computes the parameters of the tool of a task, and the derivative of its cost by them, shape (10,) each.
-
-    Raises:
-        AffordanceError: The task cannot be done with the tool.
-    """
+    """Computes the parameters of the tool of a task, and the derivative of its cost by them, shape (10,) each."""
     materials = load_materials(robot.folder / MATERIALS.name)
     tools = load_tools(arguments.tools, materials)
     tool, *_ = choose_tools(tools, [arguments.only] if arguments.only else [], arguments.tools)

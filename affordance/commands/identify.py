@@ -77,13 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, and prints and writes the result.
-
-    Returns: 0, or 3 if the result is not to be trusted.
-
-    Raises:
-        AffordanceError: An argument, a file or a recording is invalid.
-    """
+    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is not to be trusted."""
     # Imported on demand: it takes a second, for which --help need not wait.
     status: int = importlib.import_module("affordance.commands.identify_payload").run(arguments)
     return status

@@ -37,13 +37,7 @@ from affordance.robots.recorded_arm import load_robot
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, and prints and writes the result.
-
-    Returns: 0, or 3 if the result is not to be trusted.
-
-    Raises:
-        AffordanceError: An argument, a file or a recording is invalid.
-    """
+    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is not to be trusted."""
     if arguments.demo:
         return _run_demo(arguments)
     if arguments.loaded is None:
@@ -93,11 +87,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Identifies the recording that comes with the package.
-
-    Raises:
-        BadValueError: Another robot, recording or object is given too.
-    """
+    """Identifies the recording that comes with the package."""
     check_alone(arguments, ("robot", "robot_option", "loaded", "empty", "object", "description", "tip", "base"))
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
     announce(["identify", *words, "--size-error", 0.02, "--unseen", 0.02], quietly=arguments.json)

@@ -24,11 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Imports an arm; returns the exit status.
-
-    Raises:
-        AffordanceError: The file or an argument is invalid or incomplete; nothing was written.
-    """
+    """Imports an arm; returns the exit status."""
     start = time.perf_counter()
     lines = import_arm(
         arguments.file,

@@ -23,11 +23,7 @@ FAULTY = 3
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Does what is asked; returns the exit status, FAULTY if verifying found faults.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid; nothing was changed.
-    """
+    """Does what is asked; returns the exit status, FAULTY if verifying found faults."""
     refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a memory has the prior's only")
     prior = change_by_name(arguments).prior
     _check_arguments(arguments)

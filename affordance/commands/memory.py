@@ -35,11 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Does what is asked; returns the exit status, 3 if verifying found faults.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid; nothing was changed.
-    """
+    """Does what is asked; returns the exit status, 3 if verifying found faults."""
     # Imported on demand: it takes a second, for which --help need not wait.
     status: int = importlib.import_module("affordance.commands.manage_memory").run(arguments)
     return status

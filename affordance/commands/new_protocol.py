@@ -15,11 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the protocol and its schema.
-
-    Raises:
-        BadValueError: The name is unsuitable, or such a file already exists.
-    """
+    """Writes the protocol and its schema."""
     path, schema = write_protocol(arguments.name, arguments.folder)
     print(f"{path}: protocol that runs as it is; {schema.name} in the same folder describes its keys to editors")
     print(f"affordance predict {path}")

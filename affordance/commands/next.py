@@ -80,11 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints what to hold next, and writes it with a picture if there is a folder for it.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
+    """Prints what to hold next, and writes it with a picture if there is a folder for it."""
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, _SAMPLES)
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)

@@ -23,14 +23,7 @@ BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
-    """Adds ``--repeats``, the number of repetitions in every command that simulates.
-
-    Args:
-        parser: Parser of the command.
-        default: Default number; None to let the command choose.
-        what: Name of the repeated unit, in words.
-        former: Earlier names of the option, which still work and are not shown.
-    """
+    """Adds ``--repeats`` with the name of what is repeated; earlier names still work and are not shown."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
     for name in former:
@@ -80,11 +73,7 @@ def find_shipped(arguments: argparse.Namespace) -> Path:
 
 
 def check_experiment(arguments: argparse.Namespace, names: Sequence[str]) -> None:
-    """Checks that an experiment has one of these names, is a protocol of the models, or is the path of one.
-
-    Raises:
-        BadValueError: The name is unknown.
-    """
+    """Raises a BadValueError for no such experiment, protocol of the models, or path of a protocol."""
     # Imported here, as commands without an experiment need not wait for it.
     from affordance.protocols.protocol import SUFFIXES, list_shipped
 
@@ -118,14 +107,7 @@ def add_run_options(
 ) -> None:
     """Adds the options of every command that simulates observers: repeats, seed, jobs, results, models and settings.
 
-    Args:
-        parser: Parser of the command.
-        repeats: Default number of repeats; None to let the command choose.
-        what: Thing that is repeated, in words.
-        former: Earlier names of ``--repeats``.
-        seed: Default seed.
-        jobs: Default number of processes; None for one a core.
-        models: Content of the folder of models, in words; empty for a command that takes a robot.
+    A command without text on the folder of models takes a robot.
     """
     add_repeats(parser, repeats, what, former)
     add_seed(parser, seed)
@@ -139,11 +121,7 @@ def add_run_options(
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Checks the numbers and the folder that commands share.
-
-    Raises:
-        BadValueError: A number is out of bounds, or the folder of models does not exist.
-    """
+    """Raises a BadValueError for a shared number out of bounds, or a folder of models that there is not."""
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
         if value is not None:
@@ -154,11 +132,7 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``--set`` to settings.
-
-    Raises:
-        BadValueError: A setting is unknown, or a value is of the wrong kind or out of bounds.
-    """
+    """Applies the changes of ``--set`` to settings; an unknown one, or a wrong value, is a BadValueError."""
     return change_settings(settings, parse_changes(arguments.changes))
 
 
@@ -169,16 +143,7 @@ def list_groups(except_for: str) -> list[str]:
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Rejects changes of settings that a command does not use.
-
-    Args:
-        arguments: Arguments of the command.
-        names: Settings, or groups of them.
-        why: Reason, in words.
-
-    Raises:
-        BadValueError: One of them is to be changed.
-    """
+    """Raises a BadValueError, with a reason, for a changed setting, or group, that a command does not use."""
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"changes nothing here: {why}")
@@ -226,11 +191,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """Builds options from the arguments that ``add_arm_arguments`` adds.
-
-    Raises:
-        BadValueError: One of them is invalid.
-    """
+    """Builds options from the arguments that ``add_arm_arguments`` adds; an invalid one is a BadValueError."""
     return ImportOptions(
         tip=arguments.tip or "",
         base=arguments.base,
@@ -256,11 +217,7 @@ def add_same_colour(parser: argparse.ArgumentParser) -> None:
 
 
 def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
-    """Parses pairs of colours, as '#b5a642=#c0b050'.
-
-    Raises:
-        BadValueError: A word is no such pair.
-    """
+    """Parses pairs of colours, as '#b5a642=#c0b050'; anything else raises a BadValueError."""
     pairs = []
     for word in words:
         one, _, other = word.partition("=")
@@ -271,11 +228,7 @@ def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
 
 
 def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
-    """Recalls a lasting memory; without one, returns the memory of an observer who knows nothing.
-
-    Raises:
-        BadValueError: There is no memory at this place.
-    """
+    """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
         return MaterialMemory()
     from affordance.memory.ledger import open_memory  # here, as SQLAlchemy takes a third of a second
@@ -285,12 +238,7 @@ def recall(place: str | None, settings: Settings, same_colours: SameColours) -> 
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by their names, all if no names are given.
-
-    Raises:
-        BadValueError: A name is unknown.
-        AffordanceError: A tool has no grips.
-    """
+    """Selects tools by their names, or all; one that is unknown or has no grips raises an AffordanceError."""
     known = {tool.name: tool for tool in tools}
     for name in names:
         if name not in known:

@@ -22,14 +22,7 @@ def describe_payload(
     taught: str = "",
     anyway: bool = False,
 ) -> str:
-    """Writes a belief for a terminal.
-
-    Args:
-        belief: Posterior of the payload.
-        claim: Payload that is set on the controller, and its verdict; None without one.
-        taught: Sentence about what a memory has learned; empty without a memory.
-        anyway: True if lines to paste are wanted of a result that is not to be trusted.
-    """
+    """Writes a belief for a terminal, with the payload that is claimed and what a memory has learned, if any."""
     blocks = [_give_verdict(belief), _tabulate(belief)]
     if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))

@@ -29,11 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints means with intervals, the spread of observers, and the best measurement.
-
-    Raises:
-        BadValueError: An option is out of bounds, or the protocol is invalid.
-    """
+    """Prints means with intervals, the spread of observers, and the best measurement."""
     number = find_number_of_observers(arguments.protocol, find_shipped(arguments))
     if arguments.repeats is None:
         arguments.repeats = number or _REPEATS

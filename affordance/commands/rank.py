@@ -98,11 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ranks the options, prints the ranking, and writes it with a picture if there is a folder for it.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid, or no option can do the task.
-    """
+    """Ranks the options, prints the ranking, and writes it with a picture if there is a folder for it."""
     if arguments.demo:
         return _run_demo(arguments)
     check_bounds(arguments)
@@ -165,11 +161,7 @@ def _count_other_arms(place: str | None, robot: Robot) -> int:
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Ranks our hammers by a memory of the trials that come with the package.
-
-    Raises:
-        BadValueError: A task or a memory is given too.
-    """
+    """Ranks our hammers by a memory of the trials that come with the package."""
     check_alone(arguments, ("task", "file", "memory"))
     announce(
         ["memory", "import", "demo.sqlite", TRIALS],
@@ -185,11 +177,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 
 def read_task(arguments: argparse.Namespace, robot: Robot) -> tuple[str, TaskCostModel]:
-    """Reads the task, one of the robot's or that of a file, and its name.
-
-    Raises:
-        BadValueError: None is named, or two; there is no such task, or its file is invalid.
-    """
+    """Reads the task, one of the robot's or that of a file, and its name; none or both is a BadValueError."""
     if (arguments.task is None) == (arguments.file is None):
         problem = f"must be one of {', '.join(robot.tasks)}, or --task a file"
         raise BadValueError("task", "", f"is {'missing' if arguments.file is None else 'given twice'}, {problem}")
@@ -199,11 +187,7 @@ def read_task(arguments: argparse.Namespace, robot: Robot) -> tuple[str, TaskCos
 
 
 def choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Criterion:
-    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
-
-    Raises:
-        BadValueError: Work is named for a task without motion.
-    """
+    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others."""
     if not isinstance(task, Keep):
         return Criterion(named or (Criterion.WORK if robot.is_default else Criterion.GRIP))
     criterion = Criterion(named or Criterion.GRIP)
@@ -214,11 +198,7 @@ def choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Cr
 
 
 def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
-    """Reads what the gripper holds.
-
-    Raises:
-        BadArgumentError: A number is out of bounds.
-    """
+    """Reads what the gripper holds."""
     given = {}
     for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
         value = getattr(arguments, f"max_grip_{name}")

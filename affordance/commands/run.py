@@ -62,11 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
+    """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     arguments.repeats = _find_repeats(arguments)
     check_bounds(arguments)
     check_experiment(arguments, (*EXPERIMENTS, "all"))

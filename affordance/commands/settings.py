@@ -17,11 +17,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the selected settings.
-
-    Raises:
-        BadValueError: A setting is unknown, or a value is invalid.
-    """
+    """Prints the selected settings."""
     default = {each.name: each.value for each in list_settings()}
     found = list_settings(change_by_name(arguments))
     known = [each.name for each in found]
@@ -37,12 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(setting: NamedSetting, *, changed: bool) -> list[str]:
-    """Formats a setting: name, value and unit, then meaning and source.
-
-    Args:
-        setting: Setting to describe.
-        changed: True if its value differs from the default.
-    """
+    """Formats a setting: name, value and unit, then meaning and source, which is --set for a changed one."""
     unit = f" {setting.unit}" if setting.unit not in ("", "1") else ""
     source = "--set" if changed else setting.source
     text = f"{setting.meaning} Source: {source}." if setting.meaning else f"Source: {source}."

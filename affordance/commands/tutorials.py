@@ -24,11 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Copies the tutorials, except those that the folder has already, and opens Jupyter.
-
-    Raises:
-        BadValueError: The folder cannot be written.
-    """
+    """Copies the tutorials, except those that the folder has already, and opens Jupyter."""
     folder = prepare_folder(arguments.out)
     for path in sorted(TUTORIALS.glob("*.md")):
         text, suffix = convert(path.read_text(encoding="utf-8"))
@@ -46,13 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def convert(text: str) -> tuple[str, str]:
-    """Converts a tutorial to a notebook.
-
-    Args:
-        text: Tutorial in Markdown.
-
-    Returns: Text and suffix of the file: of a notebook, or unchanged without jupytext.
-    """
+    """Converts a tutorial in Markdown to a notebook, or to itself without jupytext; returns text and suffix."""
     if not importlib.util.find_spec("jupytext"):
         return text, ".md"
     jupytext = importlib.import_module("jupytext")

@@ -56,11 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Shows an observer until it is interrupted; returns the exit status.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid, or there is no port for the page.
-    """
+    """Shows an observer until it is interrupted; returns the exit status."""
     check_bounds(arguments)
     if arguments.experiment == "vision":
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")

@@ -92,13 +92,7 @@ class Experiment(ABC):
         return None
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
-        """Lets observers hold objects before they are tested; None if they hold nothing.
-
-        Args:
-            folder: Folder of the cached experience, for all experiments that share it.
-            repeats: Number of observers.
-            jobs: Number of processes.
-        """
+        """Lets observers hold objects before they are tested, cached in a folder; None if they hold nothing."""
         return None
 
     def select_shared(self, plan: Any) -> Any:
@@ -114,13 +108,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def compute_metrics(self, plan: Any, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json.
-
-        Args:
-            plan: Plan that all observers share.
-            experience: Experience that observers gained beforehand.
-            arrays: Arrays of all repeats, stacked along the first axis.
-        """
+        """Computes the numbers of metrics.json from arrays of all repeats, stacked along the first axis."""
 
     @abstractmethod
     def list_facts(self, plan: Any, numbers: Mapping[str, Any]) -> dict[str, Any]:

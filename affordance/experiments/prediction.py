@@ -44,12 +44,6 @@ def predict_protocol(experiment: Experiment, out: Path, *, repeats: int, jobs: i
 
     Observers are cached where ``run_experiment`` caches them, so a later run does not simulate them again.
 
-    Args:
-        experiment: Experiment of the protocol.
-        out: Folder for the results; the protocol has a subfolder of its name.
-        repeats: Number of observers, at least 2.
-        jobs: Number of processes.
-
     Raises:
         BadValueError: The protocol is about choices, which each learner makes in a run of its own,
             or it gives observers the densities that learners would have to learn.

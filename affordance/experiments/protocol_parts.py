@@ -34,15 +34,8 @@ def apply_observers(
 ) -> tuple[Settings, tuple[Learner, ...]]:
     """Returns the settings with the arm, noise and vision that a protocol asks for, and its learners.
 
-    Args:
-        protocol: Protocol, whose ``settings`` are applied first.
-        path: File of the protocol.
-        models: Folder of models.
-        settings: Settings to start from.
-        changes: Settings by name that a user asks for, applied last.
-
-    Raises:
-        BadValueError: A setting is wrong, or given twice.
+    The protocol's ``settings`` are applied first, changes that a user asks for last. One that is wrong, or given
+    twice, raises a BadValueError.
     """
     observers = protocol.observers
     named = [*protocol.settings, *changes]
@@ -77,11 +70,7 @@ def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners
 
 
 def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
-    """Refuses settings that the closed form does not support.
-
-    Raises:
-        BadValueError: There is such a setting.
-    """
+    """Raises a BadValueError for a setting that the closed form does not support."""
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {protocol.name}, in closed form")
@@ -122,11 +111,7 @@ def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolO
 
 
 def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
-    """Refuses measured motions logged at different times, which no figure could compare.
-
-    Raises:
-        BadValueError: The measured blocks differ in their action, duration or path.
-    """
+    """Raises a BadValueError if measured motions are of different courses, which no figure could compare."""
     courses: dict[tuple[str, object], int] = {}
     for index, block in enumerate(blocks):
         action = block.do
@@ -142,11 +127,7 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
 
 
 def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:
-    """Refuses novel objects with a colour that no object held before has.
-
-    Raises:
-        BadValueError: A novel object has such a colour.
-    """
+    """Raises a BadValueError for a novel object with a colour that no object held before has."""
     known = {part.looks_like.colour for tool in objects.tools for part in tool.components}
     for tool in novel.tools:
         unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}
@@ -156,11 +137,7 @@ def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> Non
 
 
 def check_several_grips(novel: ProtocolObjects) -> None:
-    """Refuses novel objects with a single grip, of which nothing could be chosen.
-
-    Raises:
-        BadValueError: A novel object has fewer than two grips.
-    """
+    """Raises a BadValueError for a novel object with fewer than two grips, of which nothing could be chosen."""
     for tool in novel.tools:
         if len(tool.grips) < 2:
             problem = f"has {len(tool.grips)} entries, must have at least 2 to choose from"

@@ -189,11 +189,7 @@ def build_choices(
     seed: int,
     settings: Settings,
 ) -> ChoiceExperiment:
-    """Builds the experiment of a protocol of choices; see ``build_experiment``.
-
-    Raises:
-        BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
-    """
+    """Builds the experiment of a protocol of choices; see ``build_experiment``."""
     *_, last = protocol.blocks
     experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
     if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:

@@ -24,15 +24,7 @@ _SUFFIXES = (".png", ".svg")
 
 
 def check_number_names(experiment: PresentationExperiment, given: Collection[str]) -> None:
-    """Refuses numbers whose name is already taken.
-
-    Args:
-        experiment: Experiment of the protocol.
-        given: Names of numbers and facts that the protocol does not define itself.
-
-    Raises:
-        BadValueError: A number would overwrite another or be overwritten.
-    """
+    """Raises a BadValueError for a number called like another, its interval, or what every run says of itself."""
     intervals = {f"{name}_ci95": name for name, entry in experiment.numbers.items() if entry.interval}
     for name in experiment.numbers:
         key = f"numbers.{name}"
@@ -68,15 +60,7 @@ def rehearse_experiment(experiment: PresentationExperiment) -> dict[str, Any]:
 
 
 def rehearse_claims(experiment: PresentationExperiment, numbers: Mapping[str, Any]) -> None:
-    """Evaluates every criterion on made-up numbers.
-
-    Args:
-        experiment: Experiment of the protocol.
-        numbers: Made-up numbers, from ``rehearse_experiment``.
-
-    Raises:
-        BadValueError: An expression cannot be evaluated, or its value cannot be compared with its bound.
-    """
+    """Raises a BadValueError for a criterion that made-up numbers cannot decide; see ``rehearse_experiment``."""
     known = {
         **numbers,
         "seed": experiment.seed,
@@ -97,11 +81,7 @@ def rehearse_claims(experiment: PresentationExperiment, numbers: Mapping[str, An
 
 
 def check_figures(experiment: PresentationExperiment) -> None:
-    """Refuses figures that cannot be drawn, and captions of figures that are not drawn.
-
-    Raises:
-        BadValueError: The protocol has such a figure or caption.
-    """
+    """Raises a BadValueError for a figure that cannot be drawn, or a caption of a figure that is not drawn."""
     layout = experiment.layout
     for name, entry in experiment.figures.items():
         key = f"figures.{name}"

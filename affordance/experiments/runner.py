@@ -48,15 +48,9 @@ _CAMERA_CAPTION = (
 
 
 def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: int, jobs: int) -> None:
-    """Runs all observers and writes all results of an experiment.
+    """Runs all observers and writes all results of an experiment, given the result of its ``plan``.
 
-    Args:
-        experiment: Experiment to run.
-        plan: Result of ``experiment.plan``.
-        folder: Folder for the files; repeats that it holds are not run again. Experience is cached in its parent
-            folder.
-        repeats: Number of observers, at least 1.
-        jobs: Number of processes, at least 1.
+    Repeats that the folder holds are not run again. Experience is cached in its parent folder.
     """
     start, commit = time.perf_counter(), find_commit()  # of what runs, not of what may lie there when it ends
     settings = experiment.settings

@@ -210,14 +210,7 @@ def _list_left(experiment: PresentationExperiment, waiting: Sequence[Presentatio
 def present_reach(
     runner: TrialRunner, tool: Tool, task: Reach, memory: Memory, seed: tuple[int, ...]
 ) -> tuple[TrialRecord, dict[str, Any]]:
-    """Simulates a reach.
-
-    Args:
-        runner: Runner of the trial.
-        tool: Object, as it is gripped.
-        task: Path to follow.
-        memory: Memory before the presentation.
-        seed: Seed of every random draw.
+    """Simulates a reach with an object as it is gripped.
 
     Returns: Record of the motion; and ``work``, [J], and ``path_error``, the largest distance of the free end from
         the path, [m].

@@ -210,11 +210,7 @@ def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> 
 
 
 def _check_remembers(experiment: Experiment, settings: Settings) -> None:
-    """Checks that an experiment's one observer feels something, and learns as the recalled memory does.
-
-    Raises:
-        BadValueError: It does not.
-    """
+    """Raises a BadValueError unless the one observer feels something, and learns as the recalled memory does."""
     means = getattr(experiment, "means", None)
     if experiment.name == "vision" or (means is not None and means.is_closed_form):
         raise BadValueError("--memory", "", f"remembers nothing of {experiment.name}, in which nothing is felt")
@@ -243,12 +239,7 @@ class _Attempts:
     def make[T](
         self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
     ) -> tuple[T, ...]:
-        """Calls a function for an experiment, and leaves the experiment out if it fails.
-
-        Args:
-            name: Name of the experiment.
-            make: Function to call.
-            expected: Type of errors that leave the experiment out; a SeeingError is always raised.
+        """Calls a function for an experiment; an expected error, but no SeeingError, leaves the experiment out.
 
         Returns: Tuple of the function's result; empty if the experiment is left out.
 

@@ -93,11 +93,7 @@ def read_json(path: Path, most: int = RESULTS) -> Any:
 
 
 def check_size(path: Path, most: int) -> None:
-    """Rejects devices, pipes and sockets, whose reading might never end, and files of more than ``most`` bytes.
-
-    Raises:
-        BadValueError: The path is inaccessible, is a device, a pipe or a socket, or the file is larger.
-    """
+    """Raises a BadValueError for devices, pipes and sockets, which might never end, and for a larger file."""
     try:
         found = path.stat()
     except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
@@ -126,11 +122,7 @@ def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
 
 
 def read_number(path: Path, row: int, column: str, text: str) -> float:
-    """Parses a cell as a finite number.
-
-    Raises:
-        BadValueError: The cell is not a finite number.
-    """
+    """Parses a cell as a finite number; anything else raises a BadValueError."""
     try:
         value = float(text)
     except ValueError:
@@ -155,11 +147,7 @@ def read_yaml(path: Path) -> Any:
 
 
 def check_yaml(path: Path) -> None:
-    """Checks that a file with tags for another program is YAML within the limits on size.
-
-    Raises:
-        BadValueError: The file is invalid, as in ``read_yaml``.
-    """
+    """Raises a BadValueError unless a file with tags for another program is YAML within the limits."""
     text = read_text(path, SETTINGS)
     with _translate_yaml(path):
         _Loader(text).get_single_node()

@@ -35,12 +35,7 @@ type StrPath = str | os.PathLike[str]
 
 
 def complain(problem: str, at: str = "") -> PydanticCustomError:
-    """Builds the error for a value that a check rejects.
-
-    Args:
-        problem: Value and bound, as ``is 3, must be at most 2``.
-        at: Place below the value that was checked, as ``[1]`` or ``duration``; empty for the value itself.
-    """
+    """Builds the error for a rejected value, as ``is 3, must be at most 2``, at a place below it, as ``[1]``."""
     return PydanticCustomError(OURS, "{problem}", {"problem": problem, "at": at})
 
 
@@ -213,11 +208,7 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Checks that a value is a path, as text or as a path object.
-
-    Raises:
-        BadArgumentError: The value is not a path.
-    """
+    """Returns a path from a text or a path object; anything else raises a BadArgumentError."""
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)

@@ -5,13 +5,7 @@ from html import escape
 
 
 def build_table(caption: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Builds an HTML table; all texts are escaped.
-
-    Args:
-        caption: Text above the table.
-        header: Titles of the columns.
-        rows: Texts of the cells, row by row.
-    """
+    """Builds an HTML table; all texts are escaped."""
     head = "".join(f"<th>{escape(title)}</th>" for title in header)
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><caption>{escape(caption)}</caption><tr>{head}</tr>{body}</table>"

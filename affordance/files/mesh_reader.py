@@ -84,11 +84,7 @@ def read_triangles(path: Path) -> Triangles:
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file with trimesh, as a Scene.
-
-    Args:
-        path: Path of the file, in one of FORMATS or COLLADA.
-        options: Options of trimesh.load_scene.
+    """Loads a mesh file, in one of FORMATS or COLLADA, as a Scene, with options of trimesh.load_scene.
 
     Raises:
         BadValueError: The file cannot be read, is too large, or would expand to more than its size.
@@ -114,11 +110,7 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Rejects a mesh whose reading would take more resources than its size suggests.
-
-    Raises:
-        BadValueError: The mesh announces or repeats too many elements, or is not XML.
-    """
+    """Raises a BadValueError for a mesh that announces or repeats more than its size suggests, or is not XML."""
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]
         promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)

@@ -21,14 +21,7 @@ def has_studies() -> bool:
 
 
 def import_study(module: str) -> Any:
-    """Imports a module of the studies.
-
-    Args:
-        module: Name of the module, ``studies.seeing.experiment``.
-
-    Raises:
-        UnavailableError: The package does not lie in a clone.
-    """
+    """Imports a module, as ``studies.seeing.experiment``; raises an UnavailableError outside of a clone."""
     if not has_studies():
         raise UnavailableError(f"the study {module.split('.')[1]} is", "studies need a clone of the repository")
     if str(_CLONE) not in sys.path:  # the command of an installed package; its processes inherit the path

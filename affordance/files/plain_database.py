@@ -11,15 +11,9 @@ _VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 
 
 def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
-    """Rejects a database with views, triggers, virtual tables or calculated columns, which are programs.
+    """Raises a BadValueError for a database with views, triggers, virtual tables or calculated columns: programs.
 
-    Args:
-        path: SQLite file.
-        what: Kind of file, for messages.
-        is_immutable: True if nobody writes it meanwhile; a journal beside it is then ignored.
-
-    Raises:
-        BadValueError: The file is no database, or holds more than plain tables.
+    The kind of file is for messages. Nobody writes an immutable file meanwhile; a journal next to it is ignored.
     """
     options = "mode=ro&immutable=1" if is_immutable else "mode=ro"
     try:

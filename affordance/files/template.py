@@ -7,15 +7,7 @@ from typing import Any
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
 ) -> str:
-    """Renders a template.
-
-    Args:
-        package: Package with the folder, ``affordance.reporting``.
-        name: File name of the template.
-        escapes: True to escape all values for HTML.
-        filters: Filters of the template by name.
-        **values: Values of the template by name.
-    """
+    """Renders a template of a package, with filters and values by name, which may be escaped for HTML."""
     import jinja2  # here, as most runs render nothing
 
     environment = jinja2.Environment(

@@ -14,12 +14,7 @@ _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 
 
 def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Reads an XML file.
-
-    Args:
-        path: Path of the file.
-        most: Largest size, [bytes].
-        parse: Parser of the content, called after the checks.
+    """Reads an XML file of at most ``most`` bytes with a parser that is called after the checks.
 
     Raises:
         BadValueError: The file cannot be read, is larger, is not XML, defines entities, or has too many elements.

@@ -42,11 +42,7 @@ def export_trials(ledger: Ledger, path: Path) -> int:
 
 
 def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
-    """Reads a file of trials, or the memory of an earlier version.
-
-    Args:
-        path: File that ``export_trials`` wrote, or JSON file of an earlier version's ``identify --memory``.
-        prior: Prior of the memory of an earlier version, which is subtracted from it.
+    """Reads a file of trials, or the memory of an earlier version, from which its prior is subtracted.
 
     Raises:
         BadValueError: The file cannot be read, or is neither; the message says where and how.

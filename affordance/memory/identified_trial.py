@@ -21,16 +21,8 @@ def build_identified_trial(
 ) -> TrialEvidence:
     """Builds the evidence of a run with an object that a camera saw, in the object's frame.
 
-    Args:
-        belief: Posterior of the payload.
-        seen: Object as it was seen.
-        robot: Robot that held it.
-        run: Recording with the load, which names the pose of the object in the tip.
-        object_name: Name of the object.
-        unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
-
-    Raises:
-        BadArgumentError: The payload was identified without the object.
+    The share is the standard deviation of the unseen mass, relative to the mass. A payload that was identified
+    without the object raises a BadArgumentError.
     """
     if belief.felt is None:
         raise BadArgumentError("belief", "", "is of a payload that no camera saw, must be of the seen object")

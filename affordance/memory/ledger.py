@@ -265,11 +265,7 @@ def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
 
 
 def has_memory(place: str | Path) -> bool:
-    """Returns True if there is a memory at a path, or if the place is the URL of a database.
-
-    Raises:
-        BadValueError: The file is no memory, or its folder does not exist.
-    """
+    """Returns True for a URL, or a path with a memory; another file, or no folder, raises a BadValueError."""
     if "://" in str(place):
         return True
     check_file(Path(place), create=True)

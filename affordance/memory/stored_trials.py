@@ -138,11 +138,7 @@ def read_selected(connection: Connection, selection: Selection, place: Path | st
 
 
 def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:
-    """Reads the text of a record.
-
-    Raises:
-        BadValueError: The record is invalid; the message says where and how.
-    """
+    """Reads the text of a record; an invalid one raises a BadValueError that says where and how."""
     try:
         found = json.loads(content)
     except (ValueError, RecursionError) as error:
@@ -151,12 +147,7 @@ def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:
 
 
 def parse_trial(place: Path | str, key: str, content: Any) -> TrialEvidence:
-    """Builds the evidence of a record that was read from JSON.
-
-    Args:
-        place: File or database, for messages.
-        key: Place in it, for messages.
-        content: Content of the record.
+    """Builds the evidence of a record that was read from JSON, at a key of a file or database.
 
     Raises:
         BadValueError: The record is invalid; the message says where and how.

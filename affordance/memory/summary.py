@@ -84,13 +84,7 @@ class MemorySummary(NamedTuple):
 
 
 def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
-    """Summarises a memory for a learner with one density for each colour.
-
-    Args:
-        ledger: Memory to summarise.
-        prior: Prior of materials that were never felt.
-        same_colours: Pairs of colours that are to count as one.
-    """
+    """Summarises a memory for a learner with one density for each colour."""
     trials = {thing: ledger.list_thing_trials(thing) for thing in ledger.list_things()}
     total, sums = MaterialSum(prior), {}
     for thing, group in trials.items():

@@ -72,11 +72,7 @@ MATERIALS = Table(
 
 
 def open_database(place: Path | str, *, create: bool) -> Engine:
-    """Opens the database of a ledger, and makes its tables if it is new.
-
-    Args:
-        place: Path of an SQLite file, or URL of a database.
-        create: True to create a file that does not exist.
+    """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new.
 
     Raises:
         BadValueError: The file does not exist, is no database or that of another program or version, or the server
@@ -105,11 +101,7 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
 
 @contextmanager
 def connect(engine: Engine, place: Path | str, *, writes: bool) -> Iterator[Connection]:
-    """Runs one transaction, which is undone if anything fails.
-
-    Raises:
-        BadValueError: The database cannot be read or written; nothing was changed.
-    """
+    """Runs one transaction; if it fails nothing is changed, and errors of the database are a BadValueError."""
     try:
         with engine.connect().execution_options(**{_WRITES: writes}) as connection, connection.begin():
             yield connection
@@ -127,11 +119,7 @@ def check_integrity(connection: Connection) -> str:
 
 
 def check_file(path: Path, create: bool) -> None:
-    """Checks that a file may be a ledger.
-
-    Raises:
-        BadValueError: It does not exist, its folder does not, or it is no database.
-    """
+    """Raises a BadValueError for a file that is no database, or that does not exist and cannot be made."""
     if not path.exists():
         if not create:
             raise BadValueError(path, "", "does not exist, must be a memory that a command has written")
@@ -152,11 +140,7 @@ def check_file(path: Path, create: bool) -> None:
 
 
 def _check_tables(connection: Connection, place: Path | str) -> bool:
-    """Checks whose tables a database has; returns False if it has none.
-
-    Raises:
-        BadValueError: They are those of another program or of another version.
-    """
+    """Returns False if a database has no tables; those of another program or version raise a BadValueError."""
     names = set(inspect(connection).get_table_names())
     if not names:
         return False

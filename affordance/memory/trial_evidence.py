@@ -178,11 +178,7 @@ class _PartEntry(DataModel):
     lightness_sd: float = 0.0
 
     def build(self, name: str) -> PartAppearance:
-        """Builds the appearance.
-
-        Raises:
-            BadArgumentError: A size is not positive, a shape does not fit, or a standard deviation is negative.
-        """
+        """Builds the appearance; raises a BadArgumentError for a wrong shape, or a number out of bounds."""
         sizes = check_array(f"{name}.sizes", self.sizes, (None,))
         if not len(sizes) or not (sizes > 0.0).all():
             raise BadArgumentError(f"{name}.sizes", "", f"is {self.sizes}, must be lengths above 0 m")
@@ -216,11 +212,7 @@ class TrialEntry(DataModel):
     program: str
 
     def build(self) -> TrialEvidence:
-        """Builds the evidence.
-
-        Raises:
-            BadArgumentError: A value is invalid, or the id is not that of the content.
-        """
+        """Builds the evidence; raises a BadArgumentError for invalid values, or another id than the content's."""
         numbers = dict(self.model)
         name = numbers.pop("name", "")
         if name not in FELT_MODELS:
@@ -255,11 +247,7 @@ def show_time(moment: datetime) -> str:
 
 
 def read_time(name: str, text: str) -> str:
-    """Reads a date or a time, in UTC unless it says otherwise, and formats it by ``show_time``.
-
-    Raises:
-        BadArgumentError: The text is neither.
-    """
+    """Reads a date or a time, UTC unless it says otherwise, for ``show_time``; else raises a BadArgumentError."""
     try:
         moment = datetime.fromisoformat(text)
     except (TypeError, ValueError) as error:

@@ -28,11 +28,7 @@ class ColumnSolid(ArraySolid):
     ends: Array
 
     def __post_init__(self) -> None:
-        """Stores read-only copies.
-
-        Raises:
-            ValueError: There is no column, shapes are inconsistent, or the columns have no volume.
-        """
+        """Stores read-only copies; raises a ValueError for inconsistent shapes, or columns without volume."""
         arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
         store_read_only(self, **arrays)
         count = len(self.areas)

@@ -23,11 +23,7 @@ from affordance.objects.triangle_mesh import TriangleMesh
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """Builds the Drake shape that draws a solid, in its frame E.
-
-    Raises:
-        NotImplementedError: Drake has no geometry for such a solid.
-    """
+    """Builds the Drake shape that draws a solid, in its frame E; raises a NotImplementedError otherwise."""
     match shape:
         case Ellipsoid():
             return DrakeEllipsoid(*shape.semi_axes)
@@ -50,12 +46,9 @@ def draw_mesh(mesh: TriangleMesh) -> Mesh:
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:
-    """Writes triangles as OBJ with per-face normals, which Drake's renderer requires; degenerate ones are omitted.
+    """Writes triangles, (M, 3), of positions, (N, 3), [m], as OBJ with a number of significant digits.
 
-    Args:
-        vertices: Positions, (N, 3), [m].
-        faces: Indices of three vertices each, (M, 3).
-        digits: Number of significant digits of positions.
+    Each has a normal, which Drake's renderer requires; degenerate ones are omitted.
     """
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

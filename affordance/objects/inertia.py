@@ -247,11 +247,7 @@ def parameters_from_pseudo_inertia(J: Array) -> Array:
 
 
 def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:
-    """Converts the ten parameters to Drake's spatial inertia M_TTo_T.
-
-    Raises:
-        RuntimeError: Drake finds the parameters physically impossible.
-    """
+    """Converts the ten parameters to Drake's spatial inertia M_TTo_T; impossible ones raise a RuntimeError."""
     mass = float(pi[0])
     if mass == 0.0:
         return SpatialInertia.Zero()

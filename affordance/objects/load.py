@@ -72,11 +72,7 @@ class Part:
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """Finds the material that is named at a key.
-
-        Raises:
-            BadValueError: The name is missing or unknown.
-        """
+        """Finds the material that is named at a key; raises a BadValueError if it is missing or unknown."""
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
@@ -85,11 +81,7 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds one component, or one for each body of a mesh.
-
-    Args:
-        part: Entry of the file.
-        folder: Folder to which paths of mesh files are relative.
+    """Builds one component, or one for each body of a mesh, whose file is named relative to a folder.
 
     Raises:
         BadValueError: A value or the mesh file is invalid; the message says which and how.
@@ -271,11 +263,7 @@ def build_tools(
     meshes: Path,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Builds the tools at a key of a file; see ``load_tools``.
-
-    Raises:
-        BadValueError: Two tools share a name, or one cannot be built; the message says which and how.
-    """
+    """Builds the tools at a key of a file, as ``load_tools`` does; two of one name raise a BadValueError."""
     tools: dict[str, Tool] = {}
     names: set[str] = set()
     for index, entry in enumerate(entries):

@@ -112,11 +112,7 @@ def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Checks a mapping from names to materials, as returned by ``load_materials``.
-
-    Raises:
-        BadArgumentError: The argument is something else.
-    """
+    """Returns a mapping from names to materials, as of ``load_materials``; else raises a BadArgumentError."""
     if not isinstance(materials, Mapping):
         problem = (
             f"is of type {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"

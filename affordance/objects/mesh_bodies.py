@@ -64,11 +64,7 @@ class Bodies(NamedTuple):
 
 
 def load_bodies(path: Path, unit: str) -> Bodies:
-    """Reads the bodies of a mesh file, with a cache by path, unit and time of change.
-
-    Args:
-        path: OBJ, PLY or STL file.
-        unit: Unit of length of the file, one of UNITS.
+    """Reads the bodies of an OBJ, PLY or STL file in a unit of UNITS, with a cache by path, unit and time of change.
 
     Raises:
         BadValueError: The file cannot be read, a surface is open or wound both ways, or the size is implausible.

@@ -44,11 +44,7 @@ class Component:
     strikes: tuple[StrikingFace, ...] = ()
 
     def __post_init__(self) -> None:
-        """Checks the fields, and stores a read-only copy of the pose.
-
-        Raises:
-            BadArgumentError: Shape or materials are of the wrong type, or the pose scales or mirrors.
-        """
+        """Raises a BadArgumentError for wrong types, or a pose that scales or mirrors; stores a copy of it."""
         check_kind("shape", self.shape, Shape)
         check_kind("material", self.material, Material)
         check_kind("looks_like", self.looks_like, Material)
@@ -72,11 +68,7 @@ class Grip:
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Checks the pose, and stores a read-only copy of it.
-
-        Raises:
-            BadArgumentError: The pose scales or mirrors.
-        """
+        """Stores a read-only copy of the pose; raises a BadArgumentError if it scales or mirrors."""
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
 
@@ -97,11 +89,7 @@ class Tool:
     grip: str = ""
 
     def __post_init__(self) -> None:
-        """Checks parts, grips and mass.
-
-        Raises:
-            BadArgumentError: There are no parts, two grips share a name, or the total mass exceeds MASS_MAX.
-        """
+        """Raises a BadArgumentError for no parts, two grips of one name, or a mass beyond MASS_MAX."""
         parts = tuple(check_kind(f"components[{i}]", part, Component) for i, part in enumerate(self.components))
         if not parts:
             raise BadArgumentError("components", "", "is empty, must hold at least one Component")

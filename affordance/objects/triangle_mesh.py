@@ -38,11 +38,7 @@ class TriangleMesh(ArraySolid):
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Stores read-only copies.
-
-        Raises:
-            ValueError: Shapes or values are invalid, the surface is open, or the faces bound no positive volume.
-        """
+        """Stores read-only copies; raises a ValueError for bad arrays, an open surface, or no positive volume."""
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
@@ -92,9 +88,7 @@ class TriangleMesh(ArraySolid):
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
     """Integrates the pseudo-inertia at 1 kg/m^3 of the volume within closed surfaces, about the origin, shape (4, 4).
 
-    Args:
-        vertices: Corners, shape (n, 3), [m].
-        faces: Three corners per face, shape (m, 3); surfaces wound inwards have negative volume.
+    Faces, (m, 3), are of corners (n, 3), [m]; surfaces wound inwards have negative volume.
     """
     # Integration about the mean of the corners reduces cancellation.
     middle = vertices[faces[:, 0]].mean(axis=0)

@@ -53,13 +53,7 @@ class Layout(NamedTuple):
 
 
 def lay_out(blocks: Sequence[BlockEntry], groups: Mapping[str, Sequence[int]], *, is_closed_form: bool) -> Layout:
-    """Lays out the measured presentations of a protocol.
-
-    Args:
-        blocks: Blocks of the protocol; blocks of choices present nothing.
-        groups: Indices of objects, by the name of the group.
-        is_closed_form: True if nothing is simulated.
-    """
+    """Lays out the measured presentations of a protocol; blocks of choices present nothing."""
     counts = [count_presentations(block, groups) if block.measured else 0 for block in blocks]
     return Layout(tuple(blocks), np.repeat(np.arange(len(blocks)), counts), is_closed_form)
 

@@ -53,11 +53,7 @@ def list_colours(tools: Sequence[Tool]) -> list[Any]:
 
 
 def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Any]:
-    """Computes all numbers of a protocol.
-
-    Raises:
-        BadValueError: An expression cannot be evaluated.
-    """
+    """Computes all numbers of a protocol; an expression that cannot be evaluated raises a BadValueError."""
     of_observers = compute_of_observers(entries, measured)
     numbers: dict[str, Any] = {}
     for name, entry in entries.items():
@@ -81,11 +77,7 @@ def compute_of_objects(entry: NumberEntry, objects: ProtocolObjects) -> Any:
 
 
 def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Array]:
-    """Computes the numbers of each observer, (R, ...), except those of the objects alone.
-
-    Raises:
-        BadValueError: An expression cannot be evaluated; the message names the number but not the file.
-    """
+    """Computes the numbers of each observer, (R, ...), but those of objects; a BadValueError names no file."""
     found: dict[str, Array] = {}
     same: dict[str, Any] = {}  # for all observers
     for name, entry in entries.items():

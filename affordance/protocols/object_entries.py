@@ -143,13 +143,7 @@ class ProtocolObjects(NamedTuple):
 
 
 def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "objects") -> ProtocolObjects:
-    """Builds the objects of a protocol.
-
-    Args:
-        entry: Entry of the objects in the protocol.
-        path: Path of the protocol's file.
-        models: Folder of models.
-        key: Place of the entry in the protocol.
+    """Builds the objects of a protocol from the entry at a key.
 
     Raises:
         BadValueError: A file is invalid, a name is missing or used twice, or the objects do not meet a requirement.
@@ -179,17 +173,7 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
 
 
 def find_file(name: str, key: str, path: Path, models: Path) -> Path:
-    """Finds a file named by a protocol: in the protocol's own folder or, failing that, in the folder of models.
-
-    Args:
-        name: Path of the file, relative to one of these folders.
-        key: Place where the protocol names it.
-        path: Path of the protocol's file.
-        models: Folder of models.
-
-    Raises:
-        BadValueError: The file is in neither folder.
-    """
+    """Finds a file that a protocol names at a key, in its own folder or that of models; else a BadValueError."""
     for folder in (path.parent, models):
         if (folder / name).exists():  # a folder is refused when it is read
             return folder / name

@@ -41,11 +41,7 @@ class People(NamedTuple):
 
 
 def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> None:
-    """Refuses rows of a table that belong to no number.
-
-    Raises:
-        BadValueError: A row belongs to no number, or the number of people is less than 2.
-    """
+    """Raises a BadValueError for a row that belongs to no number, or a number of people less than 2."""
     for quantity in table.values:
         if quantity == NUM_PEOPLE:
             if table.get(quantity).value < 2.0:
@@ -68,13 +64,7 @@ def list_people(
     """Lists people's values of the numbers of a protocol: published, from single lifts, and by expressions of these.
 
     Errors of published values propagate to first order; they are assumed independent, for their covariances are
-    rarely published.
-
-    Args:
-        entries: Numbers of the protocol.
-        people: Results of people.
-        objects: Objects of the protocol, needed for single lifts.
-        blocks: Blocks of the protocol.
+    rarely published. Objects and blocks are needed for single lifts.
 
     Raises:
         BadValueError: Somebody has lifted less often than a number asks for.
@@ -145,15 +135,9 @@ def list_spreads(
     """Lists the standard deviations between people of the numbers of a protocol, where they are known.
 
     The protocol's own value comes first, then the standard deviation of people's single lifts, then that implied by a
-    published interval and the number of people. That of an expression follows from its parts to first order, taken as
-    independent; since people who push hard do so for every object, it is too large for a ratio.
-
-    Args:
-        entries: Numbers of the protocol.
-        people: Results of people.
-        means: Predicted means of the numbers, at which expressions are linearised.
-        objects: Objects of the protocol.
-        blocks: Blocks of the protocol.
+    published interval and the number of people. That of an expression follows from its parts to first order about the
+    predicted means, taken as independent; since people who push hard do so for every object, it is too large for a
+    ratio.
     """
     measured: dict[str, Array] = {}
     if people.lifts is not None and objects is not None and len(people.lifts.people) > 1:

@@ -61,11 +61,6 @@ class _Row(NamedTuple):
 def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[BlockEntry]) -> PeopleLifts:
     """Reads a table with at least the columns observer, lift, object and force.
 
-    Args:
-        path: Path of the table.
-        objects: Objects of the protocol.
-        blocks: Blocks of the protocol.
-
     Raises:
         BadValueError: The file cannot be read, or a value is invalid; the message names its row, its column and the
             fault.

@@ -36,14 +36,7 @@ class Presentation:
 def draw_presentations(
     block: BlockEntry, index: int, objects: ProtocolObjects, rng: np.random.Generator, repeat: int
 ) -> list[Presentation]:
-    """Draws the presentations of a block.
-
-    Args:
-        block: Block of the presentations.
-        index: Index of the block in the protocol.
-        objects: Objects of the protocol.
-        rng: Random generator of shuffled orders.
-        repeat: Index of the observer, and of the observer's row in a Latin square.
+    """Draws the presentations of a block to an observer, whose number is that of a row in a Latin square.
 
     Raises:
         AffordanceError: The block has too many presentations.

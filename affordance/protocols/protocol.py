@@ -219,11 +219,7 @@ def load_protocol(path: Path) -> Protocol:
 
 
 def refuse_templates(path: Path, content: Any) -> None:
-    """Refuses a parsed file in which a text or a name contains the beginning of a template.
-
-    Raises:
-        BadValueError: A text or a name contains one.
-    """
+    """Raises a BadValueError for a parsed file in which a text or a name contains the beginning of a template."""
     waiting: list[tuple[tuple[int | str, ...], Any]] = [((), content)]
     while waiting:
         place, value = waiting.pop()
@@ -251,16 +247,7 @@ def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
 
 
 def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
-    """Refuses a user's protocol whose results would overwrite others.
-
-    Args:
-        name: Name of the protocol and of its folder of results.
-        path: Path of the protocol's file.
-        models: Folder of models.
-
-    Raises:
-        BadValueError: The name is that of a study or of a protocol of the program, and the file is another.
-    """
+    """Raises a BadValueError for a user's protocol called like one of the program, or like a study."""
     shipped = {(folder / FOLDER / f"{name}.yaml").resolve() for folder in (models, MODELS)}
     if path.resolve() in shipped:
         return

@@ -42,11 +42,7 @@ class PublishedTable(NamedTuple):
     values: Mapping[str, Published]
 
     def get(self, quantity: str) -> Published:
-        """Returns the value of a quantity.
-
-        Raises:
-            BadValueError: The table lacks the quantity; the message gives the nearest name.
-        """
+        """Returns the value of a quantity; raises a BadValueError, with the nearest name, if it is missing."""
         if quantity not in self.values:
             near = get_close_matches(quantity, self.values, n=1)
             hint = f"; nearest is {near[0]!r}" if near else ""

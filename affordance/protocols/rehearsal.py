@@ -29,13 +29,7 @@ from affordance.reporting.expressions import find_names
 
 
 def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[Presentation]]) -> MeasuredObservers:
-    """Makes up the measurements of a few observers.
-
-    Args:
-        objects: Objects of the protocol.
-        layout: Presentations of the protocol.
-        drawn: Measured presentations of each observer, K each.
-    """
+    """Makes up the measurements of a few observers, who are given K measured presentations each."""
     presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
     masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
     rng = np.random.default_rng(0)
@@ -58,15 +52,7 @@ def weigh_presentation(presentation: Presentation, objects: ProtocolObjects) -> 
 def rehearse(
     path: Path, entries: Mapping[str, NumberEntry], layout: Layout, imagined: MeasuredObservers
 ) -> dict[str, Any]:
-    """Computes a protocol's numbers from made-up measurements.
-
-    Args:
-        path: Path of the protocol's file, for errors.
-        entries: Numbers of the protocol.
-        layout: Presentations of the protocol.
-        imagined: Made-up measurements, from ``imagine``.
-
-    Returns: Numbers of the right shapes with meaningless values.
+    """Computes a protocol's numbers from made-up measurements; they have the right shapes and meaningless values.
 
     Raises:
         BadValueError: A number refers to one that does not precede it, or cannot be measured or calculated.

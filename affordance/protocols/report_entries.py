@@ -48,15 +48,7 @@ class ReportEntry(DataModel):
     remarks: list[Annotated[str, Text()]] | None = None
 
     def build(self, source: Path, title: str, question: str, *, numbers: Any, figures: Any) -> PlainReport:
-        """Builds the report from its entry.
-
-        Args:
-            source: Path of the protocol's file, for errors.
-            title: Name of the protocol.
-            question: Question of the protocol.
-            numbers: Numbers of the protocol, entries by name.
-            figures: Figures of the protocol, entries by name.
-        """
+        """Builds the report of a protocol, whose name is the title, from its entries."""
         plain = {name: getattr(self, name) for name in ("order", "title", "summary", "figures", "remarks")}
         return PlainReport(
             source=source,

@@ -36,21 +36,13 @@ class Requirement(enum.StrEnum):
 
 
 def check_requirements(requirements: Sequence[Requirement], path: Path, tools: Sequence[Tool]) -> None:
-    """Checks the objects of a file.
-
-    Raises:
-        BadValueError: The objects do not meet a requirement.
-    """
+    """Raises a BadValueError if the objects of a file do not meet a requirement."""
     for requirement in requirements:
         _CHECKS[requirement](path, tools)
 
 
 def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
-    """Refuses tools that look like another material than their own.
-
-    Raises:
-        BadValueError: A part looks like another material than its own.
-    """
+    """Raises a BadValueError for a part that looks like another material than its own."""
     for tool in tools:
         for i, part in enumerate(tool.components):
             if part.looks_like != part.material:

@@ -21,11 +21,7 @@ def build_schema() -> str:
 def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
     """Writes a commented protocol that can be run as it is, with the schema in the same folder.
 
-    Args:
-        name: Name of the protocol and, with .yaml, of its file.
-        folder: Folder that receives the files.
-
-        Returns: Paths of protocol and schema.
+    Returns: Paths of protocol and schema.
 
     Raises:
         BadValueError: The name is invalid, or the file exists already, which is kept.

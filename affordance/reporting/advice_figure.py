@@ -27,13 +27,7 @@ _NAME_WIDTH = 26
 
 
 def render_choice(directives: Path, advice: Advice, tools: dict[str, Tool]) -> Image | None:
-    """Renders the arm with the chosen tool in its hand at the start of the task; None where nothing can be rendered.
-
-    Args:
-        directives: Drake model directives of the arm.
-        advice: Advice, one of whose options is usable.
-        tools: Tools by name.
-    """
+    """Renders the arm with the chosen tool in its hand at the start of the task; None without a renderer."""
     option = advice.best.option
     tool = tools[option.object_name].list_gripped()[option.grip]
     try:
@@ -43,13 +37,7 @@ def render_choice(directives: Path, advice: Advice, tools: dict[str, Tool]) -> I
 
 
 def draw_advice(advice: Advice, title: str, picture: Image | None) -> Figure:
-    """Draws the tool in the hand, and bars of cost and of the torque share, with 90 % intervals.
-
-    Args:
-        advice: Advice to draw.
-        title: Title of the figure.
-        picture: Picture of the tool in the hand, (height, width, 3); None without one.
-    """
+    """Draws the picture of the tool in the hand, if any, and bars of cost and torque share with 90 % intervals."""
     shown = [each for each in advice.ranked if np.isfinite(each.cost.mean)]
     figure = Figure(figsize=(12.0, max(4.0, 1.2 + 0.45 * len(shown))))
     of_picture, of_cost, of_probability = figure.subplots(1, 3, width_ratios=(1.0, 1.3, 0.6))

@@ -52,11 +52,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
 
 
 def describe_advice(advice: Advice, question: Question) -> str:
-    """Writes an advice for a terminal; the last line says what to take.
-
-    Raises:
-        AffordanceError: No option is usable.
-    """
+    """Writes an advice for a terminal; the last line, and the error, are those of ``describe_choice_of``."""
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
     lines = [title]
@@ -81,11 +77,7 @@ def describe_choice_of(advice: Advice) -> str:
 
 
 def build_content(advice: Advice, question: Question) -> dict[str, Any]:
-    """Builds the JSON content of an advice; numbers that are infinite are null.
-
-    Raises:
-        AffordanceError: No option is usable.
-    """
+    """Builds the JSON content of an advice; infinite numbers are null, errors those of ``describe_choice_of``."""
     criterion = advice.criterion
     options = [
         {

@@ -17,12 +17,7 @@ _MILLI = 1e3
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: renderings, one row per grip.
-
-    Args:
-        rows: Pictures by the label of their row, (height, width, 3) each; equal sizes within a column.
-        titles: Title of each column.
-    """
+    """Draws figure 9: for each grip, by its label, a row of pictures, (height, width, 3), equal within a column."""
     shapes = [picture.shape for picture in next(iter(rows.values()))]
     ratios = [width / height for height, width, _ in shapes]
     height = (12.0 - 0.4) / sum(ratios)
@@ -41,12 +36,7 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Draws the forces on a nail around the strike, and its travel.
-
-    Args:
-        records: Records of the nail's motion and forces, by grip.
-        force_demanded: Demanded peak of the nail's resistance, [N].
-    """
+    """Draws the forces on a nail around the strike, with the demanded peak, [N], and its travel, by grip."""
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0

@@ -96,11 +96,7 @@ class Criterion(DataModel):
     @model_validator(mode="before")
     @classmethod
     def check_bound(cls, content: Any) -> Any:
-        """Refuses a criterion without a bound.
-
-        Raises:
-            PydanticCustomError: There is no bound.
-        """
+        """Refuses a criterion without a bound."""
         if isinstance(content, dict) and not any(name in content for name in COMPARISONS):
             raise complain(f"has no bound, must have one of {', '.join(COMPARISONS)}")
         return content
@@ -190,15 +186,7 @@ class ClaimResult(NamedTuple):
 
 
 def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[ClaimResult, ...]:
-    """Compares claims with the numbers of an experiment.
-
-    Args:
-        claims: Claims to judge.
-        numbers: Numbers of metrics.json.
-
-    Raises:
-        AffordanceError: An expression is invalid or names an unknown number.
-    """
+    """Judges claims by the numbers of metrics.json; raises an AffordanceError for invalid expressions."""
     results = []
     for claim in claims:
         found = tuple(_judge_criterion(claim.key, criterion, numbers) for criterion in claim.criteria)

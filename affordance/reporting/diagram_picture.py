@@ -69,11 +69,7 @@ def describe_diagram(diagram: Diagram) -> str:
 
 
 def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
-    """Writes NAME.dot and NAME.svg, each atomically.
-
-    Raises:
-        UnavailableError: Graphviz cannot be imported; NAME.dot was written.
-    """
+    """Writes NAME.dot and NAME.svg, each atomically; without graphviz the second is an UnavailableError."""
     text = describe_diagram(diagram)
     write_text(folder / f"{name}.dot", text)
     try:

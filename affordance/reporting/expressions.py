@@ -98,11 +98,7 @@ COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def find_names(expression: str | float | bool) -> frozenset[str]:
-    """Finds the names of the numbers that an expression uses.
-
-    Raises:
-        AffordanceError: It is not a valid expression.
-    """
+    """Finds the names of the numbers that an expression uses; raises an AffordanceError if it is invalid."""
     if not isinstance(expression, str):
         return frozenset()
     called = {id(node.func) for node in ast.walk(parse_expression(expression)) if isinstance(node, ast.Call)}
@@ -135,10 +131,8 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: 
 def comes_of_numbers(expression: str | float | bool, numbers: Mapping[str, Any]) -> bool:
     """Returns True if no part that decides the value of an expression is infinite, NaN, or a list without entries.
 
-    Such a part may be hidden in the value: 1 / 0 > 0 is true, and so is all() of nothing.
-
-    Raises:
-        AffordanceError: It cannot be evaluated.
+    Such a part may be hidden in the value: 1 / 0 > 0 is true, and so is all() of nothing. Errors are those of
+    ``evaluate``.
     """
     parts: list[Any] = []
     if isinstance(expression, str):
@@ -161,11 +155,7 @@ def _complain(expression: str, problem: str) -> AffordanceError:
 
 @lru_cache(maxsize=1024)
 def parse_expression(expression: str) -> ast.expr:
-    """Parses and checks an expression.
-
-    Raises:
-        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
-    """
+    """Parses an expression; raises an AffordanceError if it is invalid, too long or too deeply nested."""
     if len(expression) > _LONGEST:
         raise _complain(expression, f"it has {len(expression)} letters, must have at most {_LONGEST}")
     try:

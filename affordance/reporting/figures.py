@@ -204,12 +204,7 @@ def draw_heights_of_points(
 
 
 def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) -> Figure:
-    """Draws figures 8 and 10: the proportion of choices of the cheaper grip over the trials of experience.
-
-    Args:
-        panels: Proportions by title of the panel and label, shape (K + 1,) each.
-        title: Title of the figure.
-    """
+    """Draws figures 8 and 10: proportions of correct choices over trials, (K + 1,), by title of panel and label."""
     figure = Figure(figsize=(1.2 + 5.2 * len(panels), 4.9))
     all_axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
     spread = 0.06  # offset that keeps intervals from hiding each other
@@ -231,12 +226,7 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
 
 
 def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
-    """Draws paths in space from above and from the side.
-
-    Args:
-        reference: Points of the demanded path, (N, 3), [m].
-        paths: Points of the paths taken, by label, (N, 3) each, [m].
-    """
+    """Draws the demanded path and those taken, by label, (N, 3) each, [m], from above and from behind."""
     figure = Figure(figsize=(9.0, 4.2))
     above, aside = figure.subplots(1, 2)
     for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):

@@ -31,13 +31,7 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with enough decimals to show on which side of a bound it lies.
-
-    Args:
-        value: Number to format.
-        bound: Bound, in the same unit.
-        digits: Least number of decimals.
-    """
+    """Formats a number with at least ``digits`` decimals, enough to show on which side of a bound it lies."""
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):

@@ -90,10 +90,6 @@ def contrast_learners(
     Simulated observers vary less than people, whose push strength also varies. Where the spread between people is
     known, from an experiment with the same measure, it is added to that of the observers; such measures come before
     those without data of people.
-
-    Args:
-        predictions: Predictions by measure and learner, from ``predict``.
-        people_sd: Standard deviation between people that observers lack, by measure; None if unknown.
     """
     contrasts = []
     for measure, by_learner in predictions.items():
@@ -139,14 +135,7 @@ def format_predictions(
     contrasts: Sequence[Contrast],
     spreads: Mapping[str, Spread] | None = None,
 ) -> str:
-    """Formats predictions as a table, with the measure that best separates each pair of learners.
-
-    Args:
-        meanings: Meaning of each measure, in words; a measure without one is called by its name alone.
-        predictions: Predictions by measure and learner.
-        contrasts: Contrasts from ``contrast_learners``.
-        spreads: Spreads between people by measure, where they are known.
-    """
+    """Formats predictions as a table, with spreads between people and the measure that best separates each pair."""
     lines = []
     for name, by_learner in predictions.items():
         lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)

@@ -51,15 +51,7 @@ class LiveScene:
     """Scene that several Diagrams share, one after another."""
 
     def __init__(self, directives: Path, names: Mapping[Colour, str]) -> None:
-        """Opens Meshcat, with buttons, sliders and an empty panel.
-
-        Args:
-            directives: Drake model directives of the arm.
-            names: Names of materials, by colour.
-
-        Raises:
-            AffordanceError: Meshcat cannot open a local port.
-        """
+        """Opens Meshcat, with buttons, sliders and an empty panel; errors are those of ``open_meshcat``."""
         self.meshcat = open_meshcat("the live scene")
         self._names = names
         self._shown: object = None
@@ -123,13 +115,8 @@ class LiveScene:
     def announce(self, what: str, tool: Tool, memory: Memory, *, follows: bool = True) -> None:
         """Shows what is done with a tool, its true densities, and the belief about materials, on the panel.
 
-        Titles, axis and legend are a picture on a rectangle, as Meshcat draws no text; the title is printed too.
-
-        Args:
-            what: Thing that is done, in words.
-            tool: Tool in the hand.
-            memory: Belief about materials.
-            follows: True to draw the belief about the tool while it is in the hand.
+        Titles, axis and legend are a picture on a rectangle, as Meshcat draws no text; the title is printed too. From
+        then on the belief about the tool is drawn, if it is to be followed.
         """
         self._follows = follows
         title = f"{what}: {tool.name.replace('_', ' ')}, {tool.mass:.2f} kg"

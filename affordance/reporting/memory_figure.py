@@ -18,12 +18,7 @@ _HALF90 = 1.645
 
 
 def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
-    """Draws densities of materials and masses of things with 90 % intervals, and the number of trials of each.
-
-    Args:
-        summary: Summary of the memory.
-        names: Name of each material by its colour.
-    """
+    """Draws densities of materials and masses of things with 90 % intervals, and the number of trials of each."""
     rows = max(len(summary.materials), len(summary.things), 1)
     figure = Figure(figsize=(11.0, _REST + _ROW * rows), layout="constrained")
     of_materials, of_things = figure.subplots(1, 2)

@@ -44,12 +44,7 @@ class Drawing(NamedTuple):
 
 
 def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
-    """Draws objects at one scale, each with its hand and its true centre of mass.
-
-    Args:
-        drawings: Objects to draw.
-        columns: Number of objects side by side.
-    """
+    """Draws objects at one scale, each with its hand and its true centre of mass."""
     rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
     limits = [_find_limits([drawing.tool for drawing in row]) for row in rows]
     limits[-1][0][1] -= 2.0  # room for the scale

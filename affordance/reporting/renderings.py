@@ -68,12 +68,6 @@ class Pose(NamedTuple):
 def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
     """Renders the whole arm with tool and nail, all poses by one camera that sees everything of every pose.
 
-    Args:
-        directives: Drake model directives of the arm.
-        poses: Poses to render.
-        width: Width of each picture, [pixels].
-        height: Height of each picture, [pixels].
-
     Returns: Red, green and blue of each picture, (height, width, 3).
     """
     scenes = [_Scene(directives, pose) for pose in poses]
@@ -83,11 +77,7 @@ def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height:
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at one scale; arguments and result as in ``render_poses``.
-
-    Raises:
-        ValueError: A pose has no nail.
-    """
+    """Renders close-ups of nails and tools at one scale, as ``render_poses``; no nail is a ValueError."""
     pictures = []
     for pose in poses:
         if pose.placement is None:

@@ -97,11 +97,7 @@ def write_replay(
 
 
 def open_meshcat(what: str) -> Meshcat:
-    """Opens Meshcat on a local port; what is to be drawn is named in errors.
-
-    Raises:
-        AffordanceError: There is no such port.
-    """
+    """Opens Meshcat on a local port; raises an AffordanceError, with what is to be drawn, if it cannot."""
     try:
         return Meshcat(MeshcatParams(host="localhost"))
     except RuntimeError as error:

@@ -50,13 +50,7 @@ def remove_section(folder: Path) -> None:
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Records the experiments left out of a folder of results, for its report.
-
-    Args:
-        folder: Folder of results.
-        left_out: Reasons by the experiment's name.
-        done: Names of completed experiments, removed from the record.
-    """
+    """Records by name why experiments are left out of a folder of results; those that are done leave the record."""
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
         write_json(folder / _LEFT_OUT, kept)

@@ -83,12 +83,7 @@ def load_claims(path: Path) -> tuple[Claim, ...]:
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Renders a section file.
-
-    Args:
-        path: Section file.
-        numbers: Numbers of metrics.json, with lists or arrays.
-        facts: Other values for its templates.
+    """Renders a section file with the numbers of metrics.json and further facts.
 
     Raises:
         AffordanceError: A template or an expression uses an unknown name or cannot be evaluated.
@@ -206,15 +201,7 @@ class PlainReport:
 
 
 def check_names(report: PlainReport, known: Collection[str]) -> None:
-    """Rejects a report that names numbers or facts unknown to its protocol.
-
-    Args:
-        report: Report settings.
-        known: Names of the numbers and facts that will be available.
-
-    Raises:
-        BadValueError: A template of its section or an expression of a claim uses another name.
-    """
+    """Raises a BadValueError if a template of a report's section, or a claim, uses an unknown name."""
     if report.prose is not None:
         for key, names in find_template_names(report.prose).items():
             unknown = sorted(names.difference(known))
@@ -233,12 +220,7 @@ def check_names(report: PlainReport, known: Collection[str]) -> None:
 
 
 def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Renders the report section of a protocol.
-
-    Args:
-        report: Report settings.
-        numbers: Numbers of metrics.json, with lists or arrays.
-        facts: Other values for templates and claims; needs ``camera_caption``, ``few_observers`` and ``faults``.
+    """Renders the report of a protocol; facts include ``camera_caption``, ``few_observers`` and ``faults``.
 
     Raises:
         AffordanceError: A template or an expression cannot be evaluated with these numbers.

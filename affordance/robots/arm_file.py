@@ -18,13 +18,7 @@ _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0
 
 
 def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: str) -> str:
-    """Writes an arm as an SDF that strict parsing accepts.
-
-    Args:
-        arm: Arm to write.
-        visuals: Shapes by the name of a link of the written file: ``base`` or a link of the arm.
-        source: Description of the arm's source, for the comment at the top.
-    """
+    """Writes an arm as an SDF that strict parsing accepts, with shapes by link or ``base``, and its source."""
     parts: list[tuple[Any, ...]] = [(BASE, "", None, _BASE_INERTIAL, (), visuals.get(BASE, ()))]
     for name, link in zip(name_links(arm), arm.links, strict=True):
         pose = sum(describe_pose(link.X_PL), ())
@@ -43,12 +37,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 
 
 def write_directives(home: Mapping[str, float], X_WB: RigidTransform) -> str:
-    """Writes the directives that load the arm, hold it in a posture, and weld its base to the world.
-
-    Args:
-        home: Angle of every joint in the posture in which objects are held, [rad].
-        X_WB: Pose of the base in the world.
-    """
+    """Writes the directives that load the arm, hold it in a posture, [rad], and weld its base to the world."""
     angles = "\n".join(f"        {_quote(name)}: [{float(angle)!r}]" for name, angle in home.items())
     (x, y, z), rpy = describe_pose(X_WB)
     turned = f"\n        rotation: !Rpy {{deg: {[float(angle) for angle in np.degrees(rpy)]}}}" if any(rpy) else ""
@@ -84,12 +73,9 @@ def _quote(name: str) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Computes the pose of the base once it is turned about the vertical so that the hand points along Wx.
+    """Computes the pose of the base, turned about the vertical so that the hand, with axes R_WH, points along Wx.
 
-    Args:
-        X_WB: Pose of the base in the file.
-        R_WH: Axes of the hand in its home posture there, (3, 3).
-        height: Height of the base above the world's origin, [m]; None for the file's.
+    Its height above the world's origin, [m], is the file's where none is given.
     """
     yaw = float(np.arctan2(R_WH[1, 0], R_WH[0, 0]))
     R_WB = X_WB.rotation()

@@ -43,11 +43,6 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     Without a base the arm begins below the first joint that slides or floats, or at the first link with another limb;
     otherwise at the robot's root.
 
-    Args:
-        tree: Robot.
-        tip_name: Link or frame at the arm's end.
-        base_name: Link that is fixed to the world; None to find one.
-
     Raises:
         BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between
             them is not revolute or follows another.
@@ -85,11 +80,7 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
 
 
 def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
-    """Lists the bodies that move with each joint of a chain.
-
-    Raises:
-        BadValueError: A body has an impossible inertia.
-    """
+    """Lists the bodies that move with each joint of a chain; raises a BadValueError for an impossible inertia."""
     slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
     groups: list[list[RigidBody]] = [[] for _ in chain.joints]
     for index in map(BodyIndex, range(1, tree.plant.num_bodies())):

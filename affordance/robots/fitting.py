@@ -78,13 +78,7 @@ class Holding(NamedTuple):
 
 
 def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: SimulateBlow) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged.
-
-    Args:
-        models: Folder of models, which is changed.
-        simulate_path: Function that simulates the path of a tool, and describes what goes wrong.
-        simulate_blow: Function that simulates a planned blow with a tool, and describes what goes wrong.
-    """
+    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged."""
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
     for name, fit in (

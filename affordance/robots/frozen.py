@@ -14,15 +14,9 @@ from affordance.robots.tree import RobotTree
 
 
 def parse_values(option: str, words: Sequence[str], *, may_be_all: bool = False) -> dict[str, float]:
-    """Parses words such as ``elbow=0.3``.
+    """Parses words such as ``elbow=0.3``, or if ``may_be_all`` a number alone, for every joint (the empty name).
 
-    Args:
-        option: Command-line option, for errors.
-        words: Words to parse.
-        may_be_all: True if a word may be a number alone, which applies to every joint (the empty name).
-
-    Raises:
-        BadValueError: A word is not of that form, or a joint is named twice.
+    A word of another form, or a joint that is named twice, raises a BadValueError of the option.
     """
     values: dict[str, float] = {}
     for word in words:
@@ -42,11 +36,7 @@ def parse_values(option: str, words: Sequence[str], *, may_be_all: bool = False)
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Rejects values for joints that are unknown, follow others or cannot be set, and values beyond limits.
-
-    Raises:
-        BadValueError: A value is invalid; the first one is reported.
-    """
+    """Raises a BadValueError for the first value of a joint that cannot be set, or that is beyond its limits."""
     joints = {joint.name(): joint for joint in tree.joints_above.values() if joint.num_velocities()}
     for name, value in posture.items():
         joint = joints.get(name)

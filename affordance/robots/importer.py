@@ -73,12 +73,7 @@ class ImportedArm:
 
 
 def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
-    """Reads a robot's file and extracts the arm.
-
-    Raises:
-        BadValueError: The file or an option is invalid or incomplete; the message says what and where.
-        ModelFileError: Drake cannot parse the file.
-    """
+    """Reads a robot's file and extracts the arm without a home posture; see ``extract_arm``."""
     for option, axis in (("--out-axis", options.out_axis), ("--up", options.up)):
         if axis is not None and axis not in AXES:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
@@ -124,14 +119,7 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
 def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
     """Parses ``0.1``, which applies to every joint (the empty name), or words such as ``elbow=0.1``.
 
-    Args:
-        option: Command-line option.
-        words: Words to parse.
-        unit: Unit of the values, in words.
-        may_be_zero: True if a value may be 0.
-
-    Raises:
-        BadValueError: A word is neither form, is negative, or is zero where that is not allowed.
+    Another form, a negative value, or zero where it is not allowed, raises a BadValueError with the unit.
     """
     values = parse_values(option, words, may_be_all=True)
     for name, value in values.items():

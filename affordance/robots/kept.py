@@ -79,20 +79,11 @@ def import_arm(
 
 
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
-    """Returns the folder of models of an arm, importing it if necessary.
+    """Returns the folder of models of an arm, importing it by ``import_arm`` if necessary.
 
     The folder is named after a digest of the file and its includes, the options, the tasks that come with the program
     and the importer's code, so that it always holds what a new import would give. Meshes enter only by their names in
     the file.
-
-    Args:
-        path: File of the robot.
-        options: Options of the import.
-        root: Folder that holds the cached folders.
-
-    Raises:
-        BadValueError: The file or an option is invalid or incomplete.
-        ModelFileError: The file cannot be parsed, or no home posture was found.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     program = sorted(_PROGRAM.glob("*.py"))
@@ -137,13 +128,7 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
 
 
 def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:
-    """Writes the arm, and an unchanged copy of the tasks that come with the program.
-
-    Args:
-        imported: Imported arm.
-        folder: Destination; must not exist, or be empty.
-        source: Description of the arm's source, in words.
-        with_meshes: True to draw the robot's meshes where they are available.
+    """Writes the arm, and an unchanged copy of the tasks that come with the program, to a new or empty folder.
 
     Returns: Remarks on shapes that could not be drawn as in the file.
 

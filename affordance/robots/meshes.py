@@ -51,12 +51,7 @@ class Appearance:
 
 
 def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
-    """Chooses the shapes of each link: the file's where they are available, otherwise capsules.
-
-    Args:
-        arm: Arm to draw; meshes are searched for relative to the folder of the robot's file and those above.
-        with_meshes: True to convert meshes.
-    """
+    """Chooses the shapes of each link: the file's where they are available, otherwise capsules."""
     description = arm.tree.description
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []

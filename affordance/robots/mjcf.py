@@ -33,11 +33,7 @@ _UNITS = {"radian": "rad", "degree": "degrees"}
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
-    """Reads an MJCF model.
-
-    Raises:
-        BadValueError: A value is invalid, a name is used twice, or an included file cannot be used.
-    """
+    """Reads an MJCF model; raises a BadValueError for an invalid value, a name used twice, or an unusable include."""
     numbers, robot = Numbers(path), Description(path, "mjcf", sources=expand_includes(path, root))
     for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:

@@ -38,11 +38,7 @@ _FEEDBACK = ("kp", "kv")
 
 
 def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
-    """Replaces every ``<include>`` by the contents of the named file.
-
-    Args:
-        path: File of the model; included files are named relative to its folder, and must be in it or below.
-        root: Root element of the model, which is modified.
+    """Replaces every ``<include>`` by the contents of the file, which lies in the model's folder or below.
 
     Returns: Included files, in the order in which they are named.
 
@@ -78,11 +74,7 @@ def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
 
 
 def write_out_defaults(path: Path, root: Element) -> None:
-    """Gives joints, geoms, sites and actuators the attributes of their classes, and removes the classes.
-
-    Raises:
-        BadValueError: An element is of a class that there is not.
-    """
+    """Gives elements the attributes of their classes, and removes these; an unknown class raises a BadValueError."""
     classes = _read_classes(root)
 
     def find_class(element: Element, attribute: str, inherited: str) -> str:
@@ -135,10 +127,8 @@ def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
     """Reads the torque limit of every joint whose actuators are limited, [N m].
 
     An actuator is limited by the weaker end of its force range and, where its force is a multiple of its control, by
-    that of its control range, times its gear; the limits of all actuators of a joint add up.
-
-    Raises:
-        BadValueError: A range or gear is invalid.
+    that of its control range, times its gear; the limits of all actuators of a joint add up. An invalid range or gear
+    raises a BadValueError.
     """
     efforts: dict[str, float] = {}
     for actuator, joint in _list_drives(root):
@@ -154,11 +144,7 @@ def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
 
 
 def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> None:
-    """Makes sure that every actuator of a joint drives one that there is.
-
-    Raises:
-        BadValueError: One does not.
-    """
+    """Raises a BadValueError for an actuator that drives a joint which there is not."""
     for actuator, joint in _list_drives(root):
         if joint not in joints:
             problem = f"is {joint!r}, which is no joint of the file{suggest(joint, joints)}"
@@ -174,18 +160,9 @@ def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
 
 
 def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:
-    """Reads the limit of a range such as ``forcerange``, which ``forcelimited`` can switch off.
+    """Reads the limit of a range such as ``forcerange``, of ``force``, which ``forcelimited`` can switch off.
 
-    Args:
-        attributes: Attributes of the element.
-        name: Name of the limited quantity, such as ``force``.
-        numbers: Parser of the values.
-        key: Place of the element in the file.
-
-    Returns: Smaller magnitude of the range's two ends, infinite for no limit.
-
-    Raises:
-        BadValueError: The range is not two numbers in ascending order.
+    Returns: Smaller magnitude of the range's two ends, infinite for no limit; a falling range is a BadValueError.
     """
     text = attributes.get(f"{name}range")
     low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))

@@ -41,14 +41,7 @@ class Part(NamedTuple):
 
 
 def write_report(models: Path, imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> None:
-    """Writes ``report.txt``, ``report.html`` and a picture into a folder of models.
-
-    Args:
-        models: Folder of models, with the arm in it.
-        imported: Imported arm.
-        fitted: Outcome of adapting the tasks; None if they were left unchanged.
-        looks: Remarks on shapes that could not be drawn as in the file.
-    """
+    """Writes ``report.txt``, ``report.html`` and a picture into a folder of models."""
     parts = _list_parts(imported, fitted, looks)
     title = f"The arm of {imported.arm.tree.description.path.name}, to {imported.options.tip}"
     figure = draw_posture(models)

@@ -30,11 +30,7 @@ class Robot:
     folder: Path = MODELS
 
     def __post_init__(self) -> None:
-        """Checks that the folder holds an arm.
-
-        Raises:
-            BadValueError: It is no folder, or holds no arm.
-        """
+        """Raises a BadValueError for something other than a folder, or a folder without an arm."""
         folder = check_path("folder", self.folder)
         if not folder.is_dir():
             raise BadValueError(folder, "", "is no folder, must be one that import-arm wrote")

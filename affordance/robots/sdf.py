@@ -26,11 +26,7 @@ _NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF file.
-
-    Raises:
-        BadValueError: A value is invalid, or a name is used twice; the message says where.
-    """
+    """Reads an SDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
     if root.find(".//include") is not None:  # Drake would search everywhere, and the network
         raise BadValueError(path, "include", "is not read here, must be written out")
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))

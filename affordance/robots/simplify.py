@@ -25,15 +25,7 @@ type _Indices = NDArray[np.intp]
 
 
 def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
-    """Reduces a mesh to a maximum number of triangles.
-
-    Args:
-        vertices: Positions, (N, 3), [m].
-        faces: Indices of three vertices each, (M, 3).
-        most: Largest number of triangles.
-
-    Returns: Vertices and faces of the reduced mesh; the given ones if they are few enough.
-    """
+    """Reduces a mesh, (N, 3), [m], and (M, 3), to at most ``most`` triangles; a smaller one stays as it is."""
     if len(faces) <= most:
         return vertices, faces
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))

@@ -74,12 +74,7 @@ class RobotTree:
     def find_frame(self, name: str, option: str) -> Frame | None:
         """Finds a link or frame by its name, or by ``model::name`` where models share it; None if it is not found.
 
-        Args:
-            name: Name of the link or frame.
-            option: Command-line option that names it.
-
-        Raises:
-            BadValueError: The name is that of a joint, or is ambiguous; the message suggests names.
+        The name of a joint, or an ambiguous one, raises a BadValueError of the option, which suggests names.
         """
         named = {frame.scoped_name().get_full(): frame for frame in self.list_frames()}
         found = {full: frame for full, frame in named.items() if name in (frame.name(), full)}

@@ -28,11 +28,7 @@ _BOUNDS = ("lower", "upper", "velocity")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF file.
-
-    Raises:
-        BadValueError: A value is invalid, or a name is used twice; the message says where.
-    """
+    """Reads a URDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
     if any(_XACRO in element.tag for element in root.iter()):
         raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
     numbers, robot = Numbers(path), Description(path, "urdf")

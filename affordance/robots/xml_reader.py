@@ -18,11 +18,7 @@ _DECLARED, _NAMESPACE = ("xml", "xmlns"), "undeclared:"
 
 
 def read_xml(path: Path) -> Element:
-    """Reads the XML of a robot's file.
-
-    Raises:
-        BadValueError: The file cannot be read, is too large, is not XML, or defines entities.
-    """
+    """Reads the XML of a robot's file; raises a BadValueError if it is unreadable, too large or has entities."""
     return files.read_xml(path, ROBOT, _parse)
 
 
@@ -69,17 +65,7 @@ class Numbers:
     path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses a text of finite numbers.
-
-        Args:
-            text: Text to parse; None or empty for none.
-            key: Place of the text in the file.
-            count: Number of values required.
-            default: Values for an absent text.
-
-        Raises:
-            BadValueError: The text is not that many finite numbers.
-        """
+        """Parses a text as ``count`` finite numbers, by default if absent; anything else is a BadValueError."""
         if text is None or not text.strip():
             return tuple(default)
         try:
@@ -104,11 +90,7 @@ class Numbers:
         return sizes
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
-        """Parses a number that may be infinite; None if it is absent.
-
-        Raises:
-            BadValueError: The text is not a number.
-        """
+        """Parses a number that may be infinite; None if it is absent; anything else is a BadValueError."""
         if text is None or not text.strip():
             return None
         try:
@@ -139,11 +121,7 @@ def remove_children(element: Element, unwanted: Iterable[str]) -> None:
 
 
 def name_of(element: Element, path: Path) -> str:
-    """Returns the name of a link or joint.
-
-    Raises:
-        BadValueError: The element has no name.
-    """
+    """Returns the name of a link or joint; raises a BadValueError if it has none."""
     name = element.get("name")
     if not name:
         raise BadValueError(path, element.tag, "has no name")

@@ -51,21 +51,13 @@ _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless"
 
 
 def check_folder(path: Path) -> None:
-    """Checks that a folder for results could be created, without creating it.
-
-    Raises:
-        BadValueError: The path is a file, or is below one.
-    """
+    """Raises a BadValueError for a folder that is a file, or is below one; it is not created."""
     if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
         raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder")
 
 
 def prepare_folder(path: Path) -> Path:
-    """Creates a folder for results, or checks that an existing one is writable.
-
-    Raises:
-        BadValueError: The path is a file, is below one, or is not writable.
-    """
+    """Creates a folder for results; raises a BadValueError if it is below a file, or not writable."""
     check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -181,16 +173,9 @@ def run_repeats(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs tasks in parallel processes, with a temporary progress bar on a terminal.
+    """Runs tasks, picklable functions, in parallel processes, with a temporary progress bar on a terminal.
 
     Tasks run before anything is written, so that invalid input leaves nothing but a one-line error.
-
-    Args:
-        tasks: Picklable functions with picklable results.
-        jobs: Number of processes, at least 1.
-        description: Label of the progress bar.
-
-    Returns: Results, in the order of the tasks.
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
     results = parallel(joblib.delayed(task)() for task in tasks)

@@ -72,12 +72,7 @@ class Blow:
         return float(self.nail.travel[-1])
 
     def describe_force_error(self, force: float, arm: Arm) -> str:
-        """Describes the error of the peak resistance and possible remedies; empty if it is within the tolerance.
-
-        Args:
-            force: Demanded peak resistance, [N].
-            arm: Arm that struck.
-        """
+        """Describes the error of the peak resistance, [N], and possible remedies; empty within the tolerance."""
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
         joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
@@ -149,11 +144,7 @@ def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: S
 def run_blow(
     runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
-    """Runs the trial of a blow, from rest to rest; arguments as for ``TrialRunner.run``.
-
-    Raises:
-        StallError: The integrator takes too many steps.
-    """
+    """Runs the trial of a blow, from rest to rest, as ``TrialRunner.run``; a stall raises a StallError."""
     settings = runner.settings
     duration = strike.compute_duration(settings.mpc.horizon)
     trial = runner.get_diagram(duration, tool, strike.placement)
@@ -183,11 +174,7 @@ class BlowMonitor:
         self._num_steps = 0
 
     def __call__(self, context: Context) -> EventStatus:
-        """Counts a step of the integrator.
-
-        Raises:
-            StallError: The number of steps exceeds the limit.
-        """
+        """Counts a step of the integrator; raises a StallError beyond the limit."""
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
             raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))

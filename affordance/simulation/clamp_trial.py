@@ -44,17 +44,10 @@ class ClampRecord(NamedTuple):
 def run_clamp_and_release(
     runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: Seed
 ) -> tuple[TrialRecord, ClampRecord]:
-    """Pushes against a clamp with the believed weight of an object, then holds the object.
+    """Pushes against a clamp with the believed weight of an object, then holds the object for a duration, [s].
 
     The hand is clamped in its home pose, and empty: the object is handed over at release, and only the measurements
     from then on are learned from.
-
-    Args:
-        runner: Runner of the trial.
-        tool: Object to be lifted.
-        memory: Memory before the trial.
-        duration: Duration of the hold after release, [s].
-        seed: Seed of every random draw.
 
     Returns: Record of the whole trial, and record of the clamp.
     """

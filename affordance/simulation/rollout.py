@@ -43,14 +43,7 @@ class Rollout(NamedTuple):
 
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-    """Simulates a task with a tool whose densities are known.
-
-    Args:
-        tool: Tool as it is gripped.
-        task: Reaching task.
-        densities: True density of each colour, [kg/m^3].
-        settings: Settings of all simulations; only the log period is replaced, by the control period.
-    """
+    """Simulates a reach with a gripped tool of known densities, [kg/m^3], and logs every control period."""
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
     runner = get_runner(every_tick)

@@ -82,11 +82,7 @@ class _SeenTool(NamedTuple):
 
 
 def check_closed_form(settings: Settings) -> WeberNoise:
-    """Returns the torque noise, after checking that lifts have a closed form: exact features, one error per trial.
-
-    Raises:
-        BadArgumentError: Features have errors, or the noise is not a WeberNoise with one error per trial.
-    """
+    """Returns the torque noise; raises a BadArgumentError unless features are exact, with one error per trial."""
     noise, where = settings.noise, "for lifts in closed form"
     if not isinstance(noise, WeberNoise):
         raise BadArgumentError("Settings", "noise", f"is {type(noise).__name__}, must be WeberNoise {where}")
@@ -101,12 +97,7 @@ class StaticLifter:
     """Observer's lifts of a set of objects in closed form; quantities shared by all lifts are computed once."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
-        """Stores the objects and computes what does not change between lifts.
-
-        Raises:
-            BadArgumentError: The closed form does not hold; see ``check_closed_form``.
-            ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
-        """
+        """Computes what does not change between lifts; errors are those of ``check_closed_form`` and ``load_arm``."""
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
         self.settings = settings
@@ -115,14 +106,9 @@ class StaticLifter:
         self._tools = [self._see(tool) for tool in tools]
 
     def run(self, lifts: Sequence[Lift], memory: Memory, seed: Seed) -> LiftRecord:
-        """Computes the lifts of one observer.
+        """Computes the lifts of one observer, with a seed of the measurement errors.
 
         The computing time of each lift is that of the memory's ``recall`` and ``learn``.
-
-        Args:
-            lifts: Lifts, in their order.
-            memory: Memory of the observer before the first lift.
-            seed: Seed of the measurement errors.
         """
         seed = check_seed(seed)
         forces, expected, memories = [], [], [memory]

@@ -200,11 +200,7 @@ def get_runner(settings: Settings) -> TrialRunner:
 
 
 def check_duration(duration: float, settings: Settings) -> None:
-    """Checks that a presentation is long enough for one sample, without which nothing would be learned.
-
-    Raises:
-        BadArgumentError: The duration is shorter than a sample period or longer than DURATION_MAX.
-    """
+    """Raises a BadArgumentError for less than a sample, without which nothing is learned, or over DURATION_MAX."""
     unit = "s, a period of the samples at least"
     check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
 

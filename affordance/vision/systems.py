@@ -85,13 +85,7 @@ class MaterialMemorySystem(SampledSystem):
     """
 
     def __init__(self, memory: Memory, *, duration: float, least_p_value: float) -> None:
-        """Declares ports and the update event.
-
-        Args:
-            memory: Memory before the first presentation.
-            duration: Duration of a presentation, [s].
-            least_p_value: Smallest p-value of a presentation from which the memory learns.
-        """
+        """Declares ports, and the update after a duration, [s], of presentations with at least that p-value."""
         super().__init__()
         self._least_p_value = least_p_value
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
@@ -127,12 +121,7 @@ class MaterialMemorySystem(SampledSystem):
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from its visual features.
-
-    Args:
-        features: Features of each component.
-        memory: Belief about the materials and objects met before.
-        prior: Belief about materials never met.
+    """Predicts an object's inertia from its visual features, a memory, and a prior of materials never met.
 
     Returns: Belief about the object before it is held; its memory includes every colour of the object.
     """

@@ -17,21 +17,13 @@ from affordance.simulation.trial import check_duration
 
 
 def check_stuck_joint(settings: Settings) -> None:
-    """Refuses a stuck joint that the arm does not have.
-
-    Raises:
-        BadValueError: The arm has no joint of that name.
-    """
+    """Raises a BadValueError for a stuck joint that the arm does not have."""
     if settings.faults.stuck_joint:
         settings.faults.find_stuck(load_arm(settings.arm).joint_names)
 
 
 def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
-    """Refuses presentations that end before the first sample, in which nothing would be measured.
-
-    Raises:
-        BadValueError: A block's duration is too short.
-    """
+    """Raises a BadValueError for a presentation that ends before the first sample: nothing would be measured."""
     for index, block in enumerate(protocol.blocks):
         if block.do.duration:
             try:
@@ -41,13 +33,7 @@ def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
 
 
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
-    """Checks the static torque of every joint, in the start posture of a task, against its limit.
-
-    Args:
-        path: File of the tools.
-        tools: Tools that will be held.
-        settings: Settings of the experiment.
-        start: Start of the task; the home posture if empty.
+    """Checks the static torque of every joint, in the start posture of a task or at home, against its limit.
 
     Raises:
         AffordanceError: The arm cannot reach the posture.

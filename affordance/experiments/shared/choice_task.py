@@ -92,9 +92,5 @@ class ChoiceTask(ABC):
         """Returns the Diagram in which a gripped tool was simulated."""
 
     def check(self, tools: Sequence[Tool], path: Path, costs: Mapping[str, Mapping[str, Any]]) -> None:
-        """Checks the planned costs of tools under their true densities, before anything is simulated.
-
-        Raises:
-            BadValueError: The task's file asks for what a grip cannot do.
-        """
+        """Raises a BadValueError, before anything is simulated, if the task's file asks for what a grip cannot do."""
         return None

@@ -51,11 +51,7 @@ def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
 
 
 def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Refuses a tool whose two cheapest grips cost the same, as neither would be correct.
-
-    Raises:
-        BadValueError: The two least works are equal within the tolerance of a tie.
-    """
+    """Raises a BadValueError if the two cheapest grips of a tool cost the same, as neither would be correct."""
     cheapest, second, *others = sorted(works)
     if second <= cheapest * (1.0 + TIE):
         grips = "both grips" if not others else f"two of its {len(works)} grips"
@@ -92,15 +88,7 @@ def choose_before_experience(
 def choose_by_sample(
     choice: Choice, experience: Experience, seed: int, repeat: int, moments: Sequence[int] | None = None
 ) -> Chosen:
-    """Chooses by the paper's rule, one density per choice, after some numbers of trials.
-
-    Args:
-        choice: Options of the choice.
-        experience: Memories of observers.
-        seed: Root of every random draw.
-        repeat: Number of the observer.
-        moments: Numbers of trials after which a choice is made, in order; 0 to K if None.
-    """
+    """Chooses by the paper's rule, one density per choice, after numbers of trials: 0 to K unless given."""
     parameters = []
     for trial in range(experience.num_trials + 1) if moments is None else moments:
         rng = np.random.default_rng([seed, repeat, trial, Stream.PAPER])
@@ -186,16 +174,7 @@ def compute_proportions(
     arrays: Mapping[str, NDArray[Any]],
     experience: ExperienceConfig,
 ) -> dict[str, Any]:
-    """Computes the proportions of correct choices.
-
-    Args:
-        novel: Novel tools; the first is the paper's.
-        choices: Choice of a grip, by tool.
-        simulated: Simulations of the task under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part is shifted, by tool.
-        arrays: Choices of all observers; see ``let_observer_choose``.
-        experience: Configuration of the experience.
-    """
+    """Computes the proportions of correct choices from the arrays of ``let_observer_choose`` of all observers."""
     correct = {name: find_cheaper_grip(done) for name, done in simulated.items()}
     tools = {}
     estimates: dict[str, Estimate] = {}

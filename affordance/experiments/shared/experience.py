@@ -39,11 +39,7 @@ class ExperienceConfig:
     num_trials: int = 6
 
     def __post_init__(self) -> None:
-        """Checks the number of trials.
-
-        Raises:
-            ValueError: The number of trials is not a positive multiple of the number of objects.
-        """
+        """Raises a ValueError if the number of trials is no positive multiple of the number of objects."""
         if self.num_trials < 1 or self.num_trials % len(self.tools):
             raise ValueError(f"num_trials is {self.num_trials}, must be a positive multiple of {len(self.tools)}")
 

@@ -57,14 +57,7 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
 
 
 def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
-    """Runs the observers that a folder does not hold yet, logs trials that went wrong, and returns all observers.
-
-    Args:
-        config: Configuration of the experience.
-        folder: Folder of the cache, for all experiments that share the configuration.
-        repeats: Number of observers, at least 1.
-        jobs: Number of processes, at least 1.
-    """
+    """Runs the observers that a folder does not hold yet, logs trials that went wrong, and returns all observers."""
     kept = folder / compute_key(config, list_arm_files(config.settings.arm))
     arrays: Mapping[str, NDArray[Any]] = run_repeats(
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"

@@ -132,15 +132,7 @@ def describe_experience(
     places: Sequence[int],
     repeat: int,
 ) -> list[PresentationRow]:
-    """Describes the holds in the first block, in which an observer learned before it was tested.
-
-    Args:
-        config: Configuration of these holds.
-        experience: Experience of all observers.
-        memories: Memories of the observer before and after these holds.
-        places: Index of each of the objects among those of the protocol.
-        repeat: Index of the observer.
-    """
+    """Describes an observer's holds in the first block; places are the indices of its objects in the protocol."""
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
         seen, before = see(config.tools[index]), memories[trial]
@@ -169,11 +161,7 @@ def write_rows(
 ) -> None:
     """Writes every presentation to every observer as a row of a CSV file.
 
-    Args:
-        path: Path of the file.
-        learners: Arrays of ``stack_rows``, stacked over observers, (R, N), by the name of the learner.
-        tools: Objects of the protocol.
-        blocks: Names of all blocks.
+    The arrays are those of ``stack_rows``, stacked over observers, (R, N), by the name of the learner.
     """
     volumes = [compute_volume(tool) for tool in tools]
     lines = [",".join(COLUMNS)]

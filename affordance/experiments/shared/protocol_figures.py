@@ -22,12 +22,7 @@ from affordance.reporting.object_drawings import Drawing, draw_objects
 
 
 def draw_figures(experiment: PresentationExperiment, arrays: Arrays) -> dict[str, Callable[[], Figure]]:
-    """Returns a function for each figure of a protocol, except those of single trials.
-
-    Args:
-        experiment: Experiment of the protocol.
-        arrays: Arrays of all observers of all learners; but for lifts, the first learner is drawn.
-    """
+    """Returns a function for each figure but those of single trials; but for lifts, of the first learner."""
     draw = {"objects": _draw_objects, "heights": _draw_heights, "heights of points": _draw_points}
     draw |= {"density and drop": _draw_density, "lifts": _draw_lifts}
     return {
@@ -173,14 +168,10 @@ def _mark(experiment: PresentationExperiment, entry: FigureEntry, count: int) ->
 def predict_between(
     presented: Any, forces: Any, *, drawn: Sequence[int], others: Sequence[int], tools_there_are: Sequence[Tool]
 ) -> list[float]:
-    """Predicts forces of the drawn objects, after each of their lifts, by a line through other objects' volumes, [N].
+    """Predicts forces, [N], of the drawn objects, after each of their lifts, by a line through others' volumes.
 
-    Args:
-        presented: Indices of the lifted objects, (K,).
-        forces: Forces of these lifts, (K,), [N].
-        drawn: Indices of the objects whose force is predicted.
-        others: Indices of the objects that predict, in the lifts between one of the drawn and the next.
-        tools_there_are: Objects of the protocol.
+    The objects presented, (K,), and their forces, (K,), [N], are in order; others predict in the lifts between one of
+    the drawn and the next.
     """
     volumes = np.array([compute_volume(tool) for tool in tools_there_are])
     places = np.flatnonzero(np.isin(presented, drawn))

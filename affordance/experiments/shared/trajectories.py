@@ -63,12 +63,7 @@ def label_heights(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray
 
 
 def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str, LabelledArray]:
-    """Labels times and motions of K trials that were logged at the same times; NaN where there was no motion.
-
-    Args:
-        records: Records of the trials, at least one of which has a motion.
-        whose: Observer that the motions belong to, in words.
-    """
+    """Labels times and motions of K trials, at least one, ``whose`` in words; NaN where there was no motion."""
     held = next(record for record in records if record is not None)
     still = np.full_like(held.q, np.nan)
     motions = {

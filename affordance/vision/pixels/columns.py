@@ -68,12 +68,9 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
     """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
 
-    The near side is mirrored at half of the object's height. Nothing is below the stand, and every column reaches at
-    least half of the way down to it: low parts lie on the stand, high parts may be supported by others.
-
-    Args:
-        above: View from above.
-        stand_height: Position of the stand's top along Pz, [m].
+    The near side is mirrored at half of the object's height. Nothing is below the stand, whose top is at
+    stand_height along Pz, [m], and every column reaches at least half of the way down to it: low parts lie on the
+    stand, high parts may be supported by others.
     """
     x, y, (sheet,) = find_sheets([above])
     top = spread_nearest(sheet.height, sheet.there)

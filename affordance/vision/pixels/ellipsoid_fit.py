@@ -165,9 +165,7 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
 
     The covariance of a disc's points (x, y) is a quarter of the shape matrix's block; over the disc the near side is
     the plane through the rim, linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
-
-    Raises:
-        UndeterminedError: All readings lie on a line.
+    Readings on a line raise an UndeterminedError.
     """
     points = camera.compute_rays(view.pixels) * view.depth[:, None]
     mean = points.mean(axis=0)
@@ -187,17 +185,10 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to its measurements in a picture.
+    """Fits an ellipsoid to its measurements in a picture, at least as many readings as fitted numbers.
 
-    Readings are weighted by the sensor's noise at the surface angles of the fit itself, in a few rounds.
-
-    Args:
-        view: Measurements; at least as many readings as fitted numbers.
-        camera: Camera of the picture.
-        noise: Noise of the camera.
-
-    Raises:
-        UndeterminedError: The measurements determine no ellipsoid.
+    Readings are weighted by the sensor's noise at the surface angles of the fit itself, in a few rounds. Measurements
+    that determine no ellipsoid raise an UndeterminedError.
     """
     try:
         fit = _fit_in_rounds(view, camera, noise)
@@ -209,12 +200,7 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid as ``fit_ellipsoid`` does.
-
-    Raises:
-        UndeterminedError: Readings lie on a line or contradict each other, or the fit does not converge.
-        LinAlgError: A matrix is singular.
-    """
+    """Fits an ellipsoid as ``fit_ellipsoid`` does, except that a singular matrix raises a LinAlgError."""
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
     used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))

@@ -67,11 +67,6 @@ def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
     """Saves the picture of an error, and returns the error with the path of the file.
 
     NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
-
-    Args:
-        error: Error of the detection, with its picture.
-        folder: Folder that receives the files; created if needed.
-        name: Name of the files, without suffix.
     """
     path = folder / f"{name}.npz"
     write_atomic(path, lambda temporary: np.savez_compressed(temporary, colour=error.colour, depth=error.depth))

@@ -129,12 +129,7 @@ def find_box(tool: Tool) -> tuple[Array, Array]:
 
 
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
-    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose pictures are its outputs.
-
-    Args:
-        tool: Object, of which shapes, poses and shown colours of the parts are used.
-        rig: Stand with its camera.
-    """
+    """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose pictures it exports."""
     builder = DiagramBuilder()
     scene_graph = SceneGraph()
     builder.AddNamedSystem("scene_graph", scene_graph)

@@ -113,8 +113,7 @@ def detect_tool(
 ) -> SeenTool:
     """Detects the object and its looks in pictures from one side or two, and its form from those of ``take_sides``.
 
-    Raises:
-        SeeingError: The object cannot be detected; for its subclasses see ``find_silhouette``.
+    Errors are those of ``find_silhouette``.
     """
     surfaces = [_measure(each, rig, noise) for each in photographs]
     found = find_looks(surfaces)
@@ -142,11 +141,7 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
 def observe_tool(
     tool: Tool, stand: CameraSensor, rng: np.random.Generator, method: Method = Method.SIX_VIEWS
 ) -> tuple[ComponentFeatures, ...]:
-    """Observes an object on the stand and returns the features of its parts.
-
-    Raises:
-        SeeingError: The object cannot be detected.
-    """
+    """Observes an object on the stand and returns the features of its parts; errors as for ``detect_tool``."""
     photographs = stand.take_pictures(tool, rng)
     used = photographs if method in (Method.SIX_VIEWS, Method.TWO_VIEWS) else photographs[:1]
     sides = stand.take_sides(tool, rng) if method is Method.SIX_VIEWS else ()
@@ -197,14 +192,10 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
 
 
 def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, Array]:
-    """Finds the ellipsoid with the second moments of a solid about its centroid, and its pose X_PE, shape (4, 4).
+    """Finds the ellipsoid with the second moments of a solid about its centroid p_PEo, and its pose X_PE, (4, 4).
 
     The second moments of a solid ellipsoid are m a^2 / 5. Its volume is not that of the solid: this is the error of
-    an observer who assumes ellipsoids.
-
-    Args:
-        solid: Solid with Eo in its centroid and axes along those of P.
-        p_PEo: Centroid of the solid, shape (3,), [m].
+    an observer who assumes ellipsoids. Axes of the solid are along those of P.
     """
     J = solid.unit_pseudo_inertia()
     squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])

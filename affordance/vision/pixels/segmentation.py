@@ -89,17 +89,10 @@ def check_picture(picture: Picture) -> None:
 
 
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
-    """Segments the object into its parts.
-
-    Args:
-        picture: Picture of the object on the stand.
-        stand_depth: Depth of the stand's top, [m].
-        noise: Noise of the sensor.
+    """Segments the object into its parts; the stand's top is at stand_depth, [m].
 
     Raises:
-        UnusablePictureError: Colour and depth do not match, or are too small.
-        NoDepthError: Depth readings are not finite, or too few.
-        OneColourError: All pixels have the same colour.
+        UnusablePictureError, NoDepthError, OneColourError: The picture fails ``check_picture``.
         NothingSeenError: Nothing is nearer than the stand.
         OutOfViewError: The object reaches the picture's edge.
         TooSmallError: The object, or one of its parts, covers too few pixels.
@@ -155,11 +148,7 @@ def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
 
 
 def check_edge(mask: Mask, picture: Picture) -> None:
-    """Rejects an object that reaches beyond the picture.
-
-    Raises:
-        OutOfViewError: The object reaches the picture's edge.
-    """
+    """Raises an OutOfViewError for an object that reaches the picture's edge."""
     count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
     if count:
         raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)

@@ -41,17 +41,10 @@ _GOOD_LIGHT = 0.6
 
 
 def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds the pixels that show the object, (height, width).
-
-    Args:
-        picture: Picture of the object on the stand.
-        stand_depth: Depth of the stand's top, [m].
-        noise: Noise of the sensor.
+    """Finds the pixels that show the object, (height, width); the stand's top is at stand_depth, [m].
 
     Raises:
-        UnusablePictureError: Colour and depth do not match, or are too small.
-        NoDepthError: Depth readings are not finite, or too few.
-        OneColourError: All pixels have the same colour.
+        UnusablePictureError, NoDepthError, OneColourError: The picture fails ``check_picture``.
         NothingSeenError: Nothing differs from the stand.
         OutOfViewError: The object reaches the picture's edge.
     """
