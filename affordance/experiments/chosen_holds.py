@@ -25,14 +25,7 @@ _NUM_SAMPLES = 1000
 
 @dataclass(frozen=True)
 class ChosenHolds:
-    """Chooser of what an observer holds next, one at a time.
-
-    Attributes:
-        tools: Novel objects, with grips.
-        objects: Objects that are held.
-        tasks: Tasks that are to be done with the novel objects, by the index of the block.
-        models: Folder of models, with the tasks' files.
-    """
+    """Chooser of what an observer holds next, one at a time, for tasks of blocks, by index, with novel tools."""
 
     tools: tuple[Tool, ...]
     objects: tuple[Tool, ...]

@@ -26,9 +26,6 @@ class Outputs:
 
     Attributes:
         figures: Figures by name, without suffix.
-        trajectories: Trajectories; None for none.
-        diagram: Diagram that was run; None for none.
-        replay: Function that writes the arm's motion to a path; None for none.
         writers: Functions that write further files to the experiment's folder, by their label in the progress bar.
     """
 

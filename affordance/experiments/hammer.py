@@ -65,11 +65,7 @@ OF_BLOWS = tuple(_MEASURES)
 
 @dataclass(frozen=True)
 class Hammering(ChoiceTask):
-    """Choice of a grip for a blow, whose contact is simulated.
-
-    Attributes:
-        task: Task of the blow.
-    """
+    """Choice of a grip for a blow, whose contact is simulated."""
 
     task: Hammer
 

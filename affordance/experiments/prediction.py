@@ -22,15 +22,7 @@ FILE = "predictions.json"
 
 
 class Predicted(NamedTuple):
-    """Predictions of learners for a protocol.
-
-    Attributes:
-        predictions: Predictions by number and learner; a list counts as one number per entry.
-        meanings: Meanings of the numbers, in words.
-        spreads: Spreads between people by number, where they are known.
-        contrasts: Comparisons of two learners by each number, the best first.
-        path: File of the predictions.
-    """
+    """Predictions, meanings and known spreads by number, contrasts of learners, the best first, and their file."""
 
     predictions: Mapping[str, Mapping[Learner, Prediction]]
     meanings: Mapping[str, str]

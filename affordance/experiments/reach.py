@@ -32,11 +32,7 @@ from affordance.simulation.trial import get_runner
 
 @dataclass(frozen=True)
 class Reaching(ChoiceTask):
-    """Choice of a grip for following a path.
-
-    Attributes:
-        task: Path to follow.
-    """
+    """Choice of a grip for following a path."""
 
     task: Reach
 

@@ -47,12 +47,7 @@ _NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "pat
 
 
 class SuiteResult(NamedTuple):
-    """Result of running several experiments.
-
-    Attributes:
-        report: Path of the report.
-        left_out: Reasons for which experiments could not be done, by name.
-    """
+    """Report of several experiments, and the reasons why some of them could not be done, by name."""
 
     report: Path
     left_out: dict[str, str]
@@ -224,11 +219,7 @@ def _check_remembers(experiment: Experiment, settings: Settings) -> None:
 
 
 class _Attempts:
-    """Collects the errors of some of several experiments, so that the others can be done.
-
-    Attributes:
-        left_out: Reasons for which experiments cannot be done, by name.
-    """
+    """Collects the errors of some of several experiments, by name, so that the others can be done."""
 
     def __init__(self, number: int) -> None:
         """Sets the number of experiments."""

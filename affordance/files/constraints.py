@@ -216,12 +216,7 @@ def check_path(name: str, value: Any) -> Path:
 
 @dataclass(frozen=True)
 class Setting:
-    """Unit of a setting and source of its value, as an annotation of a field.
-
-    Attributes:
-        unit: Unit, "1" if dimensionless; empty for a setting that is not a number.
-        source: Source of the default value, or reason for it.
-    """
+    """Unit of a setting, "1" if dimensionless, and source of its default value, as an annotation of a field."""
 
     unit: str = ""
     source: str = ""
@@ -229,11 +224,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Checked:
-    """Annotation of a field whose value is checked by a function.
-
-    Attributes:
-        function: Function of the argument's name and its value, which returns the checked value.
-    """
+    """Annotation of a field whose value a function, given the argument's name too, checks and returns."""
 
     function: Callable[[str, Any], Any]
 

@@ -14,14 +14,7 @@ from affordance.files.atomic import write_atomic
 
 
 class LabelledArray(NamedTuple):
-    """Array with its dimensions, units and meaning.
-
-    Attributes:
-        dimensions: Name of each axis.
-        values: Values; booleans and integers are stored as floating-point numbers.
-        units: SI units.
-        meaning: Description in words.
-    """
+    """Array with the name of each axis, its SI units, and its meaning; numbers are stored as floating-point ones."""
 
     dimensions: tuple[str, ...]
     values: Array | NDArray[np.bool_] | NDArray[np.intp]

@@ -23,12 +23,7 @@ from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
 
 class KeptSums:
-    """Sums for one prior, as they are kept in a ledger.
-
-    Attributes:
-        materials: Sum over all objects.
-        founders: Ids of the trials in which each colour was first met.
-    """
+    """Sums for one prior, as they are kept in a ledger, and the ids of the trials in which colours were first met."""
 
     def __init__(self, materials: MaterialSum, founders: Sequence[str] = ()) -> None:
         """Stores the sums."""

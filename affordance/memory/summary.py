@@ -22,13 +22,7 @@ _FRACTIONS = (0.05, 0.5, 0.95)
 
 
 class Experience(NamedTuple):
-    """Experience from which something is believed.
-
-    Attributes:
-        trials: Number of trials.
-        robots: Names of the robots.
-        since: UTC time of the first trial, ISO 8601.
-    """
+    """Experience from which something is believed: trials, robots, and UTC time of the first trial, ISO 8601."""
 
     trials: int
     robots: tuple[str, ...]
@@ -36,15 +30,7 @@ class Experience(NamedTuple):
 
 
 class KnownMaterial(NamedTuple):
-    """Belief about the mean density of a material.
-
-    Attributes:
-        colour: Red, green and blue in [0, 1].
-        median: Median density, [kg/m^3].
-        interval90: Credible interval of the density that holds 90 %, [kg/m^3].
-        things: Names of the things that show it.
-        experience: Trials with these things.
-    """
+    """Belief about the mean density of a material, [kg/m^3]: median and interval of 90 %, and things that show it."""
 
     colour: Colour
     median: float
@@ -54,15 +40,7 @@ class KnownMaterial(NamedTuple):
 
 
 class KnownThing(NamedTuple):
-    """Belief about one thing.
-
-    Attributes:
-        name: Name of the thing.
-        mass: Mean of its mass, [kg].
-        mass_sd: Standard deviation of its mass, [kg].
-        densities: Medians of its own densities by material, in increasing order of these, [kg/m^3].
-        experience: Trials with it.
-    """
+    """Belief about a thing: mean and SD of its mass, [kg], and medians of its densities by material, [kg/m^3]."""
 
     name: str
     mass: float
@@ -72,12 +50,7 @@ class KnownThing(NamedTuple):
 
 
 class MemorySummary(NamedTuple):
-    """Summary of a memory.
-
-    Attributes:
-        materials: Materials, in the order they were first met.
-        things: Things, in the order they were first met.
-    """
+    """Materials and things of a memory, in the order they were first met."""
 
     materials: tuple[KnownMaterial, ...]
     things: tuple[KnownThing, ...]

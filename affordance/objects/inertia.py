@@ -129,11 +129,7 @@ class ArraySolid(Shape):
 
 @dataclass(frozen=True)
 class Ellipsoid(Primitive):
-    """Solid ellipsoid.
-
-    Attributes:
-        semi_axes: Half the lengths along Ex, Ey, Ez, [m].
-    """
+    """Solid ellipsoid; semi-axes are half the lengths along Ex, Ey, Ez, [m]."""
 
     semi_axes: tuple[float, float, float]
 

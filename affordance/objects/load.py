@@ -53,14 +53,7 @@ _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 @dataclass(frozen=True)
 class Part:
-    """Entry of a tool's components, and its place in the file.
-
-    Attributes:
-        path: Path of the file.
-        key: Key of the entry in the file.
-        entry: Parsed entry.
-        materials: Materials by name.
-    """
+    """Entry of a tool's components, its place in the file, and the known materials by name."""
 
     path: Path
     key: str

@@ -49,11 +49,7 @@ class Body(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """Bodies of a mesh file.
-
-    Attributes:
-        bodies: Bodies in the order of the file.
-    """
+    """Bodies of a mesh file, in its order."""
 
     bodies: tuple[Body, ...]
 

@@ -18,11 +18,7 @@ _ALONG = 1e-9
 
 @dataclass(frozen=True)
 class Box(Primitive):
-    """Solid box.
-
-    Attributes:
-        lengths: Lengths of the edges along Ex, Ey, Ez, [m].
-    """
+    """Solid box with edges of some lengths along Ex, Ey, Ez, [m]."""
 
     lengths: tuple[float, float, float]
 
@@ -57,12 +53,7 @@ class _Round(Primitive):
 
 @dataclass(frozen=True)
 class Cylinder(_Round):
-    """Solid cylinder along Ez.
-
-    Attributes:
-        radius: Radius, [m].
-        length: Length, [m].
-    """
+    """Solid cylinder along Ez of a radius and a length, [m]."""
 
     @property
     def volume(self) -> float:
@@ -84,12 +75,7 @@ class Cylinder(_Round):
 
 @dataclass(frozen=True)
 class Capsule(_Round):
-    """Solid cylinder along Ez with a hemisphere on each end.
-
-    Attributes:
-        radius: Radius, [m].
-        length: Length of the cylinder, without the hemispheres, [m].
-    """
+    """Solid cylinder along Ez, of a length without the hemispheres on its ends, all of a radius, [m]."""
 
     @property
     def volume(self) -> float:

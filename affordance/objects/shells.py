@@ -41,12 +41,7 @@ class Shell(NamedTuple):
 
 
 class Shells(NamedTuple):
-    """Bodies of a mesh, with the repairs that were necessary.
-
-    Attributes:
-        shells: Shells in the order of the file.
-        repairs: Descriptions of repairs; empty for none.
-    """
+    """Bodies of a mesh in the order of the file, with descriptions of the repairs that were necessary."""
 
     shells: tuple[Shell, ...]
     repairs: tuple[str, ...]

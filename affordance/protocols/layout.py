@@ -26,13 +26,7 @@ _OF_SIMULATION = frozenset({Measure.COM_ERROR, Measure.INERTIA_ERROR, Measure.DE
 
 
 class Layout(NamedTuple):
-    """Layout of the K measured presentations of a protocol.
-
-    Attributes:
-        blocks: Blocks of the protocol.
-        block: Index of the block of each presentation, (K,).
-        is_closed_form: True if nothing is simulated.
-    """
+    """Layout of the K measured presentations of a protocol: its blocks, and the index of the block of each, (K,)."""
 
     blocks: Sequence[BlockEntry]
     block: NDArray[np.intp]

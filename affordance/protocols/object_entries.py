@@ -125,13 +125,7 @@ class ObjectsEntry(DataModel):
 
 
 class ProtocolObjects(NamedTuple):
-    """Objects of a protocol with their groups.
-
-    Attributes:
-        tools: Objects, in the order of the file.
-        groups: Indices of objects, by the name of the group.
-        path: Path of the file that defines the objects, for errors.
-    """
+    """Objects of a protocol in the order of their file, whose path errors name, and indices of objects by group."""
 
     tools: tuple[Tool, ...]
     groups: Mapping[str, Sequence[int]]

@@ -29,12 +29,7 @@ _GRAVITY = 9.81
 
 
 class People(NamedTuple):
-    """Results of people.
-
-    Attributes:
-        table: Published values; None without a table.
-        lifts: Single lifts; None without such data.
-    """
+    """Results of people, if there are any: a table of published values, and single lifts."""
 
     table: PublishedTable | None = None
     lifts: PeopleLifts | None = None

@@ -23,10 +23,9 @@ _NEEDED = ("observer", "lift", "object", "force")
 
 
 class PersonLifts(NamedTuple):
-    """Lifts of one person in N presentations, in their order.
+    """Lifts of one person in N presentations, in their order: indices of objects, (N,), and what the table has.
 
     Attributes:
-        tool: Indices of the objects, (N,).
         force: Upward force before release, (N,), [N]; NaN where it was not measured.
         mass: Masses of the objects, (N,), [kg]; NaN where the table has none.
         block: Indices of the blocks, (N,); -1 without a column of blocks.
@@ -39,12 +38,7 @@ class PersonLifts(NamedTuple):
 
 
 class PeopleLifts(NamedTuple):
-    """Single lifts of people.
-
-    Attributes:
-        path: Path of the table.
-        people: Lifts of each person, by name.
-    """
+    """Single lifts of people, by name, from the table at a path."""
 
     path: Path
     people: Mapping[str, PersonLifts]

@@ -18,11 +18,9 @@ _MOST = 20_000
 
 @dataclass(frozen=True)
 class Presentation:
-    """Presentation of one object.
+    """Presentation of an object of a block, by their indices.
 
     Attributes:
-        tool: Index of the object.
-        block: Index of the block in the protocol.
         mass: Mass in this presentation, [kg]; None for the object's own mass.
         cycle: Number of the repetition, from 1.
     """

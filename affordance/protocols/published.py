@@ -13,15 +13,7 @@ _COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
 
 
 class Published(NamedTuple):
-    """Published value with its interval and source.
-
-    Attributes:
-        value: Mean over people, in the given unit.
-        low: Lower end of the 95 % interval; NaN if none is published.
-        high: Upper end of the 95 % interval; NaN if none is published.
-        unit: SI unit; 1 for a dimensionless value.
-        source: Source of the value.
-    """
+    """Mean over people in an SI unit (1 for none), its 95 % interval, NaN if none is published, and the source."""
 
     value: float
     low: float
@@ -31,12 +23,7 @@ class Published(NamedTuple):
 
 
 class PublishedTable(NamedTuple):
-    """Published values of a group of people.
-
-    Attributes:
-        path: Path of the table.
-        values: Values by quantity, in the order of the rows.
-    """
+    """Published values of a group of people, by quantity in the order of the rows."""
 
     path: Path
     values: Mapping[str, Published]

@@ -21,15 +21,12 @@ _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as
 
 
 class Question(NamedTuple):
-    """Question that an advice answers.
+    """Question that an advice answers, with the names that its text uses.
 
     Attributes:
-        task: Name of the task.
-        robot: Name of the robot.
         see: Way in which the form of tools is known, "drawing", "features" or "pictures".
         memory: Name of the memory; empty without one.
         unknown: Names of the tools' materials of which the memory knows nothing.
-        names: Names of materials by colour.
         num_other_arms: Number of the memory's trials of this robot that were made with another arm.
     """
 

@@ -20,14 +20,7 @@ _TITLE_WIDTH = 150  # [characters]
 
 
 class CameraView(NamedTuple):
-    """Observation of an object by the camera.
-
-    Attributes:
-        title: Name of the observation.
-        picture: RGB-D image from the camera.
-        detection: Detected object; None if nothing was detected.
-        note: Remark appended to the title.
-    """
+    """Observation of an object by the camera, with a remark on what was detected, if anything."""
 
     title: str
     picture: Picture

@@ -152,14 +152,7 @@ class SectionEntry(DataModel):
 
 
 class CriterionResult(NamedTuple):
-    """Criterion with the value found.
-
-    Attributes:
-        name: Description of the measured quantity.
-        value: Measured number or numbers, as text.
-        bound: Bound, as text.
-        met: True if the criterion is met.
-    """
+    """Criterion with the value found and its bound as text, and whether it is met."""
 
     name: str
     value: str
@@ -168,15 +161,7 @@ class CriterionResult(NamedTuple):
 
 
 class ClaimResult(NamedTuple):
-    """Claim with the results of its criteria.
-
-    Attributes:
-        key: Key of the claim.
-        source: Source of the claim.
-        text: Statement of the claim.
-        met: True if all criteria are met.
-        criteria: Results of the criteria; the first is the headline.
-    """
+    """Claim with the results of its criteria, the first being the headline; it is met if all of them are."""
 
     key: str
     source: str

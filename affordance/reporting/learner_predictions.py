@@ -23,15 +23,7 @@ _SPREAD = (0.05, 0.95)
 
 
 class Prediction(NamedTuple):
-    """Prediction of one measure by one learner.
-
-    Attributes:
-        mean: Mean over observers, with its 95 % interval.
-        sd: Standard deviation between observers.
-        low: Fifth percentile over observers.
-        high: 95th percentile over observers.
-        values: Value of each observer, (R,).
-    """
+    """Prediction of a measure by a learner: mean with interval, SD, 5th and 95th percentile, and values, (R,)."""
 
     mean: Estimate
     sd: float
@@ -41,12 +33,7 @@ class Prediction(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """Standard deviation of a number between people.
-
-    Attributes:
-        sd: Standard deviation between people.
-        source: Source of the value.
-    """
+    """Standard deviation of a number between people, and its source."""
 
     sd: float
     source: str
@@ -56,8 +43,6 @@ class Contrast(NamedTuple):
     """Separation of two learners by one measure.
 
     Attributes:
-        measure: Name of the measure.
-        learners: Pair of learners.
         difference: Mean of the second learner minus that of the first.
         effect: Difference over the standard deviation between people or, where that is unknown, between observers.
         superiority: Probability that of two people, one of each learner, the second's value is larger; ties count

@@ -20,13 +20,7 @@ _LINE = "#000000"
 
 
 class LiftCurve(NamedTuple):
-    """Forces of the observers of one learner.
-
-    Attributes:
-        label: Name of the learner.
-        forces: Forces of R observers in C lifts, (R, C), [N].
-        predicted: Forces predicted from those for the other objects, (R, C), [N]; None to omit them.
-    """
+    """Forces of R observers of a learner in C lifts, (R, C), [N], and if given those predicted from other objects."""
 
     label: str
     forces: Array
@@ -40,16 +34,7 @@ class LiftCurve(NamedTuple):
 
 
 class PeopleMark(NamedTuple):
-    """Human data for some of the lifts.
-
-    Attributes:
-        label: Name of the quantity.
-        value: Mean, [N].
-        low: Lower end of the mean's 95 % interval, [N].
-        high: Upper end of the mean's 95 % interval, [N].
-        first: Number of the first of these lifts, from 1.
-        last: Number of the last of these lifts.
-    """
+    """Mean of people with its 95 % interval, [N], for some of the lifts, from first to last, from 1."""
 
     label: str
     value: float

@@ -30,13 +30,7 @@ _MANY = 5000  # triangles above which they are rasterised
 
 
 class Drawing(NamedTuple):
-    """Object in a drawing.
-
-    Attributes:
-        tool: Object as it is held.
-        title: Title above the object.
-        as_made: True for the colours of its true materials, False for those of its appearance.
-    """
+    """Object in a drawing, as it is held, in the colours of its appearance or, as made, of its true materials."""
 
     tool: Tool
     title: str

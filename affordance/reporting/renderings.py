@@ -50,14 +50,7 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """Arm, tool and nail in the posture to be rendered.
-
-    Attributes:
-        tool: Tool in the hand.
-        placement: Nail and its pose; None for none.
-        q: Joint angles, (num_joints,), [rad].
-        travel: Travel of the nail since it was set, [m].
-    """
+    """Arm at joint angles, [rad], with a tool and, if any, a nail after its travel since it was set, [m]."""
 
     tool: Tool
     placement: NailPlacement | None

@@ -40,13 +40,7 @@ _NAME = re.compile(r"[A-Za-z0-9]+(_[A-Za-z0-9]+)+")
 
 
 class Table(NamedTuple):
-    """Table of the report.
-
-    Attributes:
-        caption: Caption.
-        header: Titles of the columns.
-        rows: Cells of the rows.
-    """
+    """Table of the report: cells row by row, below the titles of the columns."""
 
     caption: str
     header: Sequence[str]
@@ -54,16 +48,10 @@ class Table(NamedTuple):
 
 
 class Section(NamedTuple):
-    """Report of an experiment.
+    """Report of an experiment; tables are of numbers, remarks on differences from the paper with their reasons.
 
     Attributes:
         order: Position among the sections.
-        title: Heading.
-        summary: Summary of the experiment, in a few sentences.
-        figures: Figures, in order.
-        claims: Claims with their results.
-        tables: Tables of numbers.
-        remarks: Differences from the paper with their reasons, and further remarks.
         finding: Outcome in one sentence, for visitors; empty if there is only the summary.
     """
 

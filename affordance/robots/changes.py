@@ -26,15 +26,7 @@ _NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, w
 
 
 class Change(NamedTuple):
-    """Change of one value of a task file.
-
-    Attributes:
-        file: Path within the folder of models.
-        key: Path of the key in the file.
-        old: Value before the change.
-        new: Value after the change; None if the key is removed.
-        why: Reason for the change.
-    """
+    """Change of the value at a key of a task file, with its reason; a new value of None removes the key."""
 
     file: str
     key: str
@@ -100,12 +92,7 @@ def _scale(factor: float, value: Any) -> Any:
 
 
 class Fitted(NamedTuple):
-    """Outcome of adapting the tasks to an arm.
-
-    Attributes:
-        changes: Changes of the task values that come with the program.
-        lacks: Reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
-    """
+    """Changes that adapt the tasks to an arm, and why ``objects``, ``path`` or ``blow`` are infeasible, by name."""
 
     changes: tuple[Change, ...]
     lacks: dict[str, str]

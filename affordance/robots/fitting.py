@@ -50,12 +50,7 @@ _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 
 
 class Fit(NamedTuple):
-    """Changes that make one task feasible, or the reason why none do.
-
-    Attributes:
-        changes: Necessary changes; empty if the task is feasible as it is.
-        lack: Reason why the task is infeasible despite all changes; empty if it is feasible.
-    """
+    """Changes that make one task feasible, or the reason why none do; what does not apply is empty."""
 
     changes: tuple[Change, ...]
     lack: str = ""
@@ -65,10 +60,8 @@ class Holding(NamedTuple):
     """Largest static load of the arm in its home posture.
 
     Attributes:
-        load: Largest fraction of a torque limit.
-        joint: Joint with that load.
-        object_name: Object that causes it; empty for the empty hand.
-        mass: Mass of that object, [kg].
+        load: Largest fraction of a torque limit, that of the joint.
+        object_name: Object that causes it, of that mass, [kg]; empty for the empty hand.
     """
 
     load: float

@@ -52,14 +52,7 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class ImportedArm:
-    """Imported arm with its home posture.
-
-    Attributes:
-        arm: Arm alone, with the robot that it was taken from.
-        home: Home posture for holding objects.
-        X_WB: Pose of the base, turned so that the hand points along Wx.
-        options: Options of the import.
-    """
+    """Imported arm with its home posture, and the pose of its base, turned so that the hand points along Wx."""
 
     arm: ReducedArm
     home: HomePosture

@@ -37,13 +37,7 @@ _PACKAGE = "package://"
 
 @dataclass
 class Appearance:
-    """Shapes that an arm is drawn with, and their mesh files.
-
-    Attributes:
-        visuals: Shapes by the name of a link of the written file.
-        meshes: Text of each mesh file by its name.
-        remarks: Remarks on shapes that could not be drawn as in the file.
-    """
+    """Shapes by link of the written file, texts of mesh files by name, and remarks on shapes unlike the file's."""
 
     visuals: dict[str, list[Visual]] = field(default_factory=dict)
     meshes: dict[str, str] = field(default_factory=dict)

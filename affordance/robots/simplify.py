@@ -43,12 +43,7 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
 
 
 class _Clusters(NamedTuple):
-    """Clusters of vertices by grid cell.
-
-    Attributes:
-        cells: Index of the cell of each vertex, (N,).
-        faces: Triangles between three cells, without duplicates, (K, 3).
-    """
+    """Clusters of vertices: index of the grid cell of each, (N,), and distinct triangles of three cells, (K, 3)."""
 
     cells: _Indices
     faces: _Indices

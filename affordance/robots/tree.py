@@ -21,13 +21,11 @@ _DRAKE_NAMES = {"urdf": "urdf", "sdf": "sdf", "mjcf": "xml"}
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Bodies and joints of a robot.
+    """Bodies and joints of a robot as Drake parses it, with its warnings as remarks.
 
     Attributes:
-        description: Contents of the robot's file.
         plant: Finalized plant, without geometry, every root welded to the world.
         joints_above: Joint that carries each body, by body.
-        remarks: Drake's warnings about the file.
     """
 
     description: Description

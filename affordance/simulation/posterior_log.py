@@ -9,12 +9,7 @@ from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Sour
 
 
 class LoggedPosterior(NamedTuple):
-    """Entry of the log.
-
-    Attributes:
-        time: Time since the beginning of the trial, [s].
-        belief: Posterior given every sample before this time; at 0 the visual prior.
-    """
+    """Posterior given every sample before a time since the beginning of the trial, [s]; at 0 the visual prior."""
 
     time: float
     belief: ObjectBelief

@@ -29,12 +29,7 @@ from affordance.vision.features import VisionError
 
 
 class Lift(NamedTuple):
-    """Presentation of an object.
-
-    Attributes:
-        tool: Index of the object.
-        teaches: True if the observer learns from the measurement.
-    """
+    """Presentation of an object, by its index, from which the observer may learn."""
 
     tool: int
     teaches: bool = True
@@ -66,13 +61,10 @@ class LiftRecord(NamedTuple):
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of a tool share.
+    """Quantities that all lifts of a tool share: its appearance, Phi of its parts, (10, num_parts), and weight, [N].
 
     Attributes:
-        appearance: Measured appearance of each part.
-        Phi: Inertial parameters of each part at unit density, shape (10, num_parts).
         tau: True torques of the arm holding the tool, shape (num_joints,), [N m].
-        weight: Weight of the tool, [N].
     """
 
     appearance: tuple[PartAppearance, ...]

@@ -23,16 +23,7 @@ from affordance.vision.systems import measure_geometry
 
 
 class Percept(NamedTuple):
-    """Percept of an object in a trial: what was seen and felt.
-
-    Attributes:
-        object_name: Name of the object.
-        features: Features that were seen, in the frame of the hand.
-        statistics: Statistics of the measured torques.
-        noise: Model of their errors.
-        num_joints: Number of joints.
-        arm: File that describes the arm.
-    """
+    """Percept of an object in a trial: features in the frame of the hand, and statistics of measured torques."""
 
     object_name: str
     features: tuple[ComponentFeatures, ...]

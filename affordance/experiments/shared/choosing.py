@@ -50,18 +50,12 @@ class ChoiceExperiment(Experiment):
     """Experiment of a protocol of choices; Simulations III and IV of the paper (IV-C and IV-D) are two of them.
 
     Attributes:
-        name: Name of the protocol.
-        section: Path of the protocol's file.
-        experience: Objects that are held first, and how they are learned.
+        experience: Objects that are held first, and how they are learned; it has seed and settings, too.
         novel: Tools for which a grip is chosen; the first is the paper's.
-        models: Folder of models.
         task_file: File of the task, for errors.
         novel_file: File of the novel tools, for errors.
         block: Name of the block in which objects are held first.
-        report: Report that the protocol describes.
         adapter: Task, and how it is planned, simulated and shown.
-        seed: Root of every random draw, that of the experience.
-        settings: Settings of all simulations, those of the experience.
     """
 
     name: str

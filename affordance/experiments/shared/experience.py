@@ -26,8 +26,6 @@ class ExperienceConfig:
 
     Attributes:
         tools: Objects; every block holds each of them once, in random order.
-        seed: Root of every random draw.
-        settings: Settings of all simulations.
         duration: Duration of each hold, [s].
         num_trials: Number of holds, a multiple of the number of objects.
     """

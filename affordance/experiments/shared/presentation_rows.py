@@ -31,13 +31,7 @@ _LEAST_P_VALUE = 1e-300
 
 
 class SeenObject(NamedTuple):
-    """Object and its visible features.
-
-    Attributes:
-        mass: Mass of the object, [kg].
-        features: Features of each part.
-        appearance: Appearance by which it is known again.
-    """
+    """Mass of an object, [kg], features of its parts, and the appearance by which it is known again."""
 
     mass: float
     features: tuple[ComponentFeatures, ...]
@@ -45,16 +39,12 @@ class SeenObject(NamedTuple):
 
 
 class Presented(NamedTuple):
-    """Presentation to an observer.
+    """Presentation to an observer: the object as seen, memories before and after, and further measures by name.
 
     Attributes:
-        presentation: Presentation that was carried out.
-        seen: Object as it was seen.
-        memories: Memories before and after the presentation.
         expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
         p_value: P-value of the measured torques; NaN if nothing is measured.
         record: Record of the motion; None without a simulated one.
-        numbers: Further measures, by name.
     """
 
     presentation: Presentation
@@ -70,8 +60,6 @@ class PresentationRow(NamedTuple):
     """Presentation of an object to an observer.
 
     Attributes:
-        tool: Index of the object.
-        block: Index of the block.
         cycle: Number of the repetition within the block, from 1.
         mass: Mass of the object in this presentation, [kg].
         force: Upward force before release from a clamp, [N]; NaN where there is no clamp.

@@ -49,12 +49,7 @@ type DrawFigures = Callable[[PresentationExperiment, Arrays], Mapping[str, Calla
 
 
 class Means(ABC):
-    """Means by which objects are presented to an observer of one learner; a frozen dataclass.
-
-    Attributes:
-        is_closed_form: True if nothing is simulated.
-        drawn: Names of the figures that can be drawn.
-    """
+    """Means by which objects are presented to an observer of one learner, and the figures that can be drawn of it."""
 
     is_closed_form: ClassVar[bool]
     drawn: ClassVar[tuple[str, ...]]
@@ -95,20 +90,12 @@ class PresentationExperiment(Experiment):
     Simulations I and II of the paper (IV-A, IV-B), Linear+ and Linear++ (Cesanek and others 2021) are some of them.
 
     Attributes:
-        name: Name of the protocol.
-        section: Path of the protocol's file.
-        objects: Objects that are presented.
         blocks: Presentations, in order.
         learners: Learners that are simulated; figures of simulated presentations show the first.
         told: Materials whose densities observers know, by colour, [kg/m^3].
-        models: Folder of models.
-        seed: Root of every random draw.
-        settings: Settings of all simulations.
         quantiles: Quantiles of beliefs that are stored.
         means: Means of presentation, simulated or in closed form.
-        report: Report that the protocol describes.
         numbers: Numbers that are reported.
-        figures: Figures that are drawn.
         people: Results of people.
         draw: Function that returns a function for each of the figures of all observers, from their arrays.
         kappa: Breadth of a category relative to its mean; None for the fitted value.

@@ -32,13 +32,7 @@ UPRIGHT = (np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]), np.array([[0.0, 0, 1],
 
 
 class Photograph(NamedTuple):
-    """Picture of a presented object, and the pose of the camera.
-
-    Attributes:
-        picture: Colour and depth picture.
-        X_PC: Pose of the camera in the presented object, shape (4, 4).
-        stand_depth: Depth of the stand's top, [m].
-    """
+    """Picture of a presented object, with the camera's pose X_PC, (4, 4), and the depth of the stand's top, [m]."""
 
     picture: Picture
     X_PC: Array

@@ -21,12 +21,7 @@ _WIDTH, _RIM = 0.01, 4e-3
 
 
 class Side(NamedTuple):
-    """Views of an object from the two ends of an axis.
-
-    Attributes:
-        R_QP: Rotation from P to a frame Q whose Qz is the axis, shape (3, 3).
-        views: Views along Qz and against it, with the poses of their cameras in Q.
-    """
+    """Views of an object along Qz and against it, cameras posed in Q, and the rotation R_QP from P to Q, (3, 3)."""
 
     R_QP: Array
     views: tuple[View, View]

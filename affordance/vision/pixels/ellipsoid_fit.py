@@ -51,12 +51,7 @@ class UndeterminedError(Exception):
 
 
 class SeenEllipsoid(NamedTuple):
-    """Ellipsoid in the camera's frame.
-
-    Attributes:
-        centre: Centre p_CEo, shape (3,), [m].
-        shape_matrix: Shape matrix S = R diag(a^2) R^T, shape (3, 3), [m^2].
-    """
+    """Ellipsoid in the camera's frame: centre p_CEo, (3,), [m], and S = R diag(a^2) R^T, (3, 3), [m^2]."""
 
     centre: Array
     shape_matrix: Array

@@ -41,24 +41,14 @@ _UNKNOWN = -1
 
 
 class Look(NamedTuple):
-    """Colour of a part of the object in full light.
-
-    Attributes:
-        colour: Red, green and blue in [0, 1].
-        lightness_sd: Standard deviation of the error of its brightness, [CIELAB].
-    """
+    """Colour of a part in full light, in [0, 1], and the standard deviation of its brightness, [CIELAB]."""
 
     colour: Colour
     lightness_sd: float
 
 
 class Looks(NamedTuple):
-    """Looks of an object and their pixels in each view.
-
-    Attributes:
-        looks: Looks, that is colours in full light.
-        labels: Index of the look that each pixel shows, -1 for none, (height, width) for each view.
-    """
+    """Looks of an object, and the index of that of each pixel, -1 for none, (height, width) for each view."""
 
     looks: tuple[Look, ...]
     labels: tuple[Labels, ...]

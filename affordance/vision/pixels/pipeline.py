@@ -41,13 +41,7 @@ _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """Parts detected in a picture.
-
-    Attributes:
-        segmentation: Index of the part that each pixel shows.
-        fits: Ellipsoids of the parts, in the camera's frame.
-        colours: Colours of the parts.
-    """
+    """Parts detected in a picture, with the fitted ellipsoid, in the camera's frame, and the colour of each."""
 
     segmentation: Segmentation
     fits: tuple[Fit, ...]

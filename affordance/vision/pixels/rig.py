@@ -48,10 +48,9 @@ _FACETS = 1.0013
 
 
 class Lamp(NamedTuple):
-    """Lamp at infinity, whose light is parallel.
+    """Lamp whose light is parallel, along a unit vector in the camera's frame.
 
     Attributes:
-        direction_C: Direction of the light, a unit vector in the camera's frame.
         intensity: Radiance of a white surface facing the lamp, relative to a saturated pixel.
     """
 

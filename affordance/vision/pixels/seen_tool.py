@@ -72,14 +72,7 @@ ERRORS: Mapping[Method, SolidError] = {
 
 
 class SeenTool(NamedTuple):
-    """Views of an object with its looks.
-
-    Attributes:
-        looks: Colours of the parts.
-        views: Surface and looks of each picture.
-        stand_height: Position of the stand's top along Pz in the first view, [m].
-        sides: Views along further axes.
-    """
+    """Looks of an object, its views from both sides and along further axes, and the stand's top along Pz, [m]."""
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]

@@ -51,12 +51,7 @@ _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """Parts of the object in a picture.
-
-    Attributes:
-        labels: Index of the part that each pixel shows, -1 for none, (height, width).
-        num_parts: Number of parts.
-    """
+    """Index of the part that each pixel shows, -1 for none, (height, width), and number of parts."""
 
     labels: Labels
     num_parts: int
