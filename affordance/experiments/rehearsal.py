@@ -1,12 +1,11 @@
 """Rehearsal of a protocol before observers run: names, figures, and claims on made-up numbers."""
 
-import difflib
 from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, suggest
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.number_entries import Measure
 from affordance.protocols.people import list_people
@@ -110,8 +109,6 @@ def _check_captions(experiment: PresentationExperiment, *, moves: bool) -> None:
     files = [f"{name}{suffix}" for name in names for suffix in _SUFFIXES]
     for index, figure in enumerate(experiment.report.given.get("figures", ())):
         if figure.file not in files:
-            near = difflib.get_close_matches(figure.file, files, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
             shown = ", ".join(f"{name}.png" for name in names) or "none, for there are no figures"
-            problem = f"is {figure.file!r}, which nothing draws, must be one of {shown}{hint}"
+            problem = f"is {figure.file!r}, which nothing draws, must be one of {shown}{suggest(figure.file, files)}"
             raise BadValueError(experiment.section, f"report.figures[{index}].file", problem)

@@ -1,7 +1,7 @@
 """Simulated presentations: objects are held, released from a clamp, moved or looked at."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from affordance.arrays import Array, Arrays
 from affordance.belief.object_belief import Memory
-from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath
 from affordance.experiments.definition import OBSERVER_SHOWN, Outputs
@@ -26,7 +25,8 @@ from affordance.reporting.replay import Scene, write_replay
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.clamp_trial import run_clamp_and_release
-from affordance.simulation.trial import Observer, TrialRunner, get_runner
+from affordance.simulation.rollout import follow_path
+from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.eye import observe
 from affordance.vision.systems import predict_object
@@ -180,7 +180,8 @@ class Simulated(Means):
             record, clamp = run_clamp_and_release(runner, tool, memory, duration=action.duration, seed=seed)
             return record, {"force": clamp.force}
         if action.reach is not None:
-            return present_reach(runner, tool, Reach(self.paths[index]), memory, seed)
+            done = follow_path(tool, Reach(self.paths[index]), memory, settings, seed)
+            return done.record, {"work": done.work, "path_error": done.error}
         return runner.run_hold(tool, memory, duration=action.duration, seed=seed), {}
 
     def _expect(
@@ -205,21 +206,3 @@ def _list_left(experiment: PresentationExperiment, waiting: Sequence[Presentatio
     if first is not None and now.tool in experiment.objects.groups[first]:
         return [now]
     return [each for each in waiting if (each.block, each.cycle) == (now.block, now.cycle)]
-
-
-def present_reach(
-    runner: TrialRunner, tool: Tool, task: Reach, memory: Memory, seed: tuple[int, ...]
-) -> tuple[TrialRecord, dict[str, Any]]:
-    """Simulates a reach with an object as it is gripped.
-
-    Returns: Record of the motion; and ``work``, [J], and ``path_error``, the largest distance of the free end from
-        the path, [m].
-    """
-    settings = runner.settings
-    runner = get_runner(replace(settings, log_period=settings.control_period))  # work is a sum over them
-    trial = runner.get_diagram(task.duration, tool)
-    following = task.begin(trial.model, tool.p_TTfree)
-    record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
-    error = trial.chain.compute_positions(record.q, tool.p_TTfree) - following.list_places(record.times)
-    work, _ = measure_cost(record.tau, record.v, settings.control_period)
-    return record, {"work": work, "path_error": float(np.linalg.norm(error, axis=1).max())}

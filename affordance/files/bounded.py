@@ -80,14 +80,14 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_json(path: Path, most: int = RESULTS) -> Any:
-    """Reads a JSON file of at most ``most`` bytes.
+def read_json(path: Path) -> Any:
+    """Reads a JSON file.
 
     Raises:
         BadValueError: The file cannot be read, is larger, or is not JSON.
     """
     try:
-        return json.loads(read_text(path, most))
+        return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not JSON: {error}") from error
 

@@ -25,26 +25,19 @@ class DataModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
 
-def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, Any] | None = None) -> M:
-    """Reads a file into a model.
-
-    Args:
-        path: Path of the file.
-        model: Model of its content.
-        context: Further data that its checks need.
+def load_model[M: BaseModel](path: Path, model: type[M]) -> M:
+    """Reads a file into a model of its content.
 
     Raises:
         BadValueError: The file or one of its values is invalid; the message says which and how.
     """
-    return check_content(path, "", read_yaml(path), model, context)
+    return check_content(path, "", read_yaml(path), model)
 
 
-def check_content[M: BaseModel](
-    path: Path, key: str, content: Any, model: type[M], context: Mapping[str, Any] | None = None
-) -> M:
+def check_content[M: BaseModel](path: Path, key: str, content: Any, model: type[M]) -> M:
     """Reads the content at a key of a file into a model; see ``load_model``."""
     try:
-        return model.model_validate(content, context=dict(context or {}))
+        return model.model_validate(content)
     except ValidationError as error:
         raise _translate(path, key, content, model, error) from error
 

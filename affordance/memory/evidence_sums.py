@@ -6,6 +6,7 @@ object's trials add up. Errors of its geometry and its deviation from its materi
 both are marginalised once, in the sum. Sums of objects add up again, in any order, to the belief about materials.
 """
 
+import functools
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -48,6 +49,11 @@ class ObjectSum(NamedTuple):
         size = len(columns)
         nothing = Quadratic(np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS))
         return cls(columns, trial.geometry, nothing, (np.zeros((size, size)), np.zeros(size)))
+
+    @classmethod
+    def of(cls, trials: Sequence[TrialEvidence], columns: tuple[int, ...], prior: Prior) -> "ObjectSum":
+        """Returns the sum of all trials of an object."""
+        return functools.reduce(lambda total, trial: total.add(trial, prior), trials, cls.start(trials[0], columns))
 
     def add(self, trial: TrialEvidence, prior: Prior) -> "ObjectSum":
         """Returns the sum with another trial of the object."""
@@ -171,10 +177,7 @@ def sum_objects(
     """Sums the evidence of objects, each with its trials, in the order in which colours are to be met."""
     total = MaterialSum(prior)
     for trials in groups:
-        of_object = ObjectSum.start(trials[0], total.recognise(trials[0].parts, same_colours))
-        for trial in trials:
-            of_object = of_object.add(trial, prior)
-        total.add(of_object)
+        total.add(ObjectSum.of(trials, total.recognise(trials[0].parts, same_colours), prior))
     return total
 
 

@@ -61,9 +61,7 @@ class KeptSums:
         for thing in things:
             trials = read_thing(connection, thing, place)
             columns = self.materials.recognise(trials[0].parts)
-            of_object = ObjectSum.start(trials[0], columns)
-            for trial in trials:
-                of_object = of_object.add(trial, self.prior)
+            of_object = ObjectSum.of(trials, columns, self.prior)
             connection.execute(delete(THINGS).where(*self._match(thing)))
             self._write_thing(connection, thing, of_object, trials[0].id)
         self.materials = MaterialSum(self.prior, self.materials.colours)

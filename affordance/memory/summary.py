@@ -61,11 +61,8 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
     trials = {thing: ledger.list_thing_trials(thing) for thing in ledger.list_things()}
     total, sums = MaterialSum(prior), {}
     for thing, group in trials.items():
-        of_object = ObjectSum.start(group[0], total.recognise(group[0].parts, same_colours))
-        for trial in group:
-            of_object = of_object.add(trial, prior)
-        total.add(of_object)
-        sums[thing] = of_object
+        sums[thing] = ObjectSum.of(group, total.recognise(group[0].parts, same_colours), prior)
+        total.add(sums[thing])
     belief = total.build_belief()
     low, median, high = belief.compute_percentiles(_FRACTIONS) if total.colours else np.zeros((3, 0))
     materials = []
@@ -88,9 +85,7 @@ def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
     total = MaterialSum(prior)
     for thing in ledger.list_things():
         trials = ledger.list_thing_trials(thing)
-        of_object = ObjectSum.start(trials[0], total.recognise(trials[0].parts))
-        for trial in trials:
-            of_object = of_object.add(trial, prior)
+        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts), prior)
         columns = tuple(dict.fromkeys(of_object.columns))
         order = [of_object.materials.index(column) for column in columns]
         shared = of_object.compute_likelihood(prior)

@@ -111,6 +111,9 @@ def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
     }
 
 
+_load_own = lru_cache(maxsize=1)(load_materials)
+
+
 def check_materials(materials: object) -> Mapping[str, Material]:
     """Returns a mapping from names to materials, as of ``load_materials``; else raises a BadArgumentError."""
     if not isinstance(materials, Mapping):
@@ -144,8 +147,3 @@ def find_colour(
     if material not in known:
         raise BadArgumentError(argument, "", f"{describe_choice(material, known)} {_FORMS}")
     return known[material].colour
-
-
-@lru_cache(maxsize=1)
-def _load_own() -> dict[str, Material]:
-    return load_materials()

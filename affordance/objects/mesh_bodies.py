@@ -23,6 +23,8 @@ _LOG = logging.getLogger(__name__)
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 # Bounds of the length of objects that a hand can hold and swing: a metre, and the thickness of a coin, [m].
 LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
+# Length from which a tool is plausible, not merely possible, [m].
+_PLAUSIBLE = 0.02
 # Fraction of volume counted twice above which a warning is given: assemblies with threads, splines and press fits
 # drawn into each other have up to 1.1 %.
 _LARGE_OVERLAP = 0.02
@@ -87,7 +89,12 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
     if not overlap <= _LARGE_OVERLAP:
         much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
         _LOG.warning("%s: %s lies in two bodies at once, and is counted twice", path, much)
-    return Bodies(tuple(_make_body(shell, vertices, triangles) for shell in found.shells))
+    return Bodies(
+        tuple(
+            Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
+            for shell in found.shells
+        )
+    )
 
 
 def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
@@ -119,11 +126,6 @@ def merge(bodies: Bodies) -> Body:
     return Body(solid, p_FEo, 0, (), colours.pop() if len(colours) == 1 else None)
 
 
-def _make_body(shell: Shell, vertices: Array, triangles: Triangles) -> Body:
-    solid, p_FEo = shell.solid.centre()
-    return Body(solid, p_FEo, shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
-
-
 def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
     """Finds the colour of the largest share of the area; None if the file gives none."""
     corners = vertices[triangles.faces[shell.faces]]
@@ -142,12 +144,8 @@ def _check_size(path: Path, triangles: Triangles, unit: str) -> None:
     length = float((used.max(axis=0) - used.min(axis=0)).max())
     if LENGTH_MIN <= UNITS[unit] * length <= LENGTH_MAX:
         return
-    fitting = [f"{UNITS[other] * length:.3g} m in {other}" for other in UNITS if _fits(UNITS[other] * length)]
+    lengths = {other: scale * length for other, scale in UNITS.items()}
+    fitting = [f"{each:.3g} m in {other}" for other, each in lengths.items() if _PLAUSIBLE <= each <= LENGTH_MAX]
     hint = f"; it would be {', '.join(fitting)}" if fitting else ""
     bounds = f"must be from {LENGTH_MIN:g} to {LENGTH_MAX:g} m"
     raise BadValueError(path, "", f"is {UNITS[unit] * length:.3g} m long if its unit is {unit}, {bounds}{hint}")
-
-
-def _fits(length: float) -> bool:
-    """Returns True if a length, [m], is plausible for a tool, not merely possible."""
-    return 0.02 <= length <= LENGTH_MAX

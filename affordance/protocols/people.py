@@ -2,14 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student_t
 
 from affordance.arrays import Array
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, suggest
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.measured import MeasuredObservers, compute_of_observers
 from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
@@ -43,10 +42,8 @@ def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> No
                 problem = f"is {table.get(quantity).value:g}, must be at least 2"
                 raise BadValueError(table.path, f"{NUM_PEOPLE}, value", problem)
         elif quantity not in entries:
-            near = get_close_matches(quantity, entries, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
             known = ", ".join([NUM_PEOPLE, *entries])
-            problem = f"is {quantity!r}, which is no number of the protocol: {known}{hint}"
+            problem = f"is {quantity!r}, which is no number of the protocol: {known}{suggest(quantity, entries)}"
             raise BadValueError(table.path, "quantity", problem)
 
 
@@ -148,7 +145,8 @@ def list_spreads(
         elif table is not None and name in published and math.isfinite(published[name].low):
             count = table.get(NUM_PEOPLE).value
             half = 0.5 * (published[name].high - published[name].low)
-            found[name] = Spread(half * math.sqrt(count) / _compute_quantile(count), published[name].source)
+            quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
+            found[name] = Spread(half * math.sqrt(count) / quantile, published[name].source)
         elif entry.expression is not None:
             names = [other for other in entries if other in find_names(entry.expression)]
             moving = [other for other in names if entries[other].measure not in (Measure.WEIGHT, *OF_OBJECTS)]
@@ -198,11 +196,6 @@ def _measure_person(
         return {key: np.asarray(values[0]) for key, values in compute_of_observers(entries, measured).items()}
     except AffordanceError as error:
         raise BadValueError(lifts.path, "", f"{name!r}: {error}") from error
-
-
-def _compute_quantile(count: float) -> float:
-    """Computes Student's quantile of a 95 % interval for a number of people."""
-    return float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
 
 
 def _propagate(expression: str, used: Mapping[str, Published]) -> Published:

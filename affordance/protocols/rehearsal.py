@@ -31,7 +31,9 @@ from affordance.reporting.expressions import find_names
 def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[Presentation]]) -> MeasuredObservers:
     """Makes up the measurements of a few observers, who are given K measured presentations each."""
     presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
-    masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
+    usual = [tool.mass for tool in objects.tools]
+    weighed = [[usual[each.tool] if each.mass is None else each.mass for each in row] for row in drawn]
+    masses = np.array(weighed).reshape(presented.shape)
     rng = np.random.default_rng(0)
     num_colours = len(list_colours(objects.tools))
 
@@ -42,11 +44,6 @@ def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[P
         return rng.uniform(0.5, 1.5, (len(drawn), count))
 
     return MeasuredObservers(objects, presented, get, layout.find_measured)
-
-
-def weigh_presentation(presentation: Presentation, objects: ProtocolObjects) -> float:
-    """Returns the mass of the object in a presentation, [kg]."""
-    return objects.tools[presentation.tool].mass if presentation.mass is None else presentation.mass
 
 
 def rehearse(

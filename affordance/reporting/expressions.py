@@ -232,7 +232,8 @@ def _compute(node: ast.expr | None, numbers: Mapping[str, Any], parts: list[Any]
         case ast.BinOp(left=left, op=op, right=right):
             operands = _evaluate(left, numbers, parts), _evaluate(right, numbers, parts)
             _check_numbers(*operands)
-            return _bound(ARITHMETIC[type(op)](*operands))
+            found = ARITHMETIC[type(op)](*operands)
+            return float(found) if isinstance(found, int) and abs(found) > _LARGEST else found  # as an exact double
         case ast.UnaryOp(op=unary, operand=operand):
             value = _evaluate(operand, numbers, parts)
             _check_numbers(value)
@@ -301,8 +302,3 @@ def _check_shapes(*values: Any) -> None:
     shape = np.broadcast_shapes(*(np.shape(value) for value in values))
     if np.prod(shape, dtype=float) > max(np.size(value) for value in values):
         raise ValueError("lists of different shapes make a table of each with each")
-
-
-def _bound(value: Any) -> Any:
-    """Converts integers that are not exactly representable as doubles to doubles."""
-    return float(value) if isinstance(value, int) and abs(value) > _LARGEST else value

@@ -26,7 +26,8 @@ def format_number(value: float, digits: int = 3) -> str:
         return f"{mantissa} × 10^{int(exponent)}"
     rounded = f"{float(f'{value:.{digits - 1}e}'):.10f}"
     whole, _, decimals = rounded.partition(".")
-    shown = digits - len(whole.lstrip("-").lstrip("0")) if whole.lstrip("-0") else digits + _count_zeros(decimals)
+    zeros = len(decimals) - len(decimals.lstrip("0"))
+    shown = digits - len(whole.lstrip("-").lstrip("0")) if whole.lstrip("-0") else digits + zeros
     return f"{value:.{max(0, shown)}f}"
 
 
@@ -72,7 +73,3 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 def label(text: str, width: int = 44) -> str:
     """Folds a text into a legend label, without underscores, of which a leading one would hide it."""
     return fold(text.replace("_", " "), width)
-
-
-def _count_zeros(decimals: str) -> int:
-    return len(decimals) - len(decimals.lstrip("0"))

@@ -57,18 +57,12 @@ def draw_fit(fit: PayloadFit) -> Figure:
     return figure
 
 
-def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure:
-    """Draws the marginals of mass, centre of mass and moments, with those of the prior.
-
-    Args:
-        belief: Posterior of the payload.
-        truth: True ten parameters, shape (10,); None to mark the reference mass, if there is one.
-    """
+def draw_posteriors(belief: PayloadBelief) -> Figure:
+    """Draws the marginals of mass, centre of mass and moments, the prior's, and the reference mass, if any."""
     figure = Figure(figsize=(12.0, 5.2))
     axes = figure.subplots(2, 5).ravel()
     after = describe_bodies(belief.bodies.pi) * _SCALES
     before = describe_bodies(belief.prior_bodies) * _SCALES
-    known = None if truth is None else describe_bodies(truth[None])[0] * _SCALES
     for i, (axis, label) in enumerate(zip(axes, _LABELS, strict=True)):
         interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
         margin = np.ptp(interval) + 1e-12
@@ -87,9 +81,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
             label="after",
         )
         axis.axvspan(*interval, color=OBJECT_COLOURS[0], alpha=0.12, label="90 % interval")
-        if known is not None:
-            axis.axvline(known[i], color=OBJECT_COLOURS[2], label="true")
-        elif i == 0 and belief.reference_mass is not None:
+        if i == 0 and belief.reference_mass is not None:
             axis.axvline(belief.reference_mass, color=OBJECT_COLOURS[2], label="weighed")
         axis.set_xlabel(label, fontsize=9)
         axis.tick_params(labelsize=7)

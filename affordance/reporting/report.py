@@ -117,8 +117,9 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
+            who = "observer or object" if numbers["repeats"] == 1 else "observers or objects"
             done = (
-                f"{numbers['repeats']} {_name_repeats(numbers['repeats'])}, seed {numbers['seed']}, by version "
+                f"{numbers['repeats']} {who}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
             run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)
@@ -126,10 +127,6 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
             continue
         runs.setdefault(run, []).append(folder.name)
     return runs
-
-
-def _name_repeats(number: int) -> str:
-    return "observer or object" if number == 1 else "observers or objects"
 
 
 def _describe_setup(setup: Mapping[str, Any]) -> str:

@@ -148,6 +148,9 @@ def reduce_arm(
         before = frame
     X_LT = _compose(tree, context, before, chain.tip)
     axis = out_axis or find_out_axis(X_LT, [link.X_PL for link in links])
+    X_LH = X_LT @ RigidTransform(_turn_to(axis))
+    if X_LH.rotation().IsNearlyIdentity(1e-15):  # but for rounding
+        X_LH = RigidTransform(X_LH.translation())
     base_frame = chain.base.body_frame()
     support = sorted({int(body.index()) for body in (chain.base, *tree.list_above(chain.base))} - {0})
     X_WB = base_frame.CalcPoseInWorld(context)
@@ -156,7 +159,7 @@ def reduce_arm(
         chain=chain,
         X_WB=X_WB if up == "z" else turn_up(up) @ X_WB,
         links=tuple(links),
-        X_LH=_simplify(X_LT @ RigidTransform(_turn_to(axis))),
+        X_LH=X_LH,
         out_axis=axis,
         base_bodies=_place(tree, context, base_frame, [tree.plant.get_body(BodyIndex(index)) for index in support]),
         frozen=frozen,
@@ -265,11 +268,6 @@ def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[R
     moments = total.Shift(p_com).CalcRotationalInertia()
     values = (*moments.get_moments().tolist(), *moments.get_products().tolist())
     return Inertial(float(total.get_mass()), tuple(p_com.tolist()), (0.0,) * 3, values)
-
-
-def _simplify(X: RigidTransform) -> RigidTransform:
-    """Removes rounding errors from the rotation of a pose where it should be the identity."""
-    return RigidTransform(X.translation()) if X.rotation().IsNearlyIdentity(1e-15) else X
 
 
 def describe_pose(X: RigidTransform) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -47,6 +47,8 @@ _DAMAGE = (
 _PACKAGE = Path(__file__).parents[1]
 # Folders of the package that affect no number of a repeat: they only report.
 _DECIDE_NOTHING = {"commands", "reporting"}
+# Version of an installed library, whose folder of facts is read once, as that takes milliseconds.
+_find_version = functools.cache(importlib.metadata.version)
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
@@ -72,12 +74,6 @@ def list_versions() -> dict[str, str]:
     """Lists the versions of the interpreter and of the libraries that results depend on."""
     versions = {name: _find_version(name) for name in _LIBRARIES}
     return {"affordance": __version__, "python": platform.python_version(), **versions}
-
-
-@functools.cache
-def _find_version(name: str) -> str:
-    """Finds the version of an installed library; its folder of facts is read once, as that takes milliseconds."""
-    return importlib.metadata.version(name)
 
 
 def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath
@@ -15,7 +17,7 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, list_densities
 from affordance.settings import Settings
-from affordance.simulation.trial import finish, get_runner
+from affordance.simulation.trial import get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 
@@ -44,13 +46,15 @@ class Rollout(NamedTuple):
 
 def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
     """Simulates a reach with a gripped tool of known densities, [kg/m^3], and logs every control period."""
-    every_tick = dataclasses.replace(settings, log_period=settings.control_period)
-    tool = tool.with_densities(densities)
-    runner = get_runner(every_tick)
+    return follow_path(tool.with_densities(densities), task, MaterialMemory.from_densities(densities), settings, 0)
+
+
+def follow_path(tool: Tool, task: Reach, memory: Memory, settings: Settings, seed: Seed) -> Rollout:
+    """Simulates a reach with a gripped tool and an observer's memory, and logs every control period."""
+    runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(task.duration, tool)
     following = task.begin(trial.model, tool.p_TTfree)
-    memory = MaterialMemory.from_densities(densities)
-    record = finish(trial, runner.prepare(trial, tool, following, memory, seed=0), tool)
+    record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
     work, effort = measure_cost(record.tau, record.v, settings.control_period)
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)

@@ -142,7 +142,8 @@ def measure_geometry(
     )
     errors = []
     for part, index in zip(features, material_indices, strict=True):
-        for measurement, sd in enumerate(_list_errors(part)):
+        sds = [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
+        for measurement, sd in enumerate(sds):
             if sd > 0.0:
                 error = np.zeros((NUM_PARAMETERS, num_materials))
                 plus, minus = (_displace(part, measurement, step) for step in (_STEP, -_STEP))
@@ -160,11 +161,6 @@ def measure_geometry(
             error[:, index] = parameters_from_pseudo_inertia(change)
             errors.append(error)
     return Geometry(Phi, np.array(errors).reshape(-1, NUM_PARAMETERS, num_materials))
-
-
-def _list_errors(part: ComponentFeatures) -> list[float]:
-    """Lists the standard deviations of a component's measurements: sizes, position, rotation."""
-    return [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:

@@ -76,13 +76,11 @@ NUM_PRIOR_CHOICES = 10_000
 NUM_BAYES_SAMPLES = 2_000
 
 
-def choose_before_experience(
-    choice: Choice, colours: tuple[Colour, ...], seed: int, num_choices: int = NUM_PRIOR_CHOICES
-) -> Chosen:
-    """Chooses by the paper's rule under many densities drawn from the prior, (num_choices,)."""
+def choose_before_experience(choice: Choice, colours: tuple[Colour, ...], seed: int) -> Chosen:
+    """Chooses by the paper's rule under many densities drawn from the prior, (NUM_PRIOR_CHOICES,)."""
     rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().add_colours(colours, choice.settings.prior)
-    return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, num_choices)), rng)
+    return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES)), rng)
 
 
 def choose_by_sample(
@@ -180,16 +178,17 @@ def compute_proportions(
     estimates: dict[str, Estimate] = {}
     for index, (name, choice) in enumerate(choices.items()):
         grips = [option.grip for option in choice.options]
+        works = {grip: done.work for grip, done in simulated[name].items()}
         before = choose_before_experience(choice, experience.colours, experience.seed)
         estimates[name] = estimate_correct(arrays["paper"][:, index], before, grips.index(correct[name]))
         tools[name] = {
             "p_correct": estimates[name].mean,
             "p_correct_ci95": estimates[name].ci95,
             "correct_grip": correct[name],
-            "energy_true": {grip: done.work for grip, done in simulated[name].items()},
+            "energy_true": works,
             "chance": estimates[name].mean[0],
             "chance_by_symmetry": is_symmetric(novel[index]),
-            "energy_ratio_true": compute_energy_ratio(simulated[name]),
+            "energy_ratio_true": max(works.values()) / min(works.values()),
             "off_axis_2mm_change": off_axis[name],
         }
     first, *others = choices
@@ -212,12 +211,6 @@ def compute_proportions(
         numbers["correct_grip_headed_tool"] = correct[others[0]]
         numbers["energy_true_headed_tool"] = tools[others[0]]["energy_true"]
     return numbers
-
-
-def compute_energy_ratio(simulated: Mapping[str, Simulated]) -> float:
-    """Computes the ratio of the work with the costliest grip to that with the cheapest."""
-    works = [done.work for done in simulated.values()]
-    return max(works) / min(works)
 
 
 def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[str, Any]:

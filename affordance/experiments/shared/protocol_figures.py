@@ -12,7 +12,7 @@ from affordance.experiments.definition import OBSERVER_SHOWN
 from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment
 from affordance.experiments.shared.trajectories import HEIGHTS
 from affordance.objects.tool import Tool
-from affordance.protocols.measured import compute_volume, select_presentations
+from affordance.protocols.measured import predict_from_line, select_presentations
 from affordance.protocols.number_entries import FigureEntry, Measure
 from affordance.protocols.people import list_people
 from affordance.reporting import figures, statistics
@@ -118,7 +118,7 @@ def _draw_lifts(entry: FigureEntry, experiment: PresentationExperiment, arrays: 
             others = experiment.objects.groups[entry.predicted_from]
             predicted = np.array(
                 [
-                    predict_between(*row, drawn=group, others=others, tools_there_are=experiment.tools)
+                    predict_between(*row, drawn=group, others=others, tools=experiment.tools)
                     for row in zip(presented, forces, strict=True)
                 ]
             )
@@ -166,22 +166,19 @@ def _mark(experiment: PresentationExperiment, entry: FigureEntry, count: int) ->
 
 
 def predict_between(
-    presented: Any, forces: Any, *, drawn: Sequence[int], others: Sequence[int], tools_there_are: Sequence[Tool]
+    presented: Any, forces: Any, *, drawn: Sequence[int], others: Sequence[int], tools: Sequence[Tool]
 ) -> list[float]:
     """Predicts forces, [N], of the drawn objects, after each of their lifts, by a line through others' volumes.
 
     The objects presented, (K,), and their forces, (K,), [N], are in order; others predict in the lifts between one of
     the drawn and the next.
     """
-    volumes = np.array([compute_volume(tool) for tool in tools_there_are])
-    places = np.flatnonzero(np.isin(presented, drawn))
     predicted = []
+    places = np.flatnonzero(np.isin(presented, drawn))
     for start, end in zip(places, [*places[1:], len(presented)], strict=True):
         between = np.arange(start, end)
         chosen = between[np.isin(presented[between], others)]
-        if len(np.unique(presented[chosen])) < 2:
-            predicted.append(np.nan)
-            continue
-        slope, intercept = np.polyfit(volumes[presented[chosen]], forces[chosen], 1)
-        predicted.append(float(intercept + slope * volumes[presented[start]]))
+        values, of = forces[chosen], presented[chosen]
+        is_line = len(np.unique(of)) > 1
+        predicted.append(predict_from_line(values, of, tools, tools[presented[start]]) if is_line else np.nan)
     return predicted
