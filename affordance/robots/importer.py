@@ -1,7 +1,6 @@
 """Extraction of an arm from a robot's file, with a home posture; nothing is written here."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +12,7 @@ from affordance.robots.chain import find_chain
 from affordance.robots.frozen import check_posture, freeze, parse_values
 from affordance.robots.home import ArmStatics, HomePosture, find_home
 from affordance.robots.reader import read_robot
+from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
 from affordance.robots.tree import build_tree
 
@@ -20,34 +20,6 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
 # link turns about its own axis.
 _LEAST_EIGENVALUE = 1e-12
-
-
-@dataclass(frozen=True)
-class ImportOptions:
-    """Options of an import that the user gives in addition to the file.
-
-    Attributes:
-        tip: Link or frame at the end of the arm, where it holds objects.
-        base: Link that is fixed to the world; None to find one.
-        out_axis: Axis of the tip that points out of the hand; None to find one.
-        posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
-            there in the home posture.
-        rotor_inertia: Reflected inertia of rotor and gears by joint; the empty name applies to every joint, [kg m^2].
-        effort: Torque limits that replace the file's, by joint; the empty name applies to every joint, [N m].
-        damping: True to keep the file's damping.
-        height: Height of the base above the world's origin, [m]; None for the file's.
-        up: Axis of the robot's root that points up; z in nearly all files.
-    """
-
-    tip: str
-    base: str | None = None
-    out_axis: str | None = None
-    posture: Mapping[str, float] = field(default_factory=dict)
-    rotor_inertia: Mapping[str, float] = field(default_factory=dict)
-    effort: Mapping[str, float] = field(default_factory=dict)
-    damping: bool = True
-    height: float | None = None
-    up: str = "z"
 
 
 @dataclass(frozen=True)
@@ -74,18 +46,7 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain, options.posture)
-    names = [joint.name() for joint in chain.joints]
-    return reduce_arm(
-        tree,
-        chain,
-        context,
-        frozen,
-        out_axis=options.out_axis,
-        up=options.up,
-        effort=_spread("--effort", options.effort, names),
-        rotor_inertia=_spread("--rotor-inertia", options.rotor_inertia, names),
-        damping=options.damping,
-    )
+    return reduce_arm(tree, chain, context, frozen, options)
 
 
 def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
@@ -121,16 +82,6 @@ def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool)
             where = f" for {name}" if name else ""
             raise BadValueError(option, "", f"is {value:g}{where}, must be {bound} {unit}")
     return values
-
-
-def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-    """Expands values given for joints by name, and for every joint under the empty name, to values by joint."""
-    unknown = [name for name in given if name and name not in names]
-    if unknown:
-        problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
-        raise BadValueError(option, "", problem)
-    everywhere = dict.fromkeys(names, given[""]) if "" in given else {}
-    return {**everywhere, **{name: value for name, value in given.items() if name}}
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:

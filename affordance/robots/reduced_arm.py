@@ -5,7 +5,7 @@ hand, at the tip, Hx pointing out of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -16,6 +16,34 @@ from affordance.exceptions import BadValueError
 from affordance.robots.chain import FEWEST_JOINTS, Chain, group_bodies
 from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
+
+
+@dataclass(frozen=True)
+class ImportOptions:
+    """Options of an import that the user gives in addition to the file.
+
+    Attributes:
+        tip: Link or frame at the end of the arm, where it holds objects.
+        base: Link that is fixed to the world; None to find one.
+        out_axis: Axis of the tip that points out of the hand; None to find one.
+        posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
+            there in the home posture.
+        rotor_inertia: Reflected inertia of rotor and gears by joint; the empty name applies to every joint, [kg m^2].
+        effort: Torque limits that replace the file's, by joint; the empty name applies to every joint, [N m].
+        damping: True to keep the file's damping.
+        height: Height of the base above the world's origin, [m]; None for the file's.
+        up: Axis of the robot's root that points up; z in nearly all files.
+    """
+
+    tip: str
+    base: str | None = None
+    out_axis: str | None = None
+    posture: Mapping[str, float] = field(default_factory=dict)
+    rotor_inertia: Mapping[str, float] = field(default_factory=dict)
+    effort: Mapping[str, float] = field(default_factory=dict)
+    damping: bool = True
+    height: float | None = None
+    up: str = "z"
 
 
 @dataclass(frozen=True)
@@ -92,35 +120,23 @@ class ReducedArm:
 
 
 def reduce_arm(
-    tree: RobotTree,
-    chain: Chain,
-    context: Context,
-    frozen: Mapping[str, float],
-    *,
-    out_axis: str | None,
-    up: str,
-    effort: Mapping[str, float],
-    rotor_inertia: Mapping[str, float],
-    damping: bool,
+    tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], options: ImportOptions
 ) -> ReducedArm:
-    """Reduces a chain of a robot to an arm.
-
-    Args:
-        tree: Robot.
-        chain: Chain of the arm's joints.
-        context: Context of the plant, with the chain at zero and all other joints where they are frozen.
-        frozen: Values of the frozen joints, [rad] or [m].
-        out_axis: Axis of the tip that points out of the hand; None to find one.
-        up: Axis of the robot's root that points up.
-        effort: Torque limits by joint that replace the file's, [N m].
-        rotor_inertia: Rotor inertias by joint that replace the file's, [kg m^2].
-        damping: True to keep the file's damping.
+    """Reduces a chain of a robot to an arm, in a context with the chain at zero and other joints frozen.
 
     Raises:
         BadValueError: A link of the arm has an impossible inertia, or a joint has impossible limits, no torque limit,
-            or a velocity limit of zero.
+            or a velocity limit of zero; or an option names a joint that the arm has not.
     """
-    efforts = {joint.name(): effort.get(joint.name(), tree.note(joint).effort) for joint in chain.joints}
+    names = [joint.name() for joint in chain.joints]
+    for option, given in (("--effort", options.effort), ("--rotor-inertia", options.rotor_inertia)):
+        if unknown := [name for name in given if name and name not in names]:
+            problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
+            raise BadValueError(option, "", problem)
+    notes = {joint.name(): tree.note(joint) for joint in chain.joints}
+    # What is given for a joint, for every joint (the empty name), or by the file.
+    efforts = {name: options.effort.get(name, options.effort.get("", notes[name].effort)) for name in names}
+    rotors = options.rotor_inertia
     _check_joints(tree, chain, efforts)
     links: list[ReducedLink] = []
     before: Frame = chain.base.body_frame()
@@ -139,15 +155,15 @@ def reduce_arm(
                 upper=float(joint.position_upper_limits()[0]),
                 velocity=float(joint.velocity_upper_limits()[0]),
                 effort=limit,
-                damping=float(joint.default_damping()) if damping else 0.0,
-                rotor_inertia=rotor_inertia.get(name, tree.note(joint).rotor_inertia),
+                damping=float(joint.default_damping()) if options.damping else 0.0,
+                rotor_inertia=rotors.get(name, rotors.get("", notes[name].rotor_inertia)),
                 inertial=_sum_inertia(tree, context, frame, group),
                 bodies=_place(tree, context, frame, group),
             )
         )
         before = frame
     X_LT = _compose(tree, context, before, chain.tip)
-    axis = out_axis or find_out_axis(X_LT, [link.X_PL for link in links])
+    axis = options.out_axis or find_out_axis(X_LT, [link.X_PL for link in links])
     X_LH = X_LT @ RigidTransform(_turn_to(axis))
     if X_LH.rotation().IsNearlyIdentity(1e-15):  # but for rounding
         X_LH = RigidTransform(X_LH.translation())
@@ -157,7 +173,7 @@ def reduce_arm(
     return ReducedArm(
         tree=tree,
         chain=chain,
-        X_WB=X_WB if up == "z" else turn_up(up) @ X_WB,
+        X_WB=X_WB if options.up == "z" else turn_up(options.up) @ X_WB,
         links=tuple(links),
         X_LH=X_LH,
         out_axis=axis,
