@@ -11,10 +11,7 @@ from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
 from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
 from affordance.commands.options import (
-    add_robot,
-    add_same_colour,
-    add_seed,
-    add_set,
+    add_choice,
     change_by_name,
     check_bounds,
     choose_tools,
@@ -42,26 +39,17 @@ _NAME = "next"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    workshop = MODELS / "workshop"
     add = parser.add_argument
     add("tasks", nargs="+", metavar="TASK", help="tasks of the robot that are to be done: hammer, reach, ...")
     add(
-        "--tools", type=Path, default=workshop / "tools.yaml", metavar="FILE", help="tools with grips (default: ours)"
-    )
-    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
-    add(
         "--may-hold",
         type=Path,
-        default=workshop / "blanks.yaml",
+        default=MODELS / "workshop" / "blanks.yaml",
         metavar="FILE",
         help="objects that may be held first (default: our pieces of stock)",
     )
     add("--include-tools", action="store_true", help="the tools themselves may be held too")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the tools' mesh files (default: folder of their file)")
     add("--see", choices=("drawing", "pictures"), default="drawing", help="how the tools' form is known")
-    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
-    add_same_colour(parser)
     add("--by", choices=[each.value for each in Criterion], help="what is compared (default: as rank)")
     add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
     add(
@@ -72,11 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="price of a hold, in the unit of the cost (default 0)",
     )
     add("--samples", type=int, default=4000, metavar="N", help="samples of the belief (default 4000)")
-    add("--json", action="store_true", help="print the advice as JSON")
-    add("--out", type=Path, metavar="DIR", help="folder for next.json, .txt, .png and .svg (default: none)")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
+    add_choice(parser, _NAME)
 
 
 def run(arguments: argparse.Namespace) -> int:

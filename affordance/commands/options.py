@@ -205,15 +205,23 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
     )
 
 
-def add_same_colour(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--same-colour``, for what two cameras see differently."""
-    parser.add_argument(
-        "--same-colour",
-        action="append",
-        default=[],
-        metavar="A=B",
-        help="colours of a memory that are to count as one, as #b5a642=#c0b050; more than once",
-    )
+def add_choice(parser: argparse.ArgumentParser, files: str) -> None:
+    """Adds the options of a choice of tools: tools, memory, robot, seed, settings, and the name of written files."""
+    add = parser.add_argument
+    tools = MODELS / "workshop" / "tools.yaml"
+    add("--tools", type=Path, default=tools, metavar="FILE", help="tools with grips (default: ours)")
+    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
+    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
+    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
+    # For what two cameras see differently.
+    same = "colours of a memory that are to count as one, as #b5a642=#c0b050; more than once"
+    add("--same-colour", action="append", default=[], metavar="A=B", help=same)
+    add("--json", action="store_true", help="print the result as JSON")
+    add("--out", type=Path, metavar="DIR", help=f"folder for {files}.json, .txt, .png and .svg (default: none)")
+    add_robot(parser)
+    add_seed(parser)
+    add_set(parser)
 
 
 def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:

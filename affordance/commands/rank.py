@@ -21,10 +21,7 @@ from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import Advice, weigh
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import (
-    add_robot,
-    add_same_colour,
-    add_seed,
-    add_set,
+    add_choice,
     change_by_name,
     check_bounds,
     choose_tools,
@@ -36,7 +33,6 @@ from affordance.commands.options import (
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
-from affordance.files.model_folder import MODELS
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools, select_known
@@ -63,23 +59,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
     add("--task", dest="file", type=Path, metavar="FILE", help="a task's file in place of one of the robot's")
     add(
-        "--tools",
-        type=Path,
-        default=MODELS / "workshop" / "tools.yaml",
-        metavar="FILE",
-        help="tools with grips (default: ours)",
-    )
-    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
-    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add(
         "--see",
         choices=_SIGHTS,
         default=_SIGHTS[0],
         help="how form is known: features are sizes with errors (vision_error)",
     )
-    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
-    add_same_colour(parser)
     add(
         "--by",
         choices=[each.value for each in Criterion],
@@ -90,11 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--samples", type=int, default=10_000, metavar="N", help="samples of the belief (default: 10000)")
     add("--demo", action="store_true", help="rank our hammers by what simulated recordings of the package taught")
-    add("--json", action="store_true", help="print the ranking as JSON")
-    add("--out", type=Path, metavar="DIR", help="folder for ranking.json, .txt, .png and .svg (default: none)")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
+    add_choice(parser, _NAME)
 
 
 def run(arguments: argparse.Namespace) -> int:
