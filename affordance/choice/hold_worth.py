@@ -146,35 +146,57 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
     return reduced
 
 
-def measure_worth(percepts: Sequence[Array], decisions: Sequence[Decision]) -> Worth:
+class PricedDecisions:
+    """Decisions with what every hold's worth is measured by: their costs, charged and divided into folds.
+
+    Attributes:
+        uses: Number of times that each is to be done, (D,).
+        folds: Places of the samples of each fold, (_FOLDS, about S / _FOLDS).
+        costs: Costs of all options of each fold's samples, (about S / _FOLDS, K) each.
+        best: Shares by which each option is the cheapest of a sample, of the same shapes.
+        ends: Places between the options of neighbouring decisions, (D + 1,).
+        now: Place of the option that each decision would take now by all folds but one, (_FOLDS, D).
+    """
+
+    def __init__(self, decisions: Sequence[Decision]) -> None:
+        """Charges and divides the costs of decisions, at least one, all under the same samples."""
+        costs = np.concatenate([decision.charge() for decision in decisions]).T
+        best = np.concatenate([decision.mark_best() for decision in decisions]).T
+        self.uses = np.array([decision.uses for decision in decisions])
+        self.folds = [np.arange(fold, len(costs), _FOLDS) for fold in range(_FOLDS)]
+        self.costs = [np.ascontiguousarray(costs[fold]) for fold in self.folds]
+        self.best = [np.ascontiguousarray(best[fold]) for fold in self.folds]
+        self.ends = np.cumsum([0, *(len(decision.cost) for decision in decisions)])
+        sums = np.array([own.sum(axis=0) for own in self.costs])
+        others = sums.sum(axis=0) - sums
+        self.now = np.array(
+            [[a + row[a:b].argmin() for a, b in itertools.pairwise(self.ends)] for row in others], dtype=int
+        )
+
+
+def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
     """Measures the worth of holds that are all made before choosing.
 
     Args:
         percepts: Percept of each hold, (S, r) each, under the same samples as the costs.
-        decisions: Decisions that are to be made.
+        priced: Decisions that are to be made.
     """
-    Q = np.linalg.qr(_expand(np.hstack(percepts)))[0]
-    fold = np.arange(len(Q)) % _FOLDS
-    charged = [decision.charge() for decision in decisions]
-    best = [decision.mark_best() for decision in decisions]
-    targets = np.concatenate([*charged, *best])
-    worths, certain = np.zeros((_FOLDS, len(decisions))), np.zeros((_FOLDS, len(decisions)))
-    ends = np.cumsum([0, *(len(cost) for cost in charged)])
-    products = Q.T @ targets.T
-    for k in range(_FOLDS):
-        inside = fold == k
-        found, own = targets[:, inside].T, Q[inside]
-        # Least squares over all other folds: what a fold contributes is taken from the sums over all.
-        others = np.eye(Q.shape[1]) - own.T @ own
-        fit = own @ np.linalg.lstsq(others, products - own.T @ found, rcond=None)[0]
-        rows = np.arange(len(found))
-        for d, (a, b) in enumerate(itertools.pairwise(ends)):
-            now = int(charged[d][:, ~inside].mean(axis=1).argmin())
-            picked = fit[:, a:b].argmin(axis=1)
-            worths[k, d] = (found[:, a + now] - found[rows, a + picked]).mean()
-            certain[k, d] = found[rows, ends[-1] + a + picked].mean()
-    uses = np.array([decision.uses for decision in decisions])
-    se = float((worths @ uses).std(ddof=1) / np.sqrt(_FOLDS))
+    Q = _orthonormalise(_expand(np.hstack(percepts)))
+    owns = [Q[fold] for fold in priced.folds]
+    products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
+    # Least squares over all other folds: what a fold contributes is taken from the sums over all.
+    others = np.eye(Q.shape[1]) - np.array([own.T @ own for own in owns])
+    inverse = np.linalg.pinv(others, rcond=len(Q) * np.finfo(float).eps, hermitian=True)
+    coefficients = inverse @ (products.sum(axis=0) - products)
+    worths, certain = np.zeros((_FOLDS, len(priced.uses))), np.zeros((_FOLDS, len(priced.uses)))
+    for k, (own, cost, best) in enumerate(zip(owns, priced.costs, priced.best, strict=True)):
+        fit = own @ coefficients[k]
+        rows = np.arange(len(fit))
+        for d, (a, b) in enumerate(itertools.pairwise(priced.ends)):
+            picked = a + fit[:, a:b].argmin(axis=1)
+            worths[k, d] = (cost[:, priced.now[k, d]] - cost[rows, picked]).mean()
+            certain[k, d] = best[rows, picked].mean()
+    se = float((worths @ priced.uses).std(ddof=1) / np.sqrt(_FOLDS))
     return Worth(np.maximum(worths.mean(axis=0), 0.0), se, np.clip(certain.mean(axis=0), 0.0, 1.0))
 
 
@@ -212,3 +234,13 @@ def _expand(percept: Array) -> Array:
         for chosen in itertools.combinations_with_replacement(range(t.shape[1]), degree):
             columns.append(t[:, chosen].prod(axis=1))
     return np.stack(columns, axis=1)
+
+
+def _orthonormalise(columns: Array) -> Array:
+    """Finds an orthonormal basis, (S, r), of what columns span, (S, p), r being their rank."""
+    lengths = np.linalg.norm(columns, axis=0)
+    Q, R = np.linalg.qr(columns / np.maximum(lengths, np.finfo(float).tiny))
+    u, s, _ = np.linalg.svd(R)
+    seen = s > len(columns) * np.finfo(float).eps * s[0]
+    basis: Array = Q if seen.all() else Q @ u[:, seen]
+    return basis

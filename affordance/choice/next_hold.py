@@ -11,7 +11,14 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import HoldSamples, Suspicion
-from affordance.choice.hold_worth import Decision, PossibleHold, feel, measure_information, measure_worth
+from affordance.choice.hold_worth import (
+    Decision,
+    PossibleHold,
+    PricedDecisions,
+    feel,
+    measure_information,
+    measure_worth,
+)
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
@@ -176,15 +183,15 @@ def advise_hold(
     ]
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
     percepts = [feel(hold, static, noise, sd, np.random.default_rng([seed, 1])) for hold in holds]
-    uses = np.array([question.uses for question in questions])
+    priced = PricedDecisions(decisions)
     found = []
     for hold, percept in zip(holds, percepts, strict=True):
-        worth = measure_worth([percept], decisions)
+        worth = measure_worth([percept], priced)
         information = measure_information(hold, static, noise, covariance, samples.common)
         found.append(
             RankedHold(
                 hold.name,
-                float(worth.worths @ uses),
+                float(worth.worths @ priced.uses),
                 worth.se,
                 tuple(float(each) for each in worth.worths),
                 information,
@@ -194,14 +201,15 @@ def advise_hold(
     open_decisions = [_describe(decision) for decision in decisions]
     ranked = tuple(sorted(found, key=lambda each: (-each.worth, -each.information)))
     scale = sum(
-        use * float(decision.charge().mean(axis=1).min()) for use, decision in zip(uses, decisions, strict=True)
+        use * float(decision.charge().mean(axis=1).min())
+        for use, decision in zip(priced.uses, decisions, strict=True)
     )
     least = max(price, _NEGLIGIBLE * scale)
     stop, pair, pair_worth, check = "", None, 0.0, ""
     if all(each.p_best >= CERTAIN for each in open_decisions):
         stop = "certain"
     elif ranked[0].worth <= least:
-        pair, pair_worth = _find_pair(found, percepts, decisions, uses)
+        pair, pair_worth = _find_pair(found, percepts, priced)
         if pair_worth <= 2.0 * least:
             stop, pair = "not worth its price", None
     if stop:
@@ -257,14 +265,14 @@ def _describe(decision: Decision) -> OpenDecision:
 
 
 def _find_pair(
-    found: Sequence[RankedHold], percepts: Sequence[Array], decisions: Sequence[Decision], uses: Array
+    found: Sequence[RankedHold], percepts: Sequence[Array], priced: PricedDecisions
 ) -> tuple[tuple[str, str] | None, float]:
     """Finds the two objects that are worth most together, among those that tell most: worth is not concave."""
     order = sorted(range(len(found)), key=lambda i: -found[i].information)[:_MOST_PAIRED]
     best: tuple[str, str] | None = None
     most = 0.0
     for i, j in itertools.combinations(order, 2):
-        worth = float(measure_worth([percepts[i], percepts[j]], decisions).worths @ uses)
+        worth = float(measure_worth([percepts[i], percepts[j]], priced).worths @ priced.uses)
         if worth > most:
             best, most = (found[i].name, found[j].name), worth
     return best, most

@@ -196,8 +196,8 @@ class Geometry:
             errors: Errors of the uncertain measurements, in units of their standard deviations, shape (N, G).
         """
         parameters: Array = rho @ self.Phi.T
-        if len(self.Phi_errors):
-            parameters += np.einsum("ng,gpm,nm->np", errors, self.Phi_errors, rho, optimize=True)
+        for column in np.flatnonzero(self.Phi_errors.any(axis=(0, 1))):  # a material or two of many
+            parameters += errors @ self.Phi_errors[:, :, column] * rho[:, [column]]
         return parameters
 
     def compute_covariance(self, rho: Array) -> Array:

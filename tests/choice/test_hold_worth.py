@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from affordance.choice.hold_worth import Decision, PossibleHold, feel, measure_information, measure_worth
+from affordance.choice.hold_worth import (
+    Decision,
+    PossibleHold,
+    PricedDecisions,
+    feel,
+    measure_information,
+    measure_worth,
+)
 from affordance.objects.inertia import Geometry
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -25,13 +32,17 @@ def decide(*costs, feasible=None, uses=1.0):
     return Decision("task", names, cost, np.ones(cost.shape, dtype=bool) if feasible is None else feasible, uses)
 
 
+def worth_of(percepts, decisions):
+    return measure_worth(percepts, PricedDecisions(decisions))
+
+
 @pytest.mark.parametrize(("mean", "noise"), [(0.0, 1.0), (0.7, 0.5), (-1.5, 0.3), (0.2, 5.0)])
 def test_two_options_with_a_linear_difference_have_the_closed_form(rng, mean, noise):
     d = mean + rng.standard_normal(S)
     percept = d + noise * rng.standard_normal(S)
     s = 1.0 / np.sqrt(1.0 + noise**2)  # SD of the posterior mean of d
     expected = s * norm.pdf(mean / s) - abs(mean) * norm.cdf(-abs(mean) / s)
-    worth = measure_worth([percept[:, None]], [decide(d, np.zeros(S))])
+    worth = worth_of([percept[:, None]], [decide(d, np.zeros(S))])
     assert worth.worths[0] == pytest.approx(expected, abs=max(0.02, 3.0 * worth.se))
 
 
@@ -39,7 +50,7 @@ def test_cost_that_is_not_linear_is_priced_as_by_quadrature(rng):
     """The cost is a square of what is felt: the posterior is normal, and its expectation is a quadrature."""
     d = rng.standard_normal(S)
     percept = d + 0.5 * rng.standard_normal(S)
-    worth = measure_worth([percept[:, None]], [decide(d**2, np.full(S, 0.8))])
+    worth = worth_of([percept[:, None]], [decide(d**2, np.full(S, 0.8))])
     share, variance = 1.0 / 1.25, 0.2
     y = np.sqrt(1.25) * np.linspace(-6.0, 6.0, 4001)
     density = norm.pdf(y, scale=np.sqrt(1.25))
@@ -50,19 +61,46 @@ def test_cost_that_is_not_linear_is_priced_as_by_quadrature(rng):
 
 def test_what_tells_nothing_is_worth_nothing_even_at_ties(rng):
     cost = rng.standard_normal((6, S))
-    worth = measure_worth([rng.standard_normal((S, 2))], [decide(*(5.0 + cost))])
+    worth = worth_of([rng.standard_normal((S, 2))], [decide(*(5.0 + cost))])
     assert worth.worths[0] <= 0.05 + 3.0 * worth.se
-    assert measure_worth([np.zeros((S, 0))], [decide(*cost)]).worths[0] == pytest.approx(0.0, abs=1e-9)
+    assert worth_of([np.zeros((S, 0))], [decide(*cost)]).worths[0] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_pair_may_be_worth_what_neither_is_alone(rng):
     """The cost depends on the product of two signs: each by itself says nothing."""
     a, b = rng.standard_normal((2, S))
     decision = decide(np.sign(a) * np.sign(b), np.zeros(S))
-    alone = [measure_worth([each[:, None]], [decision]).worths[0] for each in (a, b)]
-    together = measure_worth([a[:, None], b[:, None]], [decision]).worths[0]
+    alone = [worth_of([each[:, None]], [decision]).worths[0] for each in (a, b)]
+    together = worth_of([a[:, None], b[:, None]], [decision]).worths[0]
     assert max(alone) < 0.05
     assert together > 0.15
+
+
+def test_what_is_felt_twice_alike_is_worth_what_is_felt_once(rng):
+    """Products of equal percepts span what powers of one span, as do those of one and of what never changes."""
+    d = rng.standard_normal(S)
+    percept = (d + 0.5 * rng.standard_normal(S))[:, None]
+    decision = decide(d**2, np.full(S, 0.8), 0.5 + 0.3 * d)
+    twice = worth_of([percept, percept], [decision])
+    once = worth_of([percept, np.full((S, 1), 3.0)], [decision])
+    assert twice.worths == pytest.approx(once.worths, rel=1e-9)
+    assert twice.se == pytest.approx(once.se, rel=1e-9)
+    assert twice.p_best_after == pytest.approx(once.p_best_after, rel=1e-9)
+
+
+def test_of_a_percept_with_two_values_the_means_after_each_decide(rng):
+    cost = rng.standard_normal((2, 400))
+    heavy = rng.random(400) < 0.3
+    cost[0] += np.where(heavy, 0.4, -0.2)
+    falls = []
+    for fold in range(4):
+        inside = np.arange(400) % 4 == fold
+        now = cost[:, ~inside].mean(axis=1).argmin()
+        for value in (True, False):
+            own, others = inside & (heavy == value), ~inside & (heavy == value)
+            falls.extend(cost[now, own] - cost[cost[:, others].mean(axis=1).argmin(), own])
+    worth = worth_of([np.where(heavy, 1.0, 0.0)[:, None]], [decide(*cost)])
+    assert worth.worths[0] == pytest.approx(np.mean(falls), rel=1e-9)
 
 
 def test_infeasible_samples_are_charged_and_information_is_never_of_negative_worth(rng):
@@ -72,7 +110,7 @@ def test_infeasible_samples_are_charged_and_information_is_never_of_negative_wor
     charged = decision.charge()
     assert np.isfinite(charged).all()
     assert charged[0][d >= 1.0].min() == pytest.approx(3.0)  # twice the dearest mean
-    worth = measure_worth([(d + 0.1 * rng.standard_normal(S))[:, None]], [decision])
+    worth = worth_of([(d + 0.1 * rng.standard_normal(S))[:, None]], [decision])
     share = float((d < 1.0).mean())
     expected = min(share + 3.0 * (1.0 - share), 1.5) - (share + 1.5 * (1.0 - share))
     assert worth.worths[0] == pytest.approx(expected, abs=0.05)
@@ -84,20 +122,20 @@ def test_infeasible_samples_are_charged_and_information_is_never_of_negative_wor
 
 def test_nothing_feasible_is_worth_nothing():
     decision = decide(np.full(100, np.inf), np.full(100, np.inf), feasible=np.zeros((2, 100), dtype=bool))
-    assert measure_worth([np.random.default_rng(0).standard_normal((100, 1))], [decision]).worths[0] == 0.0
+    assert worth_of([np.random.default_rng(0).standard_normal((100, 1))], [decision]).worths[0] == 0.0
 
 
 def test_uses_scale_the_error_and_not_the_worth_of_one(rng):
     d = rng.standard_normal(S)
-    once = measure_worth([d[:, None]], [decide(d, np.zeros(S))])
-    often = measure_worth([d[:, None]], [decide(d, np.zeros(S), uses=10.0)])
+    once = worth_of([d[:, None]], [decide(d, np.zeros(S))])
+    often = worth_of([d[:, None]], [decide(d, np.zeros(S), uses=10.0)])
     assert often.worths == pytest.approx(once.worths)
     assert often.se == pytest.approx(10.0 * once.se)
 
 
 def test_probability_of_being_right_afterwards(rng):
     d = rng.standard_normal(S)
-    worth = measure_worth([(d + 0.5 * rng.standard_normal(S))[:, None]], [decide(d, np.zeros(S))])
+    worth = worth_of([(d + 0.5 * rng.standard_normal(S))[:, None]], [decide(d, np.zeros(S))])
     # P(sign of the posterior mean is that of d) = 1/2 + arcsin(correlation) / pi
     expected = 0.5 + np.arcsin(1.0 / np.sqrt(1.25)) / np.pi
     assert worth.p_best_after[0] == pytest.approx(expected, abs=0.02)
