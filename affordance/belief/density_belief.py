@@ -231,9 +231,11 @@ class DensityBelief:
         chosen = check_fractions("fractions", fractions)
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
-    def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws independent samples, shape (num_samples, M), [kg/m^3]."""
-        return positive_gaussian.draw_samples(self.untruncated_mean, self.covariance, rng, num_samples)
+    def draw_samples(self, rng: np.random.Generator, num_samples: int, *, is_even: bool = False) -> Array:
+        """Draws samples, shape (num_samples, M), [kg/m^3]; independent ones, or spread evenly, in random order."""
+        return positive_gaussian.draw_samples(
+            self.untruncated_mean, self.covariance, rng, num_samples, is_even=is_even
+        )
 
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
         """Computes the log evidence of data, the log of the integral of p(data | rho) p(rho) over rho > 0."""

@@ -97,23 +97,35 @@ def compute_mean(mean: Array, covariance: Array) -> Array:
     return result
 
 
-def draw_samples(mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int) -> Array:
-    """Draws independent samples, exactly distributed, shape (num_samples, M).
+def draw_samples(
+    mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int, *, is_even: bool = False
+) -> Array:
+    """Draws samples, exactly distributed, shape (num_samples, M).
 
     Proposals are accepted with a probability proportional to their weights. For two or three coordinates more than a
     quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst.
+
+    Args:
+        mean: Mean of the unrestricted distribution, (M,).
+        covariance: Covariance of the unrestricted distribution, (M, M).
+        rng: Random generator.
+        num_samples: Number of samples.
+        is_even: True if samples are to be spread evenly, in random order, so that averages over them are more
+            accurate; false if they are to be independent.
 
     Raises:
         AffordanceError: Hardly any proposal is accepted.
     """
     samples = np.empty((num_samples, len(mean)))
+    batch = max(num_samples, _SMALLEST_BATCH)
+    even = _spread(len(mean), batch, rng) if is_even else np.empty((0, len(mean)))
     for block in _blocks(covariance):
         proposal = build_proposal(mean[block], covariance[np.ix_(block, block)])
         accepted = np.empty((0, len(block)))
-        batch = max(num_samples, _SMALLEST_BATCH)
-        for _ in range(_MAX_BATCHES):
+        for number in range(_MAX_BATCHES):
             # Drawn coordinate by coordinate, in (0, 1].
-            points, log_weights = propose(proposal, 1.0 - rng.random((len(block), batch)).T)
+            uniforms = even[:, block] if is_even and not number else rng.random((len(block), batch)).T
+            points, log_weights = propose(proposal, 1.0 - uniforms)
             accepted = np.concatenate([accepted, points[rng.random(batch) < np.exp(log_weights)]])
             if len(accepted) >= num_samples:
                 break
@@ -133,6 +145,13 @@ def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
     reachable = np.linalg.matrix_power(related, len(related))
     for first in np.flatnonzero(~np.tril(reachable, -1).any(axis=1)):
         yield np.flatnonzero(reachable[first])
+
+
+def _spread(num_coordinates: int, num_points: int, rng: np.random.Generator) -> Array:
+    """Spreads points evenly over the unit cube, in random order, (num_points, num_coordinates)."""
+    sequence = scipy.stats.qmc.Sobol(num_coordinates, rng=rng).random_base2((num_points - 1).bit_length())
+    points: Array = rng.permutation(sequence[:num_points])
+    return points
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:

@@ -111,14 +111,14 @@ class HoldSamples:
                 for name, belief in zip(names, beliefs, strict=True)
             ]
         if len(beliefs) == 1:
-            self.mu = beliefs[0].draw_samples(self._rng, num_samples)
+            self.mu = beliefs[0].draw_samples(self._rng, num_samples, is_even=True)
             return self
         chosen = self._rng.choice(len(beliefs), size=num_samples, p=weights / weights.sum())
         self.mu = np.zeros((num_samples, self._belief.size))
         for number, belief in enumerate(beliefs):
             places = np.flatnonzero(chosen == number)
             if len(places):
-                self.mu[places] = belief.draw_samples(self._rng, len(places))
+                self.mu[places] = belief.draw_samples(self._rng, len(places), is_even=True)
         return self
 
     def draw_own(self, name: str) -> Array:

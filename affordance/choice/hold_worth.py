@@ -106,7 +106,8 @@ class Worth(NamedTuple):
 
     Attributes:
         worths: Worth for each decision, once, at least 0, (D,), in the unit of its cost.
-        se: Standard error of the sum over decisions and uses.
+        se: Standard error of the sum over decisions and uses, as of independent samples; of evenly spread ones it is
+            less.
         p_best_after: Probability of being the cheapest that the chosen option is expected to have then, (D,).
     """
 
@@ -188,16 +189,17 @@ def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
     others = np.eye(Q.shape[1]) - np.array([own.T @ own for own in owns])
     inverse = np.linalg.pinv(others, rcond=len(Q) * np.finfo(float).eps, hermitian=True)
     coefficients = inverse @ (products.sum(axis=0) - products)
-    worths, certain = np.zeros((_FOLDS, len(priced.uses))), np.zeros((_FOLDS, len(priced.uses)))
-    for k, (own, cost, best) in enumerate(zip(owns, priced.costs, priced.best, strict=True)):
-        fit = own @ coefficients[k]
-        rows = np.arange(len(fit))
+    falls, certain = np.zeros((2, len(priced.uses), len(Q)))
+    for fold, own, cost, best, fitted, now in zip(
+        priced.folds, owns, priced.costs, priced.best, coefficients, priced.now, strict=True
+    ):
+        fit, rows = own @ fitted, np.arange(len(fold))
         for d, (a, b) in enumerate(itertools.pairwise(priced.ends)):
             picked = a + fit[:, a:b].argmin(axis=1)
-            worths[k, d] = (cost[:, priced.now[k, d]] - cost[rows, picked]).mean()
-            certain[k, d] = best[rows, picked].mean()
-    se = float((worths @ priced.uses).std(ddof=1) / np.sqrt(_FOLDS))
-    return Worth(np.maximum(worths.mean(axis=0), 0.0), se, np.clip(certain.mean(axis=0), 0.0, 1.0))
+            falls[d, fold] = cost[:, now[d]] - cost[rows, picked]
+            certain[d, fold] = best[rows, picked]
+    se = float((priced.uses @ falls).std(ddof=1) / np.sqrt(len(Q)))
+    return Worth(np.maximum(falls.mean(axis=1), 0.0), se, np.clip(certain.mean(axis=1), 0.0, 1.0))
 
 
 def measure_information(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 from scipy.special import log_ndtr
-from scipy.stats import kstest, multivariate_normal, norm, truncnorm
+from scipy.stats import ks_2samp, kstest, multivariate_normal, norm, truncnorm
 
 from affordance.belief import minimax_tilting as tilting
 from affordance.belief.truncated_normal import (
@@ -376,6 +376,34 @@ def test_samples_however_far_in_the_tail_are_found(distance, rng):
     # Where truncnorm's own digits end the distribution is exponential, up to 1 / distance^2.
     expected = truncnorm(distance, np.inf, loc=-(distance**2), scale=distance).cdf if distance < 1e3 else "expon"
     assert kstest(excesses, expected).pvalue > 1e-4
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_even_samples_have_the_distribution_of_independent_ones(name, rng):
+    """Of two that are correlated, and one that is not."""
+    mean, covariance = np.array([*CASES[name][0], 2000.0]), np.zeros((3, 3))
+    covariance[:2, :2], covariance[2, 2] = CASES[name][1], 3000.0**2
+    samples = draw_samples(mean, covariance, rng, 3000, is_even=True)
+    assert (samples > 0.0).all()
+    independent = draw_samples(mean, covariance, rng, 20_000)
+    for i in range(3):
+        assert ks_2samp(samples[:, i], independent[:, i]).pvalue > 1e-3
+    assert np.corrcoef(samples.T) == pytest.approx(np.corrcoef(independent.T), abs=0.06)
+
+
+def test_means_of_even_samples_are_far_more_accurate_and_their_order_is_random(rng):
+    mean, covariance = np.array([1000.0, 3000.0]), np.diag([4000.0**2, 1000.0**2])
+    samples = draw_samples(mean, covariance, rng, 3000, is_even=True)
+    error = samples.std(axis=0) / np.sqrt(3000)
+    assert (np.abs(samples.mean(axis=0) - compute_mean(mean, covariance)) < 0.1 * error).all()
+    # A product of both, too.
+    product = np.prod(compute_mean(mean, covariance))
+    assert abs(samples.prod(axis=1).mean() - product) < 0.2 * samples.prod(axis=1).std() / np.sqrt(3000)
+    # Every second one is as far off as any half of them would be, and not one half of what is believed.
+    for part in (samples[::2], samples[::4], samples[1::4]):
+        off = np.abs(part.mean(axis=0) - samples.mean(axis=0)) / samples.std(axis=0) * np.sqrt(len(part))
+        assert (off < 4.0).all()
+        assert (off > 1e-3).all()
 
 
 def test_samples_depend_on_nothing_but_the_seed():

@@ -95,6 +95,11 @@ def test_worth_is_that_of_nested_brute_force_with_the_learner(question):
     assert found["bar of oak"].information > 1.0
 
 
+def test_worths_by_other_samples_scatter_less_than_those_of_independent_samples_would(question):
+    found = [advise(question, [OAK], num_samples=1000, seed=seed).ranked[0] for seed in range(12)]
+    assert np.std([each.worth for each in found], ddof=1) < 0.6 * found[0].worth_se
+
+
 def test_who_knows_everything_stops_and_who_sees_a_tie_says_so(question):
     densities = {part.material.colour: part.material.density for part in (OAK.components[0], STEEL.components[0])}
     known = advise(question, [OAK, STEEL], MaterialMemory.from_densities(densities))
