@@ -22,6 +22,9 @@ from studies.active import world as worlds
 # Outcomes; draws of the belief after each for hammering, and how many times as many for other tasks, whose near ties
 # need more and whose costs take a tenth of the time; draws of the belief before; and samples of the regression.
 OUTCOMES, DRAWS, _OTHERS, _BEFORE, _SAMPLES = 300, 400, 5, 10_000, 4000
+# Regressions by other samples, whose standard deviation is the error of one: theirs are spread evenly, so that the
+# deviation within a regression says too much.
+_SEEDS = 16
 # Draws after each outcome of which a half picks an option and the other half prices it.
 _HALVES = 2
 # Draws of an object's density in each part of the belief, of which one is an outcome.
@@ -178,7 +181,10 @@ def compare_worth(config: WorthConfig, number: int) -> dict[str, NDArray[Any]]:
     memory = worlds.start_memory(workshop._replace(candidates=chosen), MaterialMemory())
     for name in case.held:
         memory, _ = worlds.learn(workshop, name, means, memory, (number, 2))
-    advice = worlds.advise(workshop, memory, [case.candidate], num_samples=_SAMPLES, seed=number).ranked[0]
+    worths = [
+        worlds.advise(workshop, memory, [case.candidate], num_samples=_SAMPLES, seed=seed).ranked[0].worth
+        for seed in (number, *range(len(CASES), len(CASES) + _SEEDS))
+    ]
     draws = config.draws if case.task == "hammer" else _OTHERS * config.draws
     worth, se = price_by_brute_force(workshop, memory, case.candidate, config.outcomes, draws, number)
     _, (decision,) = worlds.decide(workshop, memory, _BEFORE, np.random.default_rng([number, 3]))
@@ -186,8 +192,8 @@ def compare_worth(config: WorthConfig, number: int) -> dict[str, NDArray[Any]]:
     found = {
         "relevant": float(any(part.colour in shown for option in options for part in option.features)),
         "feasible": float(decision.feasible.mean(axis=1).min()),
-        "regression": advice.worth,
-        "regression_se": advice.worth_se,
+        "regression": worths[0],
+        "regression_se": float(np.std(worths[1:], ddof=1)),
         "brute_force": worth,
         "brute_force_se": se,
     }

@@ -14,8 +14,8 @@ from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 from studies.active.rules import RULES
 
-# Holds after which choices are judged, at most: in the workshop, and in the paper's world.
-HORIZON, PAPER_HORIZON = 7, 4
+# Holds after which choices are judged, at most: in the workshop, all there is, and in the paper's world.
+HORIZON, PAPER_HORIZON = 9, 4
 # Share of right choices that is to be reached, and cost of a choice that cannot be done, over the dearest that can.
 _RIGHT, _FAILED = 0.95, 2.0
 _NUM_JUDGED = 1000
@@ -141,7 +141,8 @@ def time_advice(tasks: tuple[str, ...] = worlds.TASKS, num_samples: int = 4000) 
     names = list(workshop.candidates)
     memory = worlds.start_memory(workshop, start_learner())
     taken = [
-        [_time(workshop, memory, names[:number], num_samples) for number in (len(names), 1)] for _ in range(_NUM_TIMED)
+        [_time(workshop, memory, names[:number], num_samples) for number in (len(names), 1)]
+        for _ in range(_NUM_TIMED)
     ]
     return 1e3 * float(np.median(np.diff(taken[1:]))) / (1 - len(names))
 
