@@ -9,31 +9,25 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy.special import chdtri, gammaln, ndtri
 
 from affordance.arrays import Array
 from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
-from affordance.identification.posterior.even_points import draw_even_points
+from affordance.identification.posterior.body_proposal import Proposal
 from affordance.identification.posterior.log_cholesky import (
     compute_jacobian,
     parameters_from_theta,
     theta_from_parameters,
 )
+from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Degrees of freedom of the proposal, a multivariate t: its tails are heavier than the posterior's, so that no single
-# sample dominates.
-_DEGREES_OF_FREEDOM = 8.0
 # Effective sample size that suffices, as a share of the samples.
 _ENOUGH = 0.2
 # Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
 # as a share of these samples, after which none is needed.
 _ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
-# Share of the proposal's samples that is drawn from the prior.
-_DEFENSIVE = 0.05
-_LEAST_UNIFORM = 1e-12  # so that no sample is infinitely far
 # Weight of no account: so far out, bodies may be too thin for rounding.
 _FAINT = 1e-100
 # Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
@@ -44,7 +38,8 @@ _MAX_ROUNDS = 10
 _MAX_ITERATIONS = 60
 # Gauss-Newton steps before the likelihood is linearised again.
 _STEPS_A_ROUND = 5
-_TOLERANCE = 1e-8
+# Gain of the log density below which a mode is found, for a fit and for a proposal.
+_TOLERANCE, _ROUGH = 1e-8, 0.1
 _LONGEST_STEP = 5.0
 # Least eigenvalue of a guessed pseudo-inertia, as a share of the largest.
 _LEAST_SHARE = 1e-3
@@ -98,6 +93,8 @@ class WeightedBodies(NamedTuple):
 def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
     """Finds the most probable body by Gauss-Newton iteration with Levenberg's damping.
 
+    The prior is approximated by the normal distribution of its mean and covariance, which has one mode.
+
     Args:
         likelihood: Likelihood of the run.
         prior: Prior of the body.
@@ -117,7 +114,7 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
     """Improves theta, shape (10,), with the likelihood approximated by a quadratic at a load, shape (10,)."""
     quadratic = likelihood.linearise(load)
     phantom = likelihood.prior.phantom_covariance
-    theta, covariance = _climb(quadratic.widen(phantom), prior, theta)
+    theta, covariance = _climb(quadratic.widen(phantom), prior.mean, prior.precision, theta, _TOLERANCE)
     pi = parameters_from_theta(theta)
     return Mode(theta, covariance, pi, quadratic.find_load(pi, phantom))
 
@@ -132,21 +129,22 @@ def draw_bodies(
 ) -> WeightedBodies:
     """Draws weighted samples of the posterior.
 
-    The proposal is centred at the mode, and refitted to its own samples while their effective size is too small. The
-    strongly curved posteriors of bodies that a run hardly constrains are reached by annealed sequential Monte Carlo:
-    a sequence of intermediate distributions, in each of which every sample is moved (Del Moral, Doucet & Jasra 2006).
+    The proposal is centred at the mode of each kind of solids, and refitted to its own samples while their effective
+    size is too small. The strongly curved posteriors of bodies that a run hardly constrains are reached by annealed
+    sequential Monte Carlo: a sequence of intermediate distributions, in each of which every sample is moved
+    (Del Moral, Doucet & Jasra 2006).
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
     def evaluate(theta: Array) -> Array:
         return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
 
-    def weigh(proposal: _Proposal, count: int) -> tuple[Array, Array, WeightedBodies]:
+    def weigh(proposal: Proposal, count: int) -> tuple[Array, Array, WeightedBodies]:
         theta = proposal.draw(rng, count)
         log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
         return theta, log_ratios, _weigh(theta, log_ratios)
 
-    proposal = _Proposal(mode.theta, mode.covariance, prior)
+    proposal = _propose(of_body, prior, mode)
     few = min(num_samples, _ADAPTING)
     for _ in range(_MAX_REFITS):
         theta, log_ratios, bodies = weigh(proposal, few)
@@ -154,11 +152,7 @@ def draw_bodies(
             return bodies
         if _count(bodies) >= _GOOD * few:
             break
-        centre = bodies.weights @ theta
-        away = theta - centre
-        # A share of the mode's covariance keeps it from collapsing onto a few samples of large weight.
-        covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
-        proposal = _Proposal(centre, covariance, prior)
+        proposal = proposal.refit(theta, bodies.weights)
     theta, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
@@ -190,47 +184,15 @@ def draw_bodies(
     return bodies
 
 
-class _Proposal:
-    """Mixture of a multivariate t about a centre and, with small weight, the prior, which bounds the weights."""
-
-    def __init__(self, centre: Array, covariance: Array, prior: SolidPrior) -> None:
-        self.covariance = covariance
-        self._centre = centre
-        self._root = np.linalg.cholesky(covariance)
-        self._prior = prior
-        size = len(centre)
-        self._log_scale = (
-            gammaln(0.5 * (_DEGREES_OF_FREEDOM + size))
-            - gammaln(0.5 * _DEGREES_OF_FREEDOM)
-            - 0.5 * size * np.log(_DEGREES_OF_FREEDOM / 2.0)
-            - np.log(np.diag(self._root)).sum()
-        )
-        self._log_prior_scale = -0.5 * np.linalg.slogdet(prior.covariance)[1]
-
-    def draw(self, rng: np.random.Generator, num_samples: int) -> Array:
-        num_prior = int(_DEFENSIVE * num_samples)
-        size = len(self._centre)
-        count = num_samples - num_prior
-        # Evenly spread points: edges of intervals scatter half as much with the seed as by independent ones, which
-        # take less than a millisecond.
-        is_many = num_samples > _ADAPTING
-        spread = draw_even_points(rng, count, size + 1) if is_many else rng.random((count, size + 1))
-        spread = np.clip(spread, _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
-        normal = ndtri(spread[:, :size])
-        scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
-        about = self._centre + (normal * scale[:, None]) @ self._root.T
-        drawn: Array = np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
-        return drawn
-
-    def compute_log_density(self, theta: Array) -> Array:
-        """Computes the log density up to a constant that both components share, shape (N,)."""
-        standard = np.linalg.solve(self._root, (theta - self._centre).T)
-        squared = (standard**2).sum(axis=0)
-        power = 0.5 * (_DEGREES_OF_FREEDOM + len(self._centre))
-        about = self._log_scale - power * np.log1p(squared / _DEGREES_OF_FREEDOM)
-        prior = self._log_prior_scale + self._prior.compute_log_density(theta)
-        log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
-        return log_density
+def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
+    """Builds a proposal centred at the mode of each kind of solids, by Laplace's approximation."""
+    quadratic = of_body.of_body
+    means, precisions = prior.kinds.means, prior.kinds.precisions
+    modes = [_climb(quadratic, *kind, mode.theta, _ROUGH) for kind in zip(means, precisions, strict=True)]
+    kinds = Normals(*(np.array(each) for each in zip(*modes, strict=True)))
+    log_prior = np.diagonal(prior.compute_log_densities(kinds.means))
+    log_evidence = quadratic.evaluate(parameters_from_theta(kinds.means)) + log_prior - kinds.log_scales
+    return Proposal.build(kinds, log_evidence, prior)
 
 
 def normalise(log_weights: Array) -> Array:
@@ -283,20 +245,22 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
     return theta_from_parameters(parameters_from_pseudo_inertia(J))
 
 
-def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array, Array]:
-    """Returns the most probable theta under a quadratic likelihood, and its covariance."""
+def _climb(
+    quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
+) -> tuple[Array, Array]:
+    """Returns the most probable theta under a quadratic likelihood and a normal prior, and its covariance."""
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:
-        pi, away = parameters_from_theta(theta), theta - prior.mean
-        return float(0.5 * pi @ H @ pi - b @ pi + 0.5 * away @ prior.precision @ away), pi
+        pi, away = parameters_from_theta(theta), theta - mean
+        return float(0.5 * pi @ H @ pi - b @ pi + 0.5 * away @ precision @ away), pi
 
     cost, pi = evaluate(theta)
     damping = 1e-3
     for _ in range(_STEPS_A_ROUND):
         D = compute_jacobian(theta)
-        A = D.T @ H @ D + prior.precision
-        gradient = D.T @ (H @ pi - b) + prior.precision @ (theta - prior.mean)
+        A = D.T @ H @ D + precision
+        gradient = D.T @ (H @ pi - b) + precision @ (theta - mean)
         before = cost
         for _ in range(20):
             step = np.linalg.solve(A + damping * np.diag(np.diag(A)), gradient)
@@ -306,8 +270,8 @@ def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array
                 theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping
                 break
             damping *= 4.0
-        if before - cost < _TOLERANCE:
+        if before - cost < tolerance:
             break
     D = compute_jacobian(theta)
-    covariance = np.linalg.inv(D.T @ H @ D + prior.precision)
+    covariance = np.linalg.inv(D.T @ H @ D + precision)
     return theta, 0.5 * (covariance + covariance.T)

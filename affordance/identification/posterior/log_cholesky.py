@@ -14,6 +14,7 @@ from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_param
 
 _OFF = (np.array([0, 0, 1]), np.array([1, 2, 2]))  # rows and columns of s12, s13, s23
 _DIAGONAL = np.arange(3)
+_ROWS, _COLUMNS = (np.concatenate([_DIAGONAL, off]) for off in _OFF)  # of ln diag S and s12, s13, s23
 
 
 def parameters_from_theta(theta: Array) -> Array:
@@ -55,11 +56,10 @@ def compute_jacobian(theta: Array) -> Array:
     D = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
     D[:, 0] = parameters_from_theta(theta)
     dG = np.zeros((9, 3, 3))
-    for i in range(3):
-        D[1 + i, 1 + i] = m
-        dG[i, i] = c
-    for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-        dG[3 + k, i] = S[:, j] * (S[i, i] if i == j else 1.0)
+    D[_DIAGONAL + 1, _DIAGONAL + 1] = m
+    dG[_DIAGONAL, _DIAGONAL] = c
+    dG[np.arange(3, 9), _ROWS] = S[:, _COLUMNS].T
+    dG[_DIAGONAL + 3, _DIAGONAL] *= S[_DIAGONAL, _DIAGONAL, None]
     D[4:, 1:] = m * _list_moments(dG + dG.transpose(0, 2, 1)).T
     return D
 

@@ -1,6 +1,6 @@
 """Prior of a held body that no camera has seen: any solid that a hand could hold.
 
-It is a normal distribution over the log-Cholesky coordinates, fitted to random solids.
+It is a mixture of normal distributions over the log-Cholesky coordinates, one fitted to each kind of random solids.
 """
 
 from dataclasses import dataclass
@@ -10,82 +10,91 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
-from affordance.objects.inertia import parameters_from_pseudo_inertia
-
-# A quarter of the solids each, all sizes and densities log-uniform, all directions alike:
-# - assemblies of one to three boxes, each edge from 1 to 30 cm and each density from 100 to 8000 kg/m^3: from foam to
-#   steel, from a pen to a drawer; within 15 cm (one SD) of the tip and 7 cm of one another;
-# - compact boxes with edges of 2 to 20 cm, within 10 cm;
-# - rods of 8 to 80 cm, 3 to 25 mm thick, held anywhere within 4 cm of the tip;
-# - handles of 8 to 50 cm with a head of any share of the mass, edges of 1 to 30 cm, held in the nearer half: hammers,
-#   ladles, pans and brushes.
-_ASSEMBLY_EDGES, _DENSITIES = (0.01, 0.30), (100.0, 8000.0)
-_REACH_SD, _SPREAD_SD = 0.15, 0.07
-_COMPACT_EDGES, _COMPACT_SD = (0.02, 0.20), 0.10
-_ROD_LENGTHS, _ROD_RADII, _HELD_SD = (0.08, 0.80), (0.003, 0.025), 0.04
-_HANDLE_LENGTHS, _HANDLE_RADII, _HEAD_EDGES = (0.08, 0.50), (0.005, 0.02), (0.01, 0.30)
-# Masses from a pencil case to the payload of a large robot, [kg].
-_MASSES = (0.02, 10.0)
-_NUM_SOLIDS = 4000  # of each kind
+from affordance.identification.posterior.normals import Normals
+from affordance.identification.posterior.random_solids import draw_random_solids
 
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """Normal distribution of theta (see log_cholesky), whose samples are physically consistent bodies.
+    """Mixture of normal distributions of theta (see log_cholesky), whose samples are physically consistent bodies.
 
     Attributes:
-        mean: Mean of theta, shape (10,).
-        covariance: Covariance of theta, shape (10, 10).
+        kinds: Distribution of theta for each of K kinds of solids.
+        shares: Probability of each kind, shape (K,); their sum is one.
     """
 
-    mean: Array
-    covariance: Array
+    kinds: Normals
+    shares: Array
 
     @classmethod
     @cache
     def for_hand(cls) -> "SolidPrior":
         """Returns the prior of any solid that a hand could hold."""
-        rng = np.random.default_rng(0)
-        kinds = (_draw_assemblies(rng), _draw_compact(rng), _draw_rods(rng), _draw_handled(rng))
-        return cls.from_samples(np.concatenate(kinds))
+        return cls.from_samples(*draw_random_solids(np.random.default_rng(0)))
 
     @classmethod
-    def from_samples(cls, pi: Array) -> "SolidPrior":
-        """Fits the prior to bodies that might be held, shape (N, 10) with N well above 10.
+    def from_samples(cls, *kinds: Array) -> "SolidPrior":
+        """Fits the prior to bodies that might be held, of one or several equally probable kinds.
+
+        Args:
+            kinds: Ten parameters of the bodies of each kind, shape (N, 10) with N well above 10.
 
         Raises:
             numpy.linalg.LinAlgError: One of the bodies is not physically consistent.
         """
-        theta = theta_from_parameters(pi)
-        return cls(theta.mean(axis=0), np.cov(theta.T))
+        thetas = [theta_from_parameters(pi) for pi in kinds]
+        means = np.array([theta.mean(axis=0) for theta in thetas])
+        return cls(
+            Normals(means, np.array([np.cov(theta.T) for theta in thetas])), np.full(len(kinds), 1 / len(kinds))
+        )
 
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
         """Returns the prior of a weighed body, conditioned on its mass and the mass's SD, [kg]."""
-        log_sd = sd / mass
-        gain = self.covariance[:, 0] / self.covariance[0, 0]
-        mean = self.mean + gain * (np.log(mass) - self.mean[0])
-        covariance = self.covariance + np.outer(gain, gain) * (log_sd**2 - self.covariance[0, 0])
-        return SolidPrior(mean, covariance)
+        means, C = self.kinds.means, self.kinds.covariances
+        away, variance = np.log(mass) - means[:, 0], C[:, 0, 0]
+        gain = C[:, 0] / variance[:, None]
+        less = ((sd / mass) ** 2 - variance)[:, None, None]
+        kinds = Normals(means + gain * away[:, None], C + gain[:, :, None] * gain[:, None, :] * less)
+        shares = self.shares * np.exp(-0.5 * away**2 / variance) / np.sqrt(variance)
+        return SolidPrior(kinds, shares / shares.sum())
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
         """Returns the prior of a body whose torques share a factor, its logarithm normal with this SD."""
-        covariance = np.array(self.covariance)
-        covariance[0, 0] += sd**2
-        return SolidPrior(self.mean, covariance)
+        covariances = np.array(self.kinds.covariances)
+        covariances[:, 0, 0] += sd**2
+        return SolidPrior(Normals(self.kinds.means, covariances), self.shares)
 
     def remove_common_factor(self, pi: Array, sd: float, rng: np.random.Generator) -> Array:
         """Draws bodies without the common factor, given bodies with it, pi of shape (N, 10)."""
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
-        share = sd**2 * widened.precision[0]  # part of the deviation from the mean that the factor explains
         # A micrometre of thickness keeps the thinnest bodies factorable.
         thick = pi + pi[:, :1] * np.array([0.0, 0.0, 0.0, 0.0, 1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0])
-        mean = (theta_from_parameters(thick) - widened.mean) @ share
-        spread = np.sqrt(max(sd**2 * (1.0 - share[0]), 0.0))
+        theta = theta_from_parameters(thick)
+        log_densities = widened.compute_log_densities(theta)
+        # The largest of the densities' products with Gumbel noise belongs to each kind with its probability.
+        kind = np.argmax(log_densities + rng.gumbel(size=log_densities.shape), axis=1)
+        share = sd**2 * widened.kinds.precisions[:, 0]  # part of a deviation that the factor explains, (K, 10)
+        mean = np.einsum("nd,nd->n", theta - widened.kinds.means[kind], share[kind])
+        spread = np.sqrt(np.maximum(sd**2 * (1.0 - share[:, 0]), 0.0))[kind]
         factor = np.exp(mean + spread * rng.standard_normal(len(pi)))
         body: Array = pi / factor[:, None]
         return body
+
+    @cached_property
+    def mean(self) -> Array:
+        """Mean of theta, shape (10,)."""
+        mean: Array = self.shares @ self.kinds.means
+        return mean
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of theta, shape (10, 10)."""
+        away = self.kinds.means - self.mean
+        within = np.einsum("k,kij->ij", self.shares, self.kinds.covariances)
+        covariance: Array = within + (away.T * self.shares) @ away
+        return covariance
 
     @cached_property
     def precision(self) -> Array:
@@ -95,97 +104,22 @@ class SolidPrior:
 
     def compute_log_density(self, theta: Array) -> Array:
         """Computes the log density up to a constant, theta of shape (N, 10), result (N,)."""
-        away = theta - self.mean
-        log_density: Array = -0.5 * np.einsum("ni,ij,nj->n", away, self.precision, away, optimize=True)
+        log_density: Array = np.logaddexp.reduce(self.compute_log_densities(theta), axis=1)
         return log_density
+
+    def compute_log_densities(self, theta: Array) -> Array:
+        """Computes the log density of each kind, its share included, up to one constant for all, (N, K)."""
+        squares = self.kinds.measure_squares(theta)
+        log_densities: Array = np.log(self.shares) + self.kinds.log_scales - 0.5 * squares
+        return log_densities
 
     def draw_theta(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws bodies as log-Cholesky coordinates, shape (num_samples, 10)."""
-        return rng.multivariate_normal(self.mean, self.covariance, num_samples, method="cholesky")
+        kind = rng.choice(len(self.shares), size=num_samples, p=self.shares)
+        normal = rng.standard_normal((num_samples, self.kinds.means.shape[1]))
+        theta: Array = self.kinds.means[kind] + np.einsum("nij,nj->ni", self.kinds.roots[kind], normal)
+        return theta
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws bodies, shape (num_samples, 10)."""
         return parameters_from_theta(self.draw_theta(rng, num_samples))
-
-
-def _draw_assemblies(rng: np.random.Generator) -> Array:
-    """Draws assemblies of one to three boxes, ten parameters each, (N, 10)."""
-    shape = (_NUM_SOLIDS, 3)
-    edges = _draw_log_uniform(rng, _ASSEMBLY_EDGES, (*shape, 3))
-    present = np.arange(3) < rng.integers(1, 4, _NUM_SOLIDS)[:, None]
-    masses = present * edges.prod(axis=2) * _draw_log_uniform(rng, _DENSITIES, shape)
-    centres = _REACH_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3)) + _SPREAD_SD * rng.standard_normal((*shape, 3))
-    R, _ = np.linalg.qr(rng.standard_normal((*shape, 3, 3)))
-    second = R * (edges**2 / 12.0)[..., None, :] @ R.swapaxes(-1, -2)
-    return _assemble(rng, masses, centres, second)
-
-
-def _draw_compact(rng: np.random.Generator) -> Array:
-    """Draws boxes, ten parameters each, (N, 10)."""
-    edges = _draw_log_uniform(rng, _COMPACT_EDGES, (_NUM_SOLIDS, 1, 3))
-    centres = _COMPACT_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3))
-    return _turn(rng, np.ones((_NUM_SOLIDS, 1)), np.zeros_like(centres), edges**2 / 12.0, centres)
-
-
-def _draw_rods(rng: np.random.Generator) -> Array:
-    """Draws rods along x before they are turned, ten parameters each, (N, 10)."""
-    length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
-    second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
-    along = rng.uniform(-0.5, 0.5, (_NUM_SOLIDS, 1)) * length
-    held = _HELD_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3))
-    return _turn(rng, np.ones((_NUM_SOLIDS, 1)), along[..., None] * np.eye(3)[0], second, held)
-
-
-def _draw_handled(rng: np.random.Generator) -> Array:
-    """Draws handles along x with a head at their end before they are turned, ten parameters each, (N, 10)."""
-    shape = (_NUM_SOLIDS, 1)
-    length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)
-    handle = _measure_cylinder(length, _draw_log_uniform(rng, _HANDLE_RADII, shape))
-    edges = _draw_log_uniform(rng, _HEAD_EDGES, (*shape, 3))
-    grip = rng.uniform(0.0, 0.5, shape) * length
-    along = np.concatenate([0.5 * length - grip, length - grip + 0.5 * edges[..., 0]], axis=1)
-    head = rng.uniform(0.0, 1.0, shape)
-    second = np.concatenate([handle, edges**2 / 12.0], axis=1)
-    held = _HELD_SD * rng.standard_normal((*shape, 3))
-    return _turn(rng, np.hstack([1.0 - head, head]), along[..., None] * np.eye(3)[0], second, held)
-
-
-def _measure_cylinder(length: Array, radius: Array) -> Array:
-    """Computes the mean squares of the coordinates of a cylinder along x, shape (N, 1, 3), from (N, 1) each."""
-    return np.stack([length**2 / 12.0, radius**2 / 4.0, radius**2 / 4.0], axis=-1)
-
-
-def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Array, held: Array) -> Array:
-    """Turns solids of parts along common axes, and holds them; see ``_assemble``.
-
-    Args:
-        rng: Random number generator.
-        masses: Relative masses of the parts, shape (N, P).
-        centres: Centres of the parts, shape (N, P, 3), [m].
-        squares: Mean squares of the coordinates of each part about its centre, shape (N, P, 3), [m^2].
-        held: Place of the solid's origin in the tip, shape (N, 1, 3), [m].
-    """
-    R, _ = np.linalg.qr(rng.standard_normal((_NUM_SOLIDS, 1, 3, 3)))
-    second = R * squares[..., None, :] @ R.swapaxes(-1, -2)
-    return _assemble(rng, masses, (R @ centres[..., None])[..., 0] + held, second)
-
-
-def _assemble(rng: np.random.Generator, masses: Array, centres: Array, second: Array) -> Array:
-    """Builds the ten parameters of solids of parts, and draws their masses, shape (N, 10).
-
-    Args:
-        rng: Random number generator.
-        masses: Relative masses of the parts, shape (N, P).
-        centres: Centres of the parts, shape (N, P, 3), [m].
-        second: Second moments of each part about its centre over its mass, shape (N, P, 3, 3), [m^2].
-    """
-    masses = masses * (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
-    J = np.zeros((_NUM_SOLIDS, 4, 4))
-    J[:, :3, :3] = np.einsum("np,npij->nij", masses, second + centres[..., :, None] * centres[..., None, :])
-    J[:, :3, 3] = J[:, 3, :3] = np.einsum("np,npi->ni", masses, centres)
-    J[:, 3, 3] = masses.sum(axis=1)
-    return parameters_from_pseudo_inertia(J)
-
-
-def _draw_log_uniform(rng: np.random.Generator, bounds: tuple[float, float], shape: tuple[int, ...]) -> Array:
-    return np.exp(rng.uniform(np.log(bounds[0]), np.log(bounds[1]), shape))

@@ -1,9 +1,12 @@
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
+from scipy.stats import multivariate_normal
 
-from affordance.identification.posterior.log_cholesky import theta_from_parameters
+from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
+from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 
 
@@ -61,11 +64,55 @@ def draw_handled(rng):
 
 
 def test_prior_is_that_of_solids_a_hand_could_hold():
-    rng, num = np.random.default_rng(5), 2000
-    draws = (draw_solid, draw_compact, draw_rod, draw_handled)
-    theta = theta_from_parameters(np.array([draws[i % 4](rng) for i in range(num)]))
+    """Each kind by itself, by solids that Drake assembles."""
+    rng, num = np.random.default_rng(5), 700
     prior = SolidPrior.for_hand()
-    sd = theta.std(axis=0)
-    assert_allclose(prior.mean, theta.mean(axis=0), atol=(5.0 * sd * np.sqrt(1.0 / num + 1.0 / 16000)).max())
-    assert (np.abs(prior.mean - theta.mean(axis=0)) < 5.0 * sd * np.sqrt(1.0 / num + 1.0 / 16000)).all()
-    assert_allclose(np.sqrt(np.diag(prior.covariance)), sd, rtol=0.15)
+    assert_allclose(prior.shares, 0.25)
+    for k, draw in enumerate((draw_solid, draw_compact, draw_rod, draw_handled)):
+        theta = theta_from_parameters(np.array([draw(rng) for _ in range(num)]))
+        mean, sd = theta.mean(axis=0), theta.std(axis=0)
+        assert (np.abs(prior.kinds.means[k] - mean) < 5.0 * sd * np.sqrt(1.0 / num + 1.0 / 4000)).all()
+        assert_allclose(np.sqrt(np.diag(prior.kinds.covariances[k])), sd, rtol=0.2)
+
+
+def _build_two_kinds() -> SolidPrior:
+    """Two kinds that differ in mass and size, of unequal shares."""
+    solid = SolidPrior.for_hand()
+    means, covariances = solid.kinds.means[1:3].copy(), solid.kinds.covariances[1:3]
+    means[:, 0] = np.log([0.2, 3.0])
+    return SolidPrior(Normals(means, 0.3 * covariances), np.array([0.3, 0.7]))
+
+
+def test_density_and_moments_are_those_of_what_is_drawn(rng):
+    solid = _build_two_kinds()
+    theta = solid.draw_theta(rng, 40000)
+    assert_allclose(theta.mean(axis=0), solid.mean, atol=5.0 * np.sqrt(solid.covariance.max() / 40000))
+    assert_allclose(np.cov(theta.T), solid.covariance, atol=0.05 * solid.covariance.max())
+    each = [multivariate_normal(*kind) for kind in zip(solid.kinds.means, solid.kinds.covariances, strict=True)]
+    expected = np.log(0.3 * each[0].pdf(theta[:50]) + 0.7 * each[1].pdf(theta[:50]))
+    assert_allclose(solid.compute_log_density(theta[:50]) - 5.0 * np.log(2.0 * np.pi), expected, rtol=1e-9)
+
+
+def test_a_weighed_body_is_of_the_kind_that_weighs_as_much(rng):
+    """By the share of light and heavy draws near the mass."""
+    solid, mass = _build_two_kinds(), 0.8
+    theta = solid.draw_theta(rng, 400000)
+    near = theta[np.abs(theta[:, 0] - np.log(mass)) < 0.02]
+    weighed = solid.with_mass(mass, 0.01)
+    expected = weighed.mean
+    assert len(near) > 1000
+    sd = near.std(axis=0) / np.sqrt(len(near))
+    assert (np.abs(near.mean(axis=0) - expected)[1:] < 5.0 * sd[1:]).all()
+    assert_allclose(np.exp(weighed.draw_theta(rng, 2000)[:, 0]).mean(), mass, rtol=1e-3)
+
+
+def test_a_common_factor_is_removed_as_bayes_rule_says_for_each_kind(rng):
+    """Bodies without the factor are those of the prior, if those with it are."""
+    solid, sd = _build_two_kinds(), 0.4
+    felt = solid.with_common_factor(sd).draw_theta(rng, 20000)
+    body = theta_from_parameters(solid.remove_common_factor(parameters_from_theta(felt), sd, rng))
+    assert_allclose(body.mean(axis=0), solid.mean, atol=5.0 * np.sqrt(solid.covariance.max() / 20000))
+    assert_allclose(body[:, 0].std(), np.sqrt(solid.covariance[0, 0]), rtol=0.02)
+    assert np.mean(body[:, 0] < np.log(0.8)) == pytest.approx(
+        np.mean(solid.draw_theta(rng, 20000)[:, 0] < np.log(0.8)), abs=0.02
+    )
