@@ -51,6 +51,9 @@ _HALVES, _SDS = 0.05, 3.0
 # Time over which the errors of a model of the arm agree, [s].
 _AGREEMENT = 1.0
 _FEWEST = 50  # samples of a joint that are needed to judge it
+# Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
+# for its five unknowns, and half of the intervals and more miss the truth (docs/identify.md).
+_LEAST_DURATION = 15.0
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
@@ -131,8 +134,19 @@ def find_doubts(
         doubts += _find_stuck(run)
         if not run.description.compensates_arm:
             doubts += _judge_signals(robot, run, run is loaded, belief, settings)
+    doubts += _judge_duration((*empty, loaded)[0], belief, before)
     doubts += _judge_fit(robot, loaded, belief, before, settings)
     return tuple(doubts)
+
+
+def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
+    """Judges the run that has to show gains and arm, where no load was weighed and no motion repeated."""
+    duration = float(run.times[-1] - run.times[0])
+    if before.common_sd > 0.0 and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
+        yield (
+            f"{run.source}: {duration:.1f} s are too short to tell the gains by the arm's own weight, at least "
+            f"{_LEAST_DURATION:g} s are needed: repeat the motion with an empty hand, or weigh a load"
+        )
 
 
 def _judge_signals(
@@ -233,7 +247,7 @@ def _compare_alternatives(
 ) -> Iterator[str]:
     """Compares the fit with that of the opposite load, and with neighbouring joints exchanged."""
     if belief.calibration is not None:  # the gains were found by the reading that is to be compared
-        before = _widen(before)
+        before = before.widen()
     evidence = belief.fit.evidence
     every = max(1, round(evidence.rate / _ENOUGH_RATE))
     rows = slice(None, None, every)
@@ -266,14 +280,6 @@ def _compare_alternatives(
         other = build_joint_evidence(robot, loaded, exchanged, settings, analysis="", is_difference=True)
         if measure(replace(other, rate=thin.rate)) < best:
             yield f"{loaded.source}: {names[j]} and {names[j + 1]} exchanged explain the load better"
-
-
-def _widen(gains: Gains) -> Gains:
-    """Returns gains that are known to be alike only: each as their median, to a factor."""
-    typical = np.median(np.abs(gains.mean[:, 0]))
-    mean = np.tile([typical, 0.0], (len(gains.mean), 1))
-    covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(gains.mean), 1, 1))
-    return replace(gains, mean=mean, covariance=covariance)
 
 
 def check_sensors(run: Run) -> None:

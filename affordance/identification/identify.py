@@ -105,7 +105,7 @@ def identify(
         # The difference of two runs needs no gains before the weighed load tells them.
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
-        before = _find_gains(arm, (*empty, loaded)[0], gains, settings)
+        before = _find_gains(arm, loaded, empty, gains, settings)
     evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
     solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
     calibration = None
@@ -216,8 +216,11 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
     return build_paired_evidence if paired else build_unpaired_evidence
 
 
-def _find_gains(arm: RobotChain, run: Run, gains: Gains | None, settings: IdentificationSettings) -> Gains:
+def _find_gains(
+    arm: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
+) -> Gains:
     """Returns the gains as known before the loaded run."""
+    run = (*empty, loaded)[0]
     kind = run.description.kind
     names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names
     if gains is not None:
@@ -226,7 +229,12 @@ def _find_gains(arm: RobotChain, run: Run, gains: Gains | None, settings: Identi
         return arrange_gains(gains, names, "the gains").with_drift(settings)
     if kind is not SignalKind.CURRENT:
         return build_nominal_gains(names, kind, settings)
-    return estimate_gains(arm, run, prepare(run, settings), settings)
+    own = estimate_gains(arm, run, prepare(run, settings), settings)
+    if empty:
+        return own
+    # The load is in the signals too, and would be taken for larger gains.
+    source = f"alike, each to a half; {100 * own.common_sd:g} % by {arm.source}; a weighed load makes that 2 %"
+    return replace(own.widen(), source=source)
 
 
 def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:

@@ -47,6 +47,27 @@ def test_gains_remember_their_robot(robot, pair, tmp_path):
     assert "with the file of another robot" in doubts[0]
 
 
+@pytest.mark.parametrize("analysis", ["no empty run", "unpaired", "paired", "gains"])
+def test_gains_by_the_own_weight_of_a_short_run_are_doubted(robot, analysis):
+    """Of a motion repeated, and of gains found before, they are not."""
+    rng = np.random.default_rng(8)
+    doubts = {}
+    for duration in (14.0, 16.0):
+        loaded = _record(robot, rng, 2.0 * PAYLOAD, source="l", duration=duration)
+        empty = _record(robot, rng, None, source="e", duration=duration)
+        gains = None
+        if analysis == "gains":
+            weighed = Runs(loaded, (empty,))
+            gains = identify(robot, weighed, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
+        runs = Runs(loaded) if analysis == "no empty run" else Runs(loaded, (empty,))
+        belief = identify(robot, runs, paired=analysis == "paired", gains=gains, settings=_SETTINGS)
+        doubts[duration] = [doubt for doubt in belief.doubts if "too short to tell the gains" in doubt]
+    assert not doubts[16.0]
+    assert len(doubts[14.0]) == int(analysis in ("no empty run", "unpaired"))
+    if doubts[14.0]:
+        assert doubts[14.0][0].startswith(f"{'l' if analysis == 'no empty run' else 'e'}: 14.0 s")
+
+
 def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
     narrow = replace(robot, limits=np.array([[-0.2] * 6, [0.2] * 6]))
     with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad by .*; are these degrees"):

@@ -10,8 +10,10 @@ from numpy.testing import assert_allclose
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.identify import Runs, identify
+from affordance.identification.posterior.calibration import estimate_gains
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.identification.posterior.marginals import describe_bodies
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=1000)
@@ -86,6 +88,18 @@ def test_currents_without_a_weighed_load_are_known_to_a_fifth(robot, rng):
     _assert_believes(belief, mass_sd=0.4)
     assert belief.mass_sd > 0.15 * belief.mass
     assert any("a weighed load makes that 2 %" in sentence for sentence in belief.assumptions)
+
+
+def test_a_heavy_load_without_an_empty_run_is_not_taken_for_larger_gains(robot, rng):
+    payload = 4.0 * PAYLOAD
+    loaded = generate_run(robot, payload, truth=_CURRENT, rng=rng, kind=SignalKind.CURRENT)
+    belief = identify(robot, Runs(loaded), settings=_SETTINGS)
+    low, high = belief.mass_interval90
+    assert low < payload[0] < high
+    # The gains by the arm's own weight alone have the load in them.
+    own = estimate_gains(robot, loaded, prepare(loaded, _SETTINGS), _SETTINGS)
+    assert own.mean[1, 0] > 1.15 * _CURRENT.gain
+    assert abs(belief.gains[1, 0] / _CURRENT.gain - 1.0) < 0.5 * (own.mean[1, 0] / _CURRENT.gain - 1.0)
 
 
 def test_a_wrist_sensor_with_a_gripper_that_is_tared(robot, rng):

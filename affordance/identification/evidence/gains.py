@@ -62,6 +62,13 @@ class Gains:
         mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)
         return mu
 
+    def widen(self) -> "Gains":
+        """Returns gains that are known to be alike only: each as their median, to a factor."""
+        typical = np.median(np.abs(self.mean[:, 0]))
+        mean = np.tile([typical, 0.0], (len(self.mean), 1))
+        covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))
+        return replace(self, mean=mean, covariance=covariance)
+
     def with_drift(self, settings: IdentificationSettings) -> "Gains":
         """Returns the gains for another run, their uncertainty widened by drift."""
         prior = settings.get_prior(self.kind)
