@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from affordance.arguments import check_number
 from affordance.arrays import Array
@@ -13,8 +14,11 @@ TOLERANCE = 0.05
 # Least mass to which the tolerance refers, [kg], as errors of a light payload matter no more than its weight, and
 # lever at which a mass counts as a first moment, [m].
 _LEAST, _LEVER = 1.0, 0.2
-# Probability from which a setting is called right, and below which wrong.
+_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment per tolerance of the mass
+# Probability from which a setting is called right, and plausibility below which wrong.
 _RIGHT, _WRONG = 0.5, 0.05
+# Variance of mass and first moment below which they count as exact, as a share of the squared tolerances.
+_EXACT = 1e-12
 
 
 class ClaimVerdict(NamedTuple):
@@ -22,6 +26,8 @@ class ClaimVerdict(NamedTuple):
 
     Attributes:
         probability: Probability that mass and first moment are right within the tolerance.
+        plausibility: Probability of a payload farther from the mean of the belief, in standard deviations of mass and
+            first moment, than the nearest one within the tolerance of the setting; 1 if the mean is right.
         mass_tolerance: Largest error of a right mass, [kg].
         moment_tolerance: Largest error of a right first moment, [kg m].
         torque_error: Largest error over the run of each joint's torque if the setting is used, by the mean of the
@@ -29,16 +35,20 @@ class ClaimVerdict(NamedTuple):
     """
 
     probability: float
+    plausibility: float
     mass_tolerance: float
     moment_tolerance: float
     torque_error: Array
 
     @property
     def verdict(self) -> str:
-        """Verdict in a word: right, wrong or open."""
+        """Verdict in a word: right, wrong or open.
+
+        A belief much wider than the tolerance gives any setting a small probability; wrong is one that it excludes.
+        """
         if self.probability >= _RIGHT:
             return "right"
-        return "wrong" if self.probability < _WRONG else "open"
+        return "wrong" if self.plausibility < _WRONG else "open"
 
 
 def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE) -> ClaimVerdict:
@@ -61,4 +71,48 @@ def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float
     right = (np.abs(away[:, 0]) <= mass) & (np.linalg.norm(away[:, 1:4], axis=1) <= _LEVER * mass)
     torque = belief.fit.evidence.samples.Y @ (belief.parameters - claimed.parameters)
     probability = float(np.clip(belief.bodies.weights[right].sum(), 0.0, 1.0))
-    return ClaimVerdict(probability, mass, _LEVER * mass, np.abs(torque).max(axis=0))
+    plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), belief.bodies.weights)
+    return ClaimVerdict(probability, plausibility, mass, _LEVER * mass, np.abs(torque).max(axis=0))
+
+
+def _measure_plausibility(away: Array, weights: Array) -> float:
+    """Computes the weight of deviations that are farther from their mean than the nearest one within the tolerance.
+
+    Deviations from the setting in mass and first moment are in units of the tolerances, shape (N, 4): right is a
+    first number from -1 to 1, and a vector of the others of length up to 1. Distances are by the covariance.
+    """
+    mean = weights @ away
+    scatter = away - mean
+    precision = np.linalg.inv((scatter * weights[:, None]).T @ scatter + _EXACT * np.eye(4))
+    nearest = _find_nearest(precision, mean) - mean
+    squares = np.einsum("ni,ij,nj->n", scatter, precision, scatter, optimize=True)
+    return float(np.clip(weights[squares >= nearest @ precision @ nearest].sum(), 0.0, 1.0))
+
+
+def _find_nearest(precision: Array, mean: Array) -> Array:
+    """Finds the deviation within the tolerance that is nearest to a mean, shape (4,), by a precision, (4, 4)."""
+    # With the best first number for each vector of the others; clipped if that is beyond the tolerance.
+    row, rest = precision[0, 1:] / precision[0, 0], precision[1:, 1:]
+    vector = _find_nearest_vector(rest - precision[0, 0] * np.outer(row, row), mean[1:])
+    first = mean[0] - row @ (vector - mean[1:])
+    if abs(first) > 1.0:
+        first = np.sign(first)
+        given = np.linalg.solve(rest, precision[0, 0] * row) * (first - mean[0])
+        vector = _find_nearest_vector(rest, mean[1:] - given)
+    return np.concatenate([[first], vector])
+
+
+def _find_nearest_vector(precision: Array, mean: Array) -> Array:
+    """Finds the vector of length up to 1 that is nearest to a mean, shape (3,), by a precision, (3, 3)."""
+    if np.linalg.norm(mean) <= 1.0:
+        return mean
+    values, vectors = np.linalg.eigh(precision)
+    along = values * (vectors.T @ mean)
+
+    def measure(multiplier: float) -> float:
+        """Returns by how much the vector with Lagrange's multiplier of the length is too long."""
+        return float(np.linalg.norm(along / (values + multiplier))) - 1.0
+
+    multiplier = scipy.optimize.brentq(measure, 0.0, np.linalg.norm(along))
+    nearest: Array = vectors @ (along / (values + multiplier))
+    return nearest

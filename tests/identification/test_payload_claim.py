@@ -57,6 +57,39 @@ def test_probability_is_the_weight_of_bodies_within_both_tolerances(belief):
     assert (verdict.mass_tolerance, verdict.moment_tolerance) == pytest.approx((0.1, 0.02))
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_plausibility_is_that_of_the_nearest_right_payload(belief, seed):
+    """By brute force: the least distance of many payloads within the tolerances."""
+    rng = np.random.default_rng(seed)
+    setting = PayloadSetting(2.0, np.zeros(3))
+    root = rng.standard_normal((4, 4)) * 0.05 * np.array([[1.0], [0.2], [0.2], [0.2]])
+    centre = np.array([0.1, 0.02, 0.02, 0.02]) * rng.uniform(-2.5, 2.5, 4)
+    pi = np.tile(setting.parameters, (4000, 1))
+    pi[:, :4] += centre + rng.standard_normal((4000, 4)) @ root.T
+    equal = np.full(4000, 1.0 / 4000)
+    verdict = judge_claim(replace(belief, bodies=WeightedBodies(pi, equal, np.arange(4000))), setting)
+    within = rng.standard_normal((400000, 4))
+    within[:, 0] = rng.uniform(-0.1, 0.1, len(within))
+    within[:, 1:] *= 0.02 * (rng.random((len(within), 1)) ** 0.2) / np.linalg.norm(within[:, 1:], axis=1)[:, None]
+    away = pi[:, :4] - setting.parameters[:4]
+    precision = np.linalg.inv(np.cov(away.T, bias=True))
+    distances = [np.einsum("ni,ij,nj->n", x, precision, x) for x in (within - away.mean(axis=0), away - away.mean(0))]
+    assert verdict.plausibility == pytest.approx(np.mean(distances[1] >= distances[0].min()), abs=0.03)
+
+
+def test_a_wide_belief_leaves_a_right_setting_open(belief):
+    """Five per cent of a mass that is known to forty: no setting is probable, and only those far off are wrong."""
+    rng = np.random.default_rng(0)
+    pi = np.tile(PAYLOAD, (8000, 1)) * np.exp(0.4 * rng.standard_normal((8000, 1)))
+    pi[:, 1:4] += 0.1 * rng.standard_normal((8000, 3))
+    wide = replace(belief, bodies=WeightedBodies(pi, np.full(8000, 1.0 / 8000), np.arange(8000)))
+    right = judge_claim(wide, PayloadSetting(PAYLOAD[0], _CENTRE))
+    assert right.probability < 0.05
+    assert right.verdict == "open"
+    assert judge_claim(wide, PayloadSetting(4.0 * PAYLOAD[0], _CENTRE)).verdict == "wrong"
+    assert judge_claim(wide, PayloadSetting(PAYLOAD[0], _CENTRE + 0.5)).verdict == "wrong"
+
+
 def test_tolerances_out_of_bounds_are_refused(belief):
     with pytest.raises(BadArgumentError, match="tolerance: is 0"):
         judge_claim(SimpleNamespace(), PayloadSetting(1.0, np.zeros(3)), 0.0)
