@@ -20,6 +20,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
 from affordance.choice.weighing import weigh
 from affordance.files.model_folder import MODELS
+from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
@@ -98,11 +99,13 @@ class Life(NamedTuple):
         rng: Random generator of all that is still to be drawn.
         truths: Tools with their true inertias.
         memories: Memory by the number of pieces that were held.
+        taught: Share of the recordings that were learned from; the others were doubted.
     """
 
     rng: np.random.Generator
     truths: Sequence[TrueTool]
     memories: Mapping[int, Memory]
+    taught: float
 
 
 def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
@@ -111,20 +114,22 @@ def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
     recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
     truths = [draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools]
     with TemporaryDirectory() as folder:
-        lives = live(Path(folder) / "memory.sqlite", recorder, bench.pieces, bench.settings, rng)
-        return Life(rng, truths, dict(enumerate(lives)))
+        place = Path(folder) / "memory.sqlite"
+        lives = dict(enumerate(live(place, recorder, bench.pieces, bench.settings, rng)))
+        with open_memory(place) as ledger:
+            return Life(rng, truths, lives, len(ledger) / len(bench.pieces))
 
 
 def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
     Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
-        exactly, (tasks, criteria, 2); ``covered``, (levels, tools); ``spread``, the excess cost of the dearest usable
-        option over the cheapest, as a fraction, (tasks, criteria). Not a number where no option can do the task with
-        the true inertias.
+        exactly, (tasks, criteria, 2); ``covered``, (levels, tools); ``taught``, the share of recordings that taught;
+        ``spread``, the excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). Not
+        a number where no option can do the task with the true inertias.
     """
     bench = build_bench(config)
-    rng, truths, memories = start_life(config, bench, repeat)
+    rng, truths, memories, taught = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
     informed = inform(bench)
@@ -144,6 +149,7 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "right": right,
         "regret": regret,
         "covered": covered,
+        "taught": np.array(taught),
         "spread": np.array(spread),
         "known": np.array(known),
     }
@@ -181,6 +187,7 @@ def describe_robot(
         "right_if_known": float(known[:, 0].mean()),
         "regret_if_known": float(known[:, 1].mean()),
         "coverage_mass": float(arrays["covered"][:, -1].mean()),
+        "taught": float(arrays["taught"].mean()),
         "coverage_by_experience": {name: float(arrays["covered"][:, i].mean()) for i, name in enumerate(LEVELS)},
     }
     details: dict[str, Any] = {

@@ -87,3 +87,18 @@ def test_a_sensor_that_sticks_is_named_with_its_time(robot):
     signal[400:600, 1] = signal[400, 1]
     doubts = identify(robot, Runs(replace(loaded, signal=signal), (empty,)), settings=_SETTINGS).doubts
     assert any("run, joint_2: the signal is" in doubt and "from 8.0 s on for 4.0 s" in doubt for doubt in doubts)
+
+
+def test_errors_of_joints_that_move_little_are_no_reason_for_doubt_until_they_are_large(robot):
+    """Errors of a joint do not shrink with its motion: joints 1 and 2 show a seventh of what gravity asks here."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (50, 6))
+    strength = np.sqrt((robot.compute_arm_torques(q, 0.0 * q, 0.0 * q) ** 2).mean(axis=0)).max()
+    for share, is_doubted in ((0.03, False), (0.06, True)):
+        rng, truth = np.random.default_rng(0), Truth(noise_sd=share * strength)
+        loaded, empty = (
+            generate_run(robot, pi, truth=truth, rng=rng, kind=SignalKind.JOINT_TORQUE, rate=50.0, source=source)
+            for pi, source in ((2.0 * PAYLOAD, "loaded"), (None, "empty"))
+        )
+        doubts = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS).doubts
+        assert any("% of a usual signal of the arm unexplained" in doubt for doubt in doubts) == is_doubted
+        assert is_doubted or not doubts

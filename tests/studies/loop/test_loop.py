@@ -86,7 +86,7 @@ def test_numbers_and_figure_of_a_small_study():
     arrays = run_lives()
     metrics, details = study.describe_robot(arrays, TASKS)
     coverage = {"coverage_mass", "coverage_by_experience"}
-    assert set(metrics) == {"by", "right", "regret", "right_if_known", "regret_if_known"} | coverage
+    assert set(metrics) == {"by", "right", "regret", "right_if_known", "regret_if_known", "taught"} | coverage
     assert metrics["regret_if_known"] <= metrics["regret"]["before"]
     assert list(metrics["right"]) == list(metrics["regret"]) == list(LEVELS)
     assert metrics["regret"]["after_5"] <= metrics["regret"]["before"]
