@@ -125,8 +125,8 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
     Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
         exactly, (tasks, criteria, 2); ``covered``, (levels, tools); ``taught``, the share of recordings that taught;
-        ``spread``, the excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria). Not
-        a number where no option can do the task with the true inertias.
+        ``spread``, the excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
+        Not a number where no option can do the task with the true inertias.
     """
     bench = build_bench(config)
     rng, truths, memories, taught = start_life(config, bench, repeat)
