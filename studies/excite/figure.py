@@ -20,7 +20,7 @@ def draw_errors(
     """Draws errors that were found (lines) and stated (thin lines) by rule, a panel each.
 
     Args:
-        places: Numbers of postures, or lengths of motions.
+        places: Numbers of postures, or lengths of motions; of some rules the first of them.
         panels: Numbers by rule, by title of the panel.
         found: Key of the root mean square errors.
         said: Key of the stated standard deviations.
@@ -32,8 +32,8 @@ def draw_errors(
         for k, (name, each) in enumerate(rules.items()):
             style: dict[str, Any] = {"color": OBJECT_COLOURS[k], "linestyle": LINE_STYLES[k % len(LINE_STYLES)]}
             marker = MARKERS[k % len(MARKERS)]
-            axes.loglog(places, each[found], marker=marker, label=name.replace("_", " "), **style)
-            axes.loglog(places, each[said], linewidth=0.7, **style)
+            axes.loglog(places[: len(each[found])], each[found], marker=marker, label=name.replace("_", " "), **style)
+            axes.loglog(places[: len(each[said])], each[said], linewidth=0.7, **style)
         axes.set_title(title)
         axes.set_xlabel(label)
         axes.set_ylabel("error of the mass (g); thin: stated")

@@ -20,7 +20,7 @@ from affordance.identification.evidence.model_error import build_phantom_covaria
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm
 from affordance.identification.excitation.expectation import Aim, Expectation
-from affordance.identification.excitation.motion_design import search
+from affordance.identification.excitation.motion_design import NUM_CHANGES, NUM_DRAWS, search
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
     MotionFamily,
@@ -45,6 +45,8 @@ from studies.recorded.random_payloads import draw_payload
 ARMS = ("panda", "ur10e")
 RULES = ("stated", "stated_postures", "random", "random_postures", "condition", "d_optimal")
 SECONDS = (2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)
+# Lengths of random motions, which take longer to come near the floor.
+LONG_SECONDS = (*SECONDS, 24.0, 32.0)
 # Postures a second, of rules that visit postures; motions of a random rule in place of a search.
 _POSTURES, _RANDOM = 0.4, 8
 _TRIED = 60  # until one is within the limits
@@ -91,8 +93,8 @@ class MotionConfig:
     rule: str
     seconds: tuple[float, ...] = SECONDS
     seed: int = 0
-    num_draws: int = 100
-    num_changes: int = 300
+    num_draws: int = NUM_DRAWS
+    num_changes: int = NUM_CHANGES
 
 
 class World(NamedTuple):
@@ -264,10 +266,19 @@ def find_seconds(seconds: tuple[float, ...], error: Array, floor: float) -> floa
     return float(np.exp(t[0] + (t[1] - t[0]) * x[0] / (x[0] - x[1])))
 
 
+def list_seconds(rule: str) -> tuple[float, ...]:
+    """Lists the lengths of a rule's motions, [s]."""
+    return LONG_SECONDS if rule.startswith("random") else SECONDS
+
+
 def describe_motions(found: Mapping[str, Mapping[str, NDArray[Any]]], seconds: tuple[float, ...]) -> dict[str, Any]:
     """Describes what the rules found on one arm, repeats along the first axis.
 
-    The floor is the least standard deviation that identification states after any of the motions.
+    The floor is the least standard deviation that identification states, among lengths that all rules have.
+
+    Args:
+        found: What was found by rule, for the first of the lengths or for all.
+        seconds: Lengths of the motions, [s].
     """
     rules: dict[str, Any] = {
         rule: {
@@ -277,16 +288,19 @@ def describe_motions(found: Mapping[str, Mapping[str, NDArray[Any]]], seconds: t
         }
         for rule, each in found.items()
     }
-    by_error = {}
+    shared = min(len(each["rmse_g"]) for each in rules.values())
+    by_error, floors = {}, {}
     for key in ("said_sd_g", "rmse_g"):
-        floor = min(each[key].min() for each in rules.values())
-        by_error[key] = {rule: find_seconds(seconds, each[key], floor) for rule, each in rules.items()}
+        floors[key] = float(min(each[key][:shared].min() for each in rules.values()))
+        by_error[key] = {
+            rule: find_seconds(seconds[: len(each[key])], each[key], floors[key]) for rule, each in rules.items()
+        }
     said = by_error["said_sd_g"]
     own = found["stated"]
     return {
         "seconds": list(seconds),
         "rules": rules,
-        "floor_g": float(min(each["said_sd_g"].min() for each in rules.values())),
+        "floor_g": floors["said_sd_g"],
         "seconds_to_floor": said,
         "seconds_to_floor_by_rmse": by_error["rmse_g"],
         "seconds_over_random": said["stated"] / said["random"],

@@ -57,20 +57,23 @@ def measure_motions(
     of_motions = {
         arm: {
             rule: run(
-                motions.MotionConfig(str(data), arm, rule, seed=seed), motions.run_motions, designs, f"{arm}, {rule}"
+                motions.MotionConfig(str(data), arm, rule, motions.list_seconds(rule), seed),
+                motions.run_motions,
+                designs,
+                f"{arm}, {rule}",
             )
             for rule in motions.RULES
         }
         for arm in motions.ARMS
     }
-    numbers = describe(of_poses, posewise.NUMBERS, of_motions, motions.SECONDS)
+    numbers = describe(of_poses, posewise.NUMBERS, of_motions, motions.LONG_SECONDS)
     numbers["excite"] |= {"pools": pools, "designs": designs, "weighing": weigh_in_postures()}
     poses = {"weighed objects": numbers["excite"]["poses"]["rules"]}
     arms = {arm: numbers["excite"][arm]["rules"] for arm in motions.ARMS}
     keys = {"found": "rmse_g", "said": "said_sd_g"}
     return numbers, {
         "poses": partial(draw_errors, posewise.NUMBERS, poses, **keys, label="postures"),
-        "motions": partial(draw_errors, motions.SECONDS, arms, **keys, label="time (s)"),
+        "motions": partial(draw_errors, motions.LONG_SECONDS, arms, **keys, label="time (s)"),
     }
 
 

@@ -1,4 +1,4 @@
-"""Search for a motion that shows a payload well: the best of many, then changed as long as that helps."""
+"""Search for a motion that shows a payload well: the best few of many, then changed as long as that helps."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,8 +12,9 @@ from affordance.identification.excitation.planned_motion import MotionFamily, li
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 from affordance.identification.recording.preparation import PreparedRun
 
-# Motions that are drawn, and changes that are tried.
-NUM_DRAWS, NUM_CHANGES = 200, 400
+# Motions that are drawn, the best of them that are changed, and changes that are tried of each: one alone often ends
+# a fifth above the best of three.
+NUM_DRAWS, NUM_STARTS, NUM_CHANGES = 200, 3, 400
 # First step of a change, its factors after one that helped and one that did not, and the share of numbers changed.
 _STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
 _LEAST_STEP = 0.02
@@ -95,7 +96,19 @@ def search(
     kept = np.isfinite(scores)
     if not kept.any():
         raise NoMotionError(f"none of {num_draws} motions of {family.duration:g} s keeps the limits")
-    best, least, step = drawn[int(np.argmin(scores))], float(scores.min()), _STEP
+    starts = np.argsort(scores, kind="stable")[: min(NUM_STARTS, int(kept.sum()))]
+    improved = [_improve(judge, drawn[start], float(scores[start]), num_changes, rng) for start in starts]
+    best, least = min(improved, key=lambda each: each[1])
+    motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
+    assert motion is not None
+    return MotionDesign(motion, least, float(np.median(scores[kept])))
+
+
+def _improve(
+    judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
+) -> tuple[Array, float]:
+    """Changes the numbers of a motion as long as its score falls; returns them with their score."""
+    step = _STEP
     for _ in range(num_changes):
         changed = rng.uniform(size=best.shape) < _CHANGED
         other = best + step * changed * rng.standard_normal(best.shape)
@@ -104,6 +117,4 @@ def search(
             best, least, step = other, found, min(step * _LONGER, _STEP)
         else:
             step = max(step * _SHORTER, _LEAST_STEP)
-    motion = family.build(best, list_times(family.duration, _OUTPUT_RATE))
-    assert motion is not None
-    return MotionDesign(motion, least, float(np.median(scores[kept])))
+    return best, least

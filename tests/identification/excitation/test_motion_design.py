@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from affordance.identification.excitation import motion_design
 from affordance.identification.excitation.expectation import Aim
 from affordance.identification.excitation.motion_design import NoMotionError, design_motion
 from affordance.identification.excitation.planned_motion import FourierFamily, PostureFamily
@@ -20,6 +21,15 @@ def test_designed_motion_shows_more_than_random_ones(expectation, limits):
     assert limits.find_excess(expectation.robot, design.motion, bodies) <= 1.0
     again, _ = design_motion(expectation, family, Aim.MASS, **FEW)
     np.testing.assert_array_equal(again.motion.q, design.motion.q)
+
+
+def test_the_best_few_are_changed_and_the_best_of_these_is_kept(expectation, limits, monkeypatch):
+    family = FourierFamily(expectation.robot, limits, 4.0)
+    scores = []
+    for starts in (1, 6):  # the first of six is changed as one alone
+        monkeypatch.setattr(motion_design, "NUM_STARTS", starts)
+        scores.append(design_motion(expectation, family, Aim.MASS, num_draws=8, num_changes=8)[0].score)
+    assert scores[1] < scores[0]
 
 
 def test_what_a_motion_is_for_is_what_it_shows(expectation, limits):

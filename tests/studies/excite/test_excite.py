@@ -14,7 +14,8 @@ from affordance.identification.posterior.log_cholesky import compute_jacobian, p
 from affordance.identification.posterior.solid_prior import SolidPrior
 from studies.excite import posewise
 from studies.excite.figure import draw_errors
-from studies.excite.motions import find_seconds
+from studies.excite.motions import SECONDS as SECONDS_DESIGNED
+from studies.excite.motions import describe_motions, find_seconds, list_seconds
 from studies.excite.weighing import weigh_in_postures
 
 
@@ -61,6 +62,22 @@ def test_seconds_to_the_floor():
     assert find_seconds(seconds, np.array([6.0, 24.0, 12.0]), 10.0) == pytest.approx(8.0)  # it must stay there
     assert find_seconds(seconds, np.array([3.0, 2.0, 1.0]), 10.0) == 2.0
     assert find_seconds(seconds, np.array([30.0, 20.0, 15.0]), 10.0) == 9.0
+
+
+def test_random_motions_are_followed_further_and_the_floor_is_that_of_lengths_which_all_rules_have():
+    def state(*said):
+        flat = {name: np.zeros((1, len(said))) for name in ("inside", "excess")}
+        sds = 1e-3 * np.array([said])
+        return {"said": sds, "rmse": sds, "predicted": sds, **flat}
+
+    assert list_seconds("random")[: len(SECONDS_DESIGNED)] == list_seconds("stated") == SECONDS_DESIGNED
+    found = {"stated": state(24.0, 6.0), "random": state(48.0, 24.0, 3.0)}
+    numbers = describe_motions(found, (2.0, 4.0, 8.0))
+    assert numbers["floor_g"] == pytest.approx(6.0)
+    assert numbers["seconds_to_floor"]["random"] == pytest.approx(4.0 * 2.0 ** (np.log(24.0 / 7.2) / np.log(8.0)))
+    assert 2.0 < numbers["seconds_to_floor"]["stated"] < 4.0
+    drawn = draw_errors((2, 4, 8), {"arm": numbers["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
+    assert [len(line.get_xdata()) for line in drawn.axes[0].lines] == [2, 2, 3, 3]
 
 
 def test_good_postures_weigh_better_than_home():
