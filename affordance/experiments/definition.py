@@ -81,11 +81,7 @@ class Experiment(ABC):
         return observers
 
     def plan(self, jobs: int) -> Any:
-        """Plans and simulates what all observers share, in processes.
-
-        Raises:
-            BadValueError: A file asks for a task that cannot be planned or carried out; nothing was written.
-        """
+        """Plans and simulates what all observers share, or raises a BadValueError of the file that cannot be done."""
         return None
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
@@ -98,10 +94,7 @@ class Experiment(ABC):
 
     @abstractmethod
     def run_observer(self, shared: Any, experience: Experience | None, repeat: int) -> Arrays:
-        """Runs one repeat; its number and the seed determine every random draw.
-
-        Returns: Named arrays of a shape that is the same for all repeats.
-        """
+        """Runs one repeat, whose number and seed determine every random draw; shapes of arrays are those of all."""
 
     @abstractmethod
     def compute_metrics(self, plan: Any, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:

@@ -55,11 +55,7 @@ def apply_observers(
 
 
 def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners: Sequence[Learner]) -> Told:
-    """Lists the densities that observers know from the start, by colour of the material, [kg/m^3].
-
-    Raises:
-        BadValueError: No object is of such a material, or observers learn by kinds.
-    """
+    """Lists densities known from the start, by colour, [kg/m^3]; learners by kinds raise a BadValueError."""
     materials = {part.material.name: part.material for tool in objects.tools for part in tool.components}
     for index, name in enumerate(protocol.observers.told):
         if name not in materials:
@@ -80,11 +76,7 @@ def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
 
 
 def load_paths(protocol: Protocol, path: Path, models: Path, settings: Settings) -> Mapping[int, TimedPath]:
-    """Loads the paths of reaches, by the index of their block.
-
-    Raises:
-        BadValueError: A path is missing, invalid, or starts where the arm cannot be.
-    """
+    """Loads the paths of reaches, by the index of their block; a wrong path or start raises a BadValueError."""
     paths = {}
     for index, block in enumerate(protocol.blocks):
         if block.do.reach is not None:
@@ -95,11 +87,7 @@ def load_paths(protocol: Protocol, path: Path, models: Path, settings: Settings)
 
 
 def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolObjects) -> People:
-    """Loads people's results from the files that a protocol names.
-
-    Raises:
-        BadValueError: A file is missing or wrong, or has numbers or objects that the protocol lacks.
-    """
+    """Loads people's results from the files that a protocol names, and checks that they are of the protocol."""
     table = lifts = None
     if protocol.published is not None:
         table = load_published(find_file(protocol.published, "published", path, models))

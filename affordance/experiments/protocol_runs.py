@@ -111,13 +111,7 @@ def load_choice_experiment(
 def build_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> ProtocolExperiment:
-    """Builds the experiment of a protocol.
-
-    Raises:
-        BadValueError: A file is wrong, the objects are not as the protocol requires, or the closed form does not
-            support what the protocol asks for.
-        ModelFileError: The arm cannot be loaded or is not usable.
-    """
+    """Builds the experiment of a protocol; see ``load_protocol_experiment``."""
     if protocol.is_closed_form and protocol.observers.vision == FeatureSource.PIXELS.value:
         raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
     settings, learners = apply_observers(protocol, path, models, settings, changes)

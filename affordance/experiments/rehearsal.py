@@ -36,9 +36,7 @@ def check_number_names(experiment: PresentationExperiment, given: Collection[str
 
 
 def rehearse_experiment(experiment: PresentationExperiment) -> dict[str, Any]:
-    """Computes figures and numbers of made-up measurements.
-
-    Returns: Numbers as metrics.json will have them, with the right shapes and meaningless values.
+    """Computes figures and numbers, with the right shapes and meaningless values, of made-up measurements.
 
     Raises:
         BadValueError: A figure, a number, or people's value of one cannot be computed; the key is named.

@@ -194,9 +194,6 @@ def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> 
     """Returns the settings of an observer that begins with a lasting memory, and the root of its random draws.
 
     The root is further by the number of trials that are remembered, so that no error of measurement is drawn again.
-
-    Raises:
-        BadValueError: The memory cannot be read, or a change is invalid.
     """
     changed = change_settings(settings, changes)
     with open_memory(memory) as ledger:
@@ -230,12 +227,10 @@ class _Attempts:
     def make[T](
         self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
     ) -> tuple[T, ...]:
-        """Calls a function for an experiment; an expected error, but no SeeingError, leaves the experiment out.
-
-        Returns: Tuple of the function's result; empty if the experiment is left out.
+        """Returns a function's result for an experiment in a tuple, empty if an expected error leaves it out.
 
         Raises:
-            AffordanceError: An unexpected error, or the first error if no experiment is left.
+            AffordanceError: An unexpected error, a SeeingError, or the first error if no experiment is left.
         """
         try:
             return (make(),)

@@ -16,14 +16,9 @@ _TEMPORARY = ".writing."
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Lets a function write a temporary file, which then replaces the target in one step.
+    """Lets a function write a temporary file of the same suffix, which then replaces the target in one step.
 
-    Args:
-        path: Path of the target; its folder is created if necessary.
-        write: Function that writes the file at the given path, which has the same suffix.
-
-    Raises:
-        OSError: The file cannot be written; names the target instead of the temporary file.
+    Folders are created. An OSError names the target instead of the temporary file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")

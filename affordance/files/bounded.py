@@ -42,11 +42,7 @@ _MOST_DIGITS = 1000
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a file of at most ``most`` bytes.
-
-    Raises:
-        BadValueError: The file cannot be read, is not a regular file, or is larger.
-    """
+    """Reads a regular file of at most ``most`` bytes; raises a BadValueError for any other."""
     try:
         check_size(path, most)
         with path.open("rb") as file:
@@ -68,11 +64,7 @@ def suggest_file(path: Path) -> str:
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text of at most ``most`` bytes; line ends become newlines.
-
-    Raises:
-        BadValueError: The file cannot be read, is not a regular file, is larger, or is not text in the encoding.
-    """
+    """Reads a text of at most ``most`` bytes, or raises a BadValueError; line ends become newlines."""
     try:
         text = read_bytes(path, most).decode(encoding)
     except UnicodeDecodeError as error:
@@ -81,11 +73,7 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path) -> Any:
-    """Reads a JSON file.
-
-    Raises:
-        BadValueError: The file cannot be read, is larger, or is not JSON.
-    """
+    """Reads a JSON file; raises a BadValueError if it cannot be read, is too large, or is not JSON."""
     try:
         return json.loads(read_text(path, RESULTS))
     except (ValueError, RecursionError) as error:
@@ -110,11 +98,7 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 
 
 def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
-    """Reads the rows of a table of at most ``most`` bytes, starting with the row of column names.
-
-    Raises:
-        BadValueError: The file cannot be read, is larger, or is not such a table.
-    """
+    """Reads the rows of a table, from that of column names, of at most ``most`` bytes, or raises a BadValueError."""
     try:
         return list(csv.reader(StringIO(read_text(path, most)), strict=True))
     except csv.Error as error:

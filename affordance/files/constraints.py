@@ -49,11 +49,7 @@ class Constraint(ABC):
 
     @abstractmethod
     def check(self, value: Any) -> Any:
-        """Returns the value if it is valid, in the form that the program uses.
-
-        Raises:
-            PydanticCustomError: The value is of the wrong kind, or out of bounds.
-        """
+        """Returns a valid value, in the form that the program uses; any other raises a PydanticCustomError."""
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_plain_validator_function(self.check)

@@ -26,11 +26,7 @@ class DataModel(BaseModel):
 
 
 def load_model[M: BaseModel](path: Path, model: type[M]) -> M:
-    """Reads a file into a model of its content.
-
-    Raises:
-        BadValueError: The file or one of its values is invalid; the message says which and how.
-    """
+    """Reads a file into a model of its content; raises a BadValueError with the first fault."""
     return check_content(path, "", read_yaml(path), model)
 
 

@@ -49,11 +49,7 @@ class Triangles(NamedTuple):
 
 
 def read_triangles(path: Path) -> Triangles:
-    """Reads a mesh file.
-
-    Raises:
-        BadValueError: The file cannot be read, has another format, no triangles, or corners that are not finite.
-    """
+    """Reads an OBJ, PLY or STL file; raises a BadValueError if it is unreadable, or has no finite triangles."""
     if path.suffix.lower() not in FORMATS:
         problem = f"is a {path.suffix or 'file without suffix'}, must be one of {', '.join(FORMATS)}"
         hint = "; export it as OBJ, PLY or STL" if path.suffix else ""

@@ -29,12 +29,7 @@ _EARLIER = "memory of an earlier version"
 
 
 def export_trials(ledger: Ledger, path: Path) -> int:
-    """Writes all trials to a file, one a line after a line about the file; returns their number.
-
-    Raises:
-        BadValueError: The ledger cannot be read, or a record is invalid.
-        OSError: The file cannot be written; nothing was written.
-    """
+    """Writes all trials to a file, one a line after a line about the file; returns their number."""
     trials = ledger.list_trials()
     lines = [{"program": PROGRAM, "schema": SCHEMA}, *(trial.to_dict() for trial in trials)]
     write_text(path, "".join(f"{json.dumps(line)}\n" for line in lines))
@@ -42,11 +37,7 @@ def export_trials(ledger: Ledger, path: Path) -> int:
 
 
 def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
-    """Reads a file of trials, or the memory of an earlier version, from which its prior is subtracted.
-
-    Raises:
-        BadValueError: The file cannot be read, or is neither; the message says where and how.
-    """
+    """Reads a file of trials, or an earlier version's memory, less its prior; raises a BadValueError for others."""
     text = read_text(path, _MOST)
     lines = [(i, line) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
     if not lines:

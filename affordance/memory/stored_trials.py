@@ -147,11 +147,7 @@ def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:
 
 
 def parse_trial(place: Path | str, key: str, content: Any) -> TrialEvidence:
-    """Builds the evidence of a record that was read from JSON, at a key of a file or database.
-
-    Raises:
-        BadValueError: The record is invalid; the message says where and how.
-    """
+    """Builds the evidence of a record from JSON, at a key of a file or database, or raises a BadValueError."""
     entry = check_content(Path(str(place)), key, content, TrialEntry)
     try:
         return entry.build()

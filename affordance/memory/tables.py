@@ -75,8 +75,7 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
     """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new.
 
     Raises:
-        BadValueError: The file does not exist, is no database or that of another program or version, or the server
-            cannot be reached.
+        BadValueError: It does not exist, is of another program or version, or cannot be reached.
     """
     is_url = isinstance(place, str) and "://" in place
     if not is_url:

@@ -189,12 +189,7 @@ class Geometry:
     Phi_errors: Array
 
     def compute_parameters(self, rho: Array, errors: Array) -> Array:
-        """Computes the inertial parameters of N objects, shape (N, 10).
-
-        Args:
-            rho: Densities, shape (N, M), [kg/m^3].
-            errors: Errors of the uncertain measurements, in units of their standard deviations, shape (N, G).
-        """
+        """Computes parameters, (N, 10), of densities, (N, M), [kg/m^3], and errors, (N, G), in units of their SD."""
         parameters: Array = rho @ self.Phi.T
         for column in np.flatnonzero(self.Phi_errors.any(axis=(0, 1))):  # a material or two of many
             parameters += errors @ self.Phi_errors[:, :, column] * rho[:, [column]]

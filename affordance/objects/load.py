@@ -74,11 +74,7 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds one component, or one for each body of a mesh, whose file is named relative to a folder.
-
-    Raises:
-        BadValueError: A value or the mesh file is invalid; the message says which and how.
-    """
+    """Builds one component, or those of a mesh below a folder; raises a BadValueError for a wrong value or file."""
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
@@ -225,11 +221,7 @@ def load_tools(
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
-    """Lists the materials that a tools file names, without duplicates; no mesh is opened.
-
-    Raises:
-        BadValueError: The file or one of its values is invalid; the message says which and how.
-    """
+    """Lists the materials that a tools file names, without duplicates; no mesh is opened."""
     named = [
         name
         for tool in load_model(check_path("path", path), _ToolsFile).tools

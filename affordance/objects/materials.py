@@ -127,15 +127,9 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Finds the colour that identifies a material.
+    """Finds the colour that identifies a material, among ours unless others are given.
 
-    Args:
-        material: Name of a material, a material, or a colour.
-        materials: Materials by name; those that come with the program if None.
-        argument: Name of the argument, for errors.
-
-    Raises:
-        BadArgumentError: The name is neither a known material nor a colour.
+    An unknown name raises a BadArgumentError of the argument.
     """
     if isinstance(material, Material):
         return material.colour

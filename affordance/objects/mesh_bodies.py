@@ -100,7 +100,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
 def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
     """Computes the volume that pairs of solids, in one frame, share, as a fraction of the sum of their volumes.
 
-    Returns: Fraction; NaN if a surface intersects itself, so that it does not bound a single body.
+    NaN stands for a surface that intersects itself, so that it does not bound a single body.
     """
     meshes = [manifold3d.Mesh64(_SCALE * solid.vertices, solid.faces.astype(np.uint64)) for solid in solids]
     bodies = [manifold3d.Manifold(mesh) for mesh in meshes]

@@ -118,14 +118,9 @@ def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Computes the index of the body of each face, (m,), in the order of the file.
+    """Computes the index of the body of each face, (m,), in the order of the file, for unique corners, (n, 3), [m].
 
-    Args:
-        points: Unique corners, shape (n, 3), [m].
-        faces: Three different corners per face, shape (m, 3).
-
-    Raises:
-        MeshError: There are no faces, or an edge is not traversed equally often in both directions.
+    No faces, or an edge that is not traversed equally often in both directions, raise a MeshError.
     """
     broken = find_open_edges(faces) if len(faces) else np.zeros((0, 2), dtype=np.intp)
     if len(broken) or not len(faces):

@@ -68,11 +68,7 @@ class GroupEntry(DataModel):
         return self
 
     def select(self, tools: Sequence[Tool]) -> list[int]:
-        """Returns the indices of the group's objects.
-
-        Raises:
-            LookupError: There is no object of such a name or place, or the group is empty; the message says which.
-        """
+        """Returns the indices of the group's objects; an unknown name or place, or none, raises a LookupError."""
         known = [tool.name for tool in tools]
         if self.names is not None:
             unknown = [name for name in self.names if name not in known]
@@ -137,11 +133,7 @@ class ProtocolObjects(NamedTuple):
 
 
 def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "objects") -> ProtocolObjects:
-    """Builds the objects of a protocol from the entry at a key.
-
-    Raises:
-        BadValueError: A file is invalid, a name is missing or used twice, or the objects do not meet a requirement.
-    """
+    """Builds the objects of the entry at a key; names used twice or unmet requirements raise a BadValueError."""
     tools: tuple[Tool, ...] = ()
     source = path
     materials: dict[str, Material] = {}

@@ -95,11 +95,7 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 def measure_people(
     entries: Mapping[str, NumberEntry], lifts: PeopleLifts, objects: ProtocolObjects, blocks: Sequence[BlockEntry]
 ) -> dict[str, Array]:
-    """Computes the numbers of force and weight of every person, (P,); those that are lists are omitted.
-
-    Raises:
-        BadValueError: A person has fewer lifts than a number needs.
-    """
+    """Computes numbers of force and weight of every person, (P,), but lists; too few lifts are a BadValueError."""
     chosen: dict[str, NumberEntry] = {}
     for name, entry in entries.items():
         measures = {entry.measure, entry.correlated_with} - {None}

@@ -53,12 +53,7 @@ class _Row(NamedTuple):
 
 
 def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[BlockEntry]) -> PeopleLifts:
-    """Reads a table with at least the columns observer, lift, object and force.
-
-    Raises:
-        BadValueError: The file cannot be read, or a value is invalid; the message names its row, its column and the
-            fault.
-    """
+    """Reads a table with observer, lift, object and force at least; a BadValueError names row and column."""
     rows = read_csv(path, RESULTS)
     header = _check_header(path, rows[0] if rows else [])
     names, block_names = [tool.name for tool in objects.tools], [block.name for block in blocks]

@@ -34,11 +34,7 @@ class Presentation:
 def draw_presentations(
     block: BlockEntry, index: int, objects: ProtocolObjects, rng: np.random.Generator, repeat: int
 ) -> list[Presentation]:
-    """Draws the presentations of a block to an observer, whose number is that of a row in a Latin square.
-
-    Raises:
-        AffordanceError: The block has too many presentations.
-    """
+    """Draws the presentations of a block, at most _MOST, to an observer, whose number is a row of a Latin square."""
     group = list(objects.groups[block.objects])
     count = len(group) * block.repetitions * block.times
     if count > _MOST:

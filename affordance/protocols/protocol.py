@@ -208,11 +208,7 @@ class Protocol(DataModel):
 
 
 def load_protocol(path: Path) -> Protocol:
-    """Reads a protocol from a file.
-
-    Raises:
-        BadValueError: The file or one of its values is invalid; the message names it and the fault.
-    """
+    """Reads a protocol from a file; raises a BadValueError with its first fault."""
     content = read_yaml(path)
     refuse_templates(path, content)
     return check_content(path, "", content, Protocol)
@@ -237,11 +233,7 @@ def refuse_templates(path: Path, content: Any) -> None:
 
 
 def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
-    """Returns the number of observers given in a protocol, found by its name or path; None if it gives none.
-
-    Raises:
-        BadValueError: There is no such protocol, or the file is invalid.
-    """
+    """Returns the number of observers of a protocol, by its name or path; None if it gives none."""
     observers = load_protocol(find_protocol(name, models)).observers
     return observers.number if "number" in observers.model_fields_set else None
 
@@ -266,11 +258,7 @@ def list_shipped(models: Path = MODELS) -> list[str]:
 
 
 def find_protocol(name: str, models: Path = MODELS) -> Path:
-    """Finds the file of a protocol, given by its path or, for one of the program's, by its name.
-
-    Raises:
-        BadValueError: There is no protocol of that name.
-    """
+    """Finds the file of a protocol by its path or, for one of the program's, its name; else a BadValueError."""
     path = Path(name)
     if path.suffix in SUFFIXES:
         return path

@@ -39,12 +39,7 @@ class PublishedTable(NamedTuple):
 
 
 def load_published(path: Path) -> PublishedTable:
-    """Reads a table with the columns quantity, value, low, high, unit and source.
-
-    Raises:
-        BadValueError: The file cannot be read, or a value is invalid; the message names its row, its column and the
-            fault.
-    """
+    """Reads a table of quantity, value, low, high, unit and source; a BadValueError names row and column."""
     rows = read_csv(path)
     if not rows or tuple(rows[0]) != _COLUMNS:
         found = ", ".join(rows[0]) if rows else "nothing"

@@ -49,7 +49,7 @@ def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[P
 def rehearse(
     path: Path, entries: Mapping[str, NumberEntry], layout: Layout, imagined: MeasuredObservers
 ) -> dict[str, Any]:
-    """Computes a protocol's numbers from made-up measurements; they have the right shapes and meaningless values.
+    """Computes a protocol's numbers, of the right shapes, from made-up measurements.
 
     Raises:
         BadValueError: A number refers to one that does not precede it, or cannot be measured or calculated.

@@ -19,13 +19,7 @@ def build_schema() -> str:
 
 
 def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
-    """Writes a commented protocol that can be run as it is, with the schema in the same folder.
-
-    Returns: Paths of protocol and schema.
-
-    Raises:
-        BadValueError: The name is invalid, or the file exists already, which is kept.
-    """
+    """Writes a commented protocol that can be run, and the schema; a wrong or existing name is a BadValueError."""
     path, schema = folder / f"{name}.yaml", folder / SCHEMA_FILE
     if path.parent != folder:
         raise BadValueError(path, "name", f"is {name!r}, must be of small letters, digits and underscores")

@@ -64,11 +64,7 @@ def describe_advice(advice: Advice, question: Question) -> str:
 
 
 def describe_choice_of(advice: Advice) -> str:
-    """Says in a sentence what to take, at which cost, and how certain that is.
-
-    Raises:
-        AffordanceError: No option is usable.
-    """
+    """Says in a sentence what to take, its cost and how certain that is; nothing usable is an AffordanceError."""
     best = advice.best
     return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
 

@@ -18,14 +18,9 @@ def draw_holds(
     unit: str,
     title: str,
 ) -> Figure:
-    """Draws the worth of each object with its standard error, and the probability of being right before and after.
+    """Draws worths, with standard errors, of K named objects, and the probability of being right before and after.
 
-    Args:
-        names: Name of each of K objects.
-        worths: Worth of each object, and its standard error.
-        tasks: Name of each task, the probability that its choice is right now, and after holding each object (K,).
-        unit: Unit of worths.
-        title: Title of the figure.
+    Tasks have a name, the probability that their choice is right now, and that after holding each object, (K,).
     """
     rows = len(names)
     figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")

@@ -71,11 +71,7 @@ def load_claims(path: Path) -> tuple[Claim, ...]:
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Renders a section file with the numbers of metrics.json and further facts.
-
-    Raises:
-        AffordanceError: A template or an expression uses an unknown name or cannot be evaluated.
-    """
+    """Renders a section file with numbers of metrics.json and facts; unknown names raise an AffordanceError."""
     content, known = load_model(path, SectionEntry), {**numbers, **facts}
     environment = _build_environment()
 
@@ -208,11 +204,7 @@ def check_names(report: PlainReport, known: Collection[str]) -> None:
 
 
 def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Renders the report of a protocol; facts include ``camera_caption``, ``few_observers`` and ``faults``.
-
-    Raises:
-        AffordanceError: A template or an expression cannot be evaluated with these numbers.
-    """
+    """Renders a protocol's report with numbers and facts; a wrong template or expression is an AffordanceError."""
     remarks = [facts[name] for name in ("few_observers", "faults") if facts[name]]
     given = dict(report.given)
     if "remarks" in given:

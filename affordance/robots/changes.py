@@ -106,10 +106,7 @@ def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
 
 
 def read_lacks(models: Path) -> dict[str, str]:
-    """Reads the reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
-
-    Returns: Reasons by name; empty if the folder has no record, or its files have changed since.
-    """
+    """Reads the reasons why tasks are infeasible, by name; empty without a record, or if files have changed since."""
     try:
         content = yaml.safe_load((models / LACKS).read_text(encoding="utf-8"))
         tasks = {str(name): str(why) for name, why in content["tasks"].items()}

@@ -58,19 +58,10 @@ def find_joint_fault(
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     unit: str = "rad",
 ) -> str:
-    """Describes data that no joint can have; empty for a valid joint.
+    """Describes data that no joint can have, in SI units but for the angles' unit; empty for a valid joint.
 
     Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses,
     and it is reported only if it belongs to the arm.
-
-    Args:
-        lower: Least angle; None for no limit.
-        upper: Largest angle; None for no limit.
-        velocity: Largest rate, [rad/s]; None for no limit.
-        damping: Damping, [N m s/rad].
-        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
-        axis: Direction of the axis, (3,).
-        unit: Unit of the angles, in words.
     """
     if lower is not None and upper is not None and lower > upper:
         return f"has position limits from {lower:g} to {upper:g} {unit}, must be a range"

@@ -55,12 +55,10 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
 
 
 def freeze(tree: RobotTree, chain: Chain, posture: Mapping[str, float]) -> tuple[Context, dict[str, float]]:
-    """Creates a context with the joints of the chain at zero, and all others where they are frozen.
+    """Creates a context with the chain's joints at zero and all others where they are frozen, with their values.
 
     A joint that is not given is frozen at its default, clipped to its limits; one that follows another at the
     position implied by its leader.
-
-    Returns: Context of the plant, and the value of every frozen joint of one degree of freedom.
     """
     context = tree.plant.CreateDefaultContext()
     own = {joint.index() for joint in chain.joints}

@@ -16,11 +16,7 @@ _BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 
 
 def read_robot(path: Path) -> Description:
-    """Reads a robot's file; its root element determines the format.
-
-    Raises:
-        BadValueError: The file cannot be read, or is not a valid URDF, SDF or MJCF file.
-    """
+    """Reads a URDF, SDF or MJCF file, by its root element; raises a BadValueError for any other."""
     root = read_xml(path)
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")

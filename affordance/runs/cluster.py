@@ -23,14 +23,10 @@ _PATIENCE = 10.0
 
 @contextmanager
 def use_cluster(address: str, models: Path) -> Iterator[None]:
-    """Makes joblib run its tasks on a cluster within the context.
-
-    Args:
-        address: Address of the Dask scheduler, such as tcp://host:8786.
-        models: Folder of models; the workers must have the same at the same path.
+    """Makes joblib run its tasks on the cluster of a scheduler, such as tcp://host:8786, within the context.
 
     Raises:
-        BadValueError: Dask is not installed, no scheduler answers, or the workers are missing or unsuitable.
+        BadValueError: Dask is not installed, no scheduler answers, or workers are missing, or have other models.
     """
     try:
         from distributed import Client

@@ -98,19 +98,10 @@ def simulate_blow(
     force: float | None = None,
     nail: Nail | None = None,
 ) -> Blow:
-    """Plans and simulates a blow with a tool whose densities are known.
+    """Plans and simulates a blow with a gripped tool whose densities are known, [kg/m^3].
 
-    Args:
-        tool: The tool as it is gripped.
-        hammer: Hammering task.
-        planned: Blows that were planned for the tool.
-        densities: True density of each colour, [kg/m^3].
-        settings: Settings of all simulations; only the log period is replaced, by the control period.
-        force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
-        nail: True nail; None for the one that the blow is planned for.
-
-    Raises:
-        AffordanceError: No swing is fast enough.
+    The peak of resistance, [N], is the demanded one, and the nail that of the plan, unless others are given. Every
+    control period is logged. No swing that is fast enough is an AffordanceError.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)

@@ -30,16 +30,9 @@ def open_eye(source: FeatureSource, error: VisionError) -> Eye:
 def observe(
     tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures the features of an object.
+    """Measures the features of an object, the true ones with errors of standard deviations, or those of pictures.
 
-    Args:
-        tool: Object to be observed.
-        source: Source of the features: the true ones with an error, or pictures.
-        error: Standard deviations of the errors, if the source is the true features.
-        rng: Random generator of the errors, or of the noise of the pictures.
-
-    Raises:
-        SeeingError: The features cannot be extracted from the pictures.
+    Pictures from which no features can be extracted raise a SeeingError.
     """
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)

@@ -69,11 +69,7 @@ class ChoiceTask(ABC):
 
     @abstractmethod
     def compute_work(self, settings: Settings, costs: Mapping[str, Mapping[str, Any]], held: Tool) -> float:
-        """Plans the task with a gripped tool of known inertia, and returns its work, [J].
-
-        Raises:
-            AffordanceError: The task cannot be done with that tool.
-        """
+        """Plans the task with a gripped tool, and returns its work, [J]; it may be infeasible, an AffordanceError."""
 
     @abstractmethod
     def measure(self, novel: Sequence[Tool], config: ExperienceConfig, plan: ChoicePlan) -> dict[str, Any]:

@@ -98,9 +98,9 @@ def choose_by_sample(
 def choose_by_expectation(
     choice: Choice, experience: Experience, seed: int, repeat: int
 ) -> tuple[Chosen, NDArray[np.bool_]]:
-    """Chooses by least expected absolute work, before the first and after each trial.
+    """Chooses by least expected absolute work, before the first and after each trial, (K + 1,).
 
-    Returns: Choices, and True where the least expected integral of |tau|^2 would choose otherwise, (K + 1,) each.
+    A second array is true where the least expected integral of |tau|^2 would choose otherwise.
     """
     chosen, flips = [], []
     for trial in range(experience.num_trials + 1):

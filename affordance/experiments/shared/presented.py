@@ -179,10 +179,7 @@ class PresentationExperiment(Experiment):
         ]
 
     def present(self, experience: Experience | None, repeat: int) -> list[Presented]:
-        """Presents the objects to an observer of the first learner; those of the first block only if not yet learned.
-
-        Returns: Presentations in their order, measured or not.
-        """
+        """Presents the objects, measured or not, to an observer; those of the first block only if not yet learned."""
         drawn = self.draw_presentations(repeat)
         if experience is not None:
             drawn = [each for each in drawn if each.block]
@@ -228,7 +225,7 @@ class PresentationExperiment(Experiment):
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with each learner; all are given the same presentations and errors of measurement.
 
-        Returns: Arrays; the names of those of every learner but the first begin with the learner's name.
+        Names of the arrays of every learner but the first begin with the learner's name.
         """
         found: dict[str, Any] = {}
         for prefix, experiment in self.split():

@@ -56,7 +56,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
     Raises:
-        SeeingError: The parts cannot be detected; for its subclasses see exceptions.py and segmentation.segment.
+        SeeingError: The parts cannot be detected; see ``segment``.
         HiddenPartError: One part hides another.
         NoFitError: The visible surface of a part is not that of an ellipsoid.
     """

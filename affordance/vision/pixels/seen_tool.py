@@ -143,11 +143,7 @@ def observe_tool(
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Returns the features of an object from one picture if it is made of ellipsoids, else from six.
-
-    Raises:
-        SeeingError: The features cannot be extracted from the pictures; the message names the object.
-    """
+    """Returns the features of an object from one picture if it is of ellipsoids, else from six; or a SeeingError."""
     try:
         if needs_turning(tool):
             return observe_tool(tool, get_turning_stand(), rng)
@@ -159,12 +155,7 @@ def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
     """Describes a part in T with its errors as deformations: of its thickness along Pz, and of its position in P.
 
-    Args:
-        look: Colour of the part.
-        shape: Solid of the part, with Eo in its centroid.
-        X_PE: Pose of the solid in the presented object, shape (4, 4).
-        X_TP: Pose in which the object is presented, shape (4, 4).
-        error: Error of the solid.
+    Eo is in the solid's centroid; poses X_PE and X_TP have the shape (4, 4).
     """
     deformations = np.zeros((4, 4, 4))
     deformations[0, 2, 2] = error.log_volume_sd
