@@ -26,8 +26,6 @@ _STEPS = 12
 _MAX_MISS = 1.5
 # Gaps narrower than this number of columns are closed.
 _GAP = 5
-# Percentile of the surface's height that stands for the object's height, for some of the object may protrude, [%].
-_HEIGHT_PERCENTILE = 75.0
 _UNKNOWN = -1
 
 
@@ -62,23 +60,7 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
     labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
-    return _collect(x, y, share=share, bottom=np.minimum(bottom, top), top=top, labels=labels)
-
-
-def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
-
-    The near side is mirrored at half of the object's height. Nothing is below the stand, whose top is at
-    stand_height along Pz, [m], and every column reaches at least half of the way down to it: low parts lie on the
-    stand, high parts may be supported by others.
-    """
-    x, y, (sheet,) = find_sheets([above])
-    top = spread_nearest(sheet.height, sheet.there)
-    height = float(np.percentile(top[sheet.there], _HEIGHT_PERCENTILE)) - stand_height
-    halfway = 0.5 * (top + stand_height)
-    bottom = np.clip(2.0 * stand_height + height - top, stand_height, np.maximum(halfway, stand_height))
-    label = spread_nearest(sheet.label, sheet.there)
-    return _collect(x, y, share=sheet.there.astype(float), bottom=bottom, top=top, labels=[label, label])
+    return collect_columns(x, y, share=share, bottom=np.minimum(bottom, top), top=top, labels=labels)
 
 
 def find_sheets(views: Sequence[View]) -> tuple[Array, Array, list[Sheet]]:
@@ -134,7 +116,7 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
     return Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
 
 
-def _collect(
+def collect_columns(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
     """Collects columns by look; a column that two looks share is halved, the upper half going to the first one."""

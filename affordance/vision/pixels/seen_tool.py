@@ -1,13 +1,11 @@
 """Features of an object of any form from pictures: looks, and for each look a solid with its error.
 
-There are four ways to a solid: columns between two sides, less the hollows that show from four more, or as they are;
-columns behind one side; and, for comparison, one ellipsoid per look, as fitted to objects made of ellipsoids. What a
-camera cannot see, a cavity or a core of another material, is part of the stated error, whose size was determined on
-ten tools (docs/decisions/0024-real-tools.md).
+A solid is made of columns between two sides, less the hollows that show from four more. What a camera cannot see, a
+cavity or a core of another material, is part of the stated error, whose size was determined on ten tools
+(docs/decisions/0024-real-tools.md, with other ways to a solid, which the study of tools compares).
 """
 
-import enum
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,7 +14,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import SeeingError
 from affordance.objects.column_solid import ColumnSolid
-from affordance.objects.inertia import Ellipsoid, Shape
+from affordance.objects.inertia import Shape
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import (
@@ -29,20 +27,11 @@ from affordance.vision.pixels.camera_sensor import (
     needs_turning,
 )
 from affordance.vision.pixels.carving import Side, carve
-from affordance.vision.pixels.columns import View, build_columns, build_mirrored_columns
+from affordance.vision.pixels.columns import View, build_columns
 from affordance.vision.pixels.looks import COLOUR_SD, Look, find_looks
 from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
 from affordance.vision.pixels.surface import Surface, find_silhouette, measure_surface
-
-
-class Method(enum.Enum):
-    """Method of building a solid from views."""
-
-    SIX_VIEWS = "six_views"  # columns between both sides, without what four views from other sides show to be empty
-    TWO_VIEWS = "two_views"  # columns between both sides
-    ONE_VIEW = "one_view"  # columns behind one side
-    ELLIPSOIDS = "ellipsoid"  # one ellipsoid per look, from one side
 
 
 class SolidError(NamedTuple):
@@ -61,41 +50,31 @@ class SolidError(NamedTuple):
 
 
 # Errors over the ten learning tools at their true densities. Standard deviations are such that a normal
-# distribution's 90 % interval ends at the 90th percentile of the absolute errors: most of the error of two views
+# distribution's 90 % interval ends at the 90th percentile of the absolute errors: most of the error
 # comes from one hollow tool, so that the root mean square would be too small for 90 % and too large for the rest.
-ERRORS: Mapping[Method, SolidError] = {
-    Method.SIX_VIEWS: SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011),
-    Method.TWO_VIEWS: SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011),
-    Method.ONE_VIEW: SolidError(bias=0.36, log_volume_sd=0.36, place_sd=0.056),
-    Method.ELLIPSOIDS: SolidError(bias=1.11, log_volume_sd=0.83, place_sd=0.05),
-}
+ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
 class SeenTool(NamedTuple):
-    """Looks of an object, its views from both sides and along further axes, and the stand's top along Pz, [m]."""
+    """Looks of an object, its views from one side or both, and views along further axes."""
 
     looks: tuple[Look, ...]
     views: tuple[View, ...]
-    stand_height: float
     sides: tuple[Side, ...] = ()
 
-    def compute_features(self, method: Method, X_TP: Array) -> tuple[ComponentFeatures, ...]:
+    def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
         """Computes the features of the parts in T, from the pose X_TP in which the object was presented, (4, 4)."""
-        error = ERRORS[method]
-        if method is Method.SIX_VIEWS:
-            solids = carve(build_columns(*self.views), self.sides)
-        elif method is Method.TWO_VIEWS:
-            solids = build_columns(*self.views)
-        else:
-            solids = build_mirrored_columns(self.views[0], self.stand_height)
-        parts = [
-            (self.looks[number], *_stretch(solid, np.exp(-error.bias)).centre()) for number, solid in solids.items()
-        ]
-        if method is not Method.ELLIPSOIDS:
-            return tuple(describe_solid(look, solid, place_at(p_PEo), X_TP, error) for look, solid, p_PEo in parts)
-        return tuple(
-            describe_solid(look, *find_equal_ellipsoid(solid, p_PEo), X_TP, error) for look, solid, p_PEo in parts
-        )
+        parts = self.centre(carve(build_columns(*self.views), self.sides), ERROR)
+        return tuple(describe_solid(look, solid, place_at(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
+
+    def centre(
+        self, solids: Mapping[int, ColumnSolid], error: SolidError
+    ) -> Iterator[tuple[Look, ColumnSolid, Array]]:
+        """Lists solids by look, without their bias and with Eo in their centroids, p_PEo, (3,), [m]."""
+        for number, solid in solids.items():
+            middle = solid.ends.mean(axis=1, keepdims=True)
+            ends = middle + np.exp(-error.bias) * (solid.ends - middle)
+            yield self.looks[number], *ColumnSolid(solid.places, solid.areas, ends).centre()
 
 
 def detect_tool(
@@ -118,7 +97,7 @@ def detect_tool(
     for R, pair in zip(UPRIGHT, sides, strict=bool(sides)):
         above, below = (_measure_form(each, rig, noise) for each in pair)
         seen.append(Side(R, (above, below)))
-    return SeenTool(found.looks, views, float(photographs[0].X_PC[2, 3]) - rig.height, tuple(seen))
+    return SeenTool(found.looks, views, tuple(seen))
 
 
 def _measure(photograph: Photograph, rig: Rig, noise: SensorNoise) -> Surface:
@@ -131,15 +110,11 @@ def _measure_form(photograph: Photograph, rig: Rig, noise: SensorNoise) -> View:
     return View(surface, np.zeros(surface.mask.shape, dtype=np.int32), rig.camera, photograph.X_PC)
 
 
-def observe_tool(
-    tool: Tool, stand: CameraSensor, rng: np.random.Generator, method: Method = Method.SIX_VIEWS
-) -> tuple[ComponentFeatures, ...]:
+def observe_tool(tool: Tool, stand: CameraSensor, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
     """Observes an object on the stand and returns the features of its parts; errors as for ``detect_tool``."""
-    photographs = stand.take_pictures(tool, rng)
-    used = photographs if method in (Method.SIX_VIEWS, Method.TWO_VIEWS) else photographs[:1]
-    sides = stand.take_sides(tool, rng) if method is Method.SIX_VIEWS else ()
-    seen = detect_tool(used, stand.rig, stand.noise, sides)
-    return give_strikes(seen.compute_features(method, find_presented_pose(tool)), tool)
+    photographs, sides = stand.take_pictures(tool, rng), stand.take_sides(tool, rng)
+    seen = detect_tool(photographs, stand.rig, stand.noise, sides)
+    return give_strikes(seen.compute_features(find_presented_pose(tool)), tool)
 
 
 def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
@@ -175,32 +150,11 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
     )
 
 
-def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, Array]:
-    """Finds the ellipsoid with the second moments of a solid about its centroid p_PEo, and its pose X_PE, (4, 4).
-
-    The second moments of a solid ellipsoid are m a^2 / 5. Its volume is not that of the solid: this is the error of
-    an observer who assumes ellipsoids. Axes of the solid are along those of P.
-    """
-    J = solid.unit_pseudo_inertia()
-    squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])
-    a, b, c = (float(size) for size in np.sqrt(5.0 * squares[::-1]))
-    X_PE = place_at(p_PEo)
-    X_PE[:3, :3] = axes[:, ::-1]
-    X_PE[:3, 2] *= np.sign(np.linalg.det(axes[:, ::-1]))
-    return Ellipsoid((a, b, c)), X_PE
-
-
 def place_at(p_PEo: Array) -> Array:
     """Returns the pose of a frame at a point with the axes of P, shape (4, 4)."""
     X_PE = np.eye(4)
     X_PE[:3, 3] = p_PEo
     return X_PE
-
-
-def _stretch(solid: ColumnSolid, factor: float) -> ColumnSolid:
-    """Returns the solid with columns stretched by a factor about their middles."""
-    middle = solid.ends.mean(axis=1, keepdims=True)
-    return ColumnSolid(solid.places, solid.areas, middle + factor * (solid.ends - middle))
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:

@@ -1,55 +1,23 @@
-"""Tools of any form, from two pictures, one, or as ellipsoids."""
+"""Tools of any form, from pictures."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.workshop import MATERIALS
+from helpers.mallet import STAND, TOOL, make_tool, weigh
 
 from affordance.exceptions import NothingSeenError, OutOfViewError
-from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.primitives import Box
-from affordance.objects.striking_face import StrikingFace
-from affordance.objects.tool import Component, Grip, Tool
-from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, find_presented_pose, needs_turning
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Grip, Tool
+from affordance.vision.pixels.camera_sensor import find_presented_pose, needs_turning
 from affordance.vision.pixels.looks import find_looks
 from affordance.vision.pixels.seen_tool import (
-    ERRORS,
-    Method,
+    ERROR,
     detect_tool,
-    find_equal_ellipsoid,
     observe_tool,
-    place_at,
 )
 from affordance.vision.pixels.surface import find_silhouette, measure_surface
 
-STAND = CameraSensor(TURNING_RIG)
-
-
-def make_tool(*parts):
-    """A tool of boxes: lengths, position and material of each."""
-    components = []
-    for lengths, position, name in parts:
-        components.append(Component(Box(lengths), place_at(np.array(position)), MATERIALS[name], MATERIALS[name]))
-    return Tool("made up", tuple(components))
-
-
-def weigh(features):
-    """Ten parameters by the true densities of the nearest colours."""
-    densities = []
-    for part in features:
-        gaps = {m.density: np.abs(np.subtract(m.colour, part.colour)).sum() for m in MATERIALS.values()}
-        densities.append(min(gaps, key=gaps.get))
-    shapes, poses = [part.shape for part in features], [part.X_TE for part in features]
-    return build_inertia_map(shapes, poses, range(len(features)), len(features)) @ densities
-
-
-# A handle beside a head: nothing is hidden.
-FACE = StrikingFace("face", np.array([0.0, 0.04, 0.0]), np.array([0.0, 1.0, 0.0]))
-HANDLE, HEAD = make_tool(
-    ((0.2, 0.024, 0.02), (0.03, 0, 0), "oak"), ((0.03, 0.08, 0.03), (0.145, 0.01, 0), "brass")
-).components
-TOOL = Tool("mallet", (HANDLE, HEAD.with_strike(FACE)))
 FACE_DOWN = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
@@ -58,7 +26,7 @@ def test_views_find_volume_place_and_materials_of_each_part(rng):
     assert len(features) == 2
     seen, true = weigh(features), TOOL.parameters
     # Walls are drawn half a pixel thicker on every side.
-    assert abs(np.log(seen[0] / true[0])) < ERRORS[Method.SIX_VIEWS].log_volume_sd
+    assert abs(np.log(seen[0] / true[0])) < ERROR.log_volume_sd
     np.testing.assert_allclose(seen[1:4] / seen[0], true[1:4] / true[0], atol=2e-3)
     np.testing.assert_allclose(seen[4:7], true[4:7], rtol=0.2)
     # The face that strikes, which the eye is told, is that of the head.
@@ -69,22 +37,10 @@ def test_views_find_volume_place_and_materials_of_each_part(rng):
     np.testing.assert_allclose(normal_T, [0, 1, 0], atol=1e-9)
 
 
-def test_one_view_is_worse_and_ellipsoids_are_worst_and_say_so(rng):
-    photographs = STAND.take_pictures(TOOL, rng)
-    errors = []
-    for method in Method:
-        used = photographs if method in (Method.SIX_VIEWS, Method.TWO_VIEWS) else photographs[:1]
-        features = detect_tool(used, STAND.rig, STAND.noise).compute_features(method, np.eye(4))
-        errors.append(abs(np.log(weigh(features)[0] * np.exp(ERRORS[method].bias) / TOOL.parameters[0])))
-    assert errors == sorted(errors)
-    sds = [ERRORS[method].log_volume_sd for method in Method]
-    assert sds == sorted(sds)
-
-
 def test_deformations_are_the_error_that_is_stated(rng):
     """To first order: volume changes by its standard deviation, the centroid stays; then it moves."""
     (part, *_) = observe_tool(TOOL, STAND, rng)
-    error = ERRORS[Method.SIX_VIEWS]
+    error = ERROR
     X = part.X_TE
     thicker = part.deformations[0]
     assert np.trace(thicker[:3, :3]) == pytest.approx(error.log_volume_sd)
@@ -131,14 +87,6 @@ def replace_all(picture):
     return picture._replace(colour=colour, depth=depth)
 
 
-def test_equal_ellipsoid_has_the_same_second_moments(rng):
-    (part, *_) = observe_tool(TOOL, STAND, rng)
-    ellipsoid, X_PE = find_equal_ellipsoid(part.shape, np.zeros(3))
-    J, K = part.shape.unit_pseudo_inertia(), X_PE @ ellipsoid.unit_pseudo_inertia() @ X_PE.T
-    np.testing.assert_allclose(K[:3, :3] / K[3, 3], J[:3, :3] / J[3, 3], rtol=1e-6, atol=1e-9)
-    assert np.linalg.det(X_PE[:3, :3]) == pytest.approx(1.0)
-
-
 def test_only_what_is_no_ellipsoid_is_turned_over():
     assert needs_turning(TOOL)
     egg = replace(TOOL.components[0], shape=Ellipsoid((0.1, 0.05, 0.05)))
@@ -152,12 +100,10 @@ def test_a_hollow_that_is_open_to_one_end_is_seen_from_there_only(rng):
     walls += [((0.004, 0.052, 0.048), (-0.048, 0, 0))]
     cup = make_tool(*((*wall, "brass") for wall in walls))
     true = sum(part.shape.volume for part in cup.components)
-    volumes = {
-        method: sum(part.shape.volume for part in observe_tool(cup, STAND, rng, method))
-        for method in (Method.SIX_VIEWS, Method.TWO_VIEWS)
-    }
-    assert volumes[Method.TWO_VIEWS] > 3.0 * true
-    assert abs(np.log(volumes[Method.SIX_VIEWS] / true)) < 1.645 * ERRORS[Method.SIX_VIEWS].log_volume_sd
+    block = detect_tool(STAND.take_pictures(cup, rng), STAND.rig, STAND.noise).compute_features(np.eye(4))
+    assert sum(part.shape.volume for part in block) > 3.0 * true
+    volume = sum(part.shape.volume for part in observe_tool(cup, STAND, rng))
+    assert abs(np.log(volume / true)) < 1.645 * ERROR.log_volume_sd
 
 
 def test_objects_lie_flat_whatever_the_first_grip():
