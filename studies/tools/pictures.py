@@ -13,6 +13,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand, present
 from affordance.vision.pixels.columns import build_columns
 from affordance.vision.pixels.seen_tool import detect_tool
+from studies.tools.labels import render_labels
 from studies.tools.study import ToolsResult
 from studies.tools.uncommon import CheckedMass, CheckedMotion
 
@@ -81,7 +82,7 @@ def draw_uncommon(result: ToolsResult, stand: CameraSensor) -> Figure:
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.2))
     for number, tool in enumerate(tools):
         axes = figure.add_subplot(grid[0, number])
-        rows, columns = np.nonzero(stand.render_labels(tool)[0] >= 0)
+        rows, columns = np.nonzero(render_labels(present(tool)[0], stand.rig) >= 0)
         axes.imshow(
             stand.render(present(tool)[0]).colour[
                 rows.min() - _ROOM : rows.max() + _ROOM, columns.min() - _ROOM : columns.max() + _ROOM

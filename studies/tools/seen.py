@@ -20,11 +20,12 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.pixels.camera_sensor import CameraSensor, Photograph, find_presented_pose
+from affordance.vision.pixels.camera_sensor import CameraSensor, Photograph, find_presented_pose, present
 from affordance.vision.pixels.columns import build_columns
 from affordance.vision.pixels.looks import COLOUR_SD, Look
 from affordance.vision.pixels.seen_tool import ERROR, SolidError, describe_solid, detect_tool, place_at
 from studies.tools.forms import build_mirrored_columns, find_equal_ellipsoid
+from studies.tools.labels import render_labels
 
 
 class Source(enum.Enum):
@@ -120,7 +121,8 @@ def examine(tool: Tool, stand: CameraSensor, materials: Mapping[str, Material], 
         return Outcome(0.0, problem=error.reason)
     names = np.array([part.looks_like.name for part in tool.components])
     own = total = 0
-    for view, labels in zip(seen.views, stand.render_labels(tool), strict=True):
+    for view, side in zip(seen.views, present(tool), strict=True):
+        labels = render_labels(side, stand.rig)
         column, row = view.surface.corner.astype(int)
         height, width = view.labels.shape
         bodies = labels[row : row + height, column : column + width]

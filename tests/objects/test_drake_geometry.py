@@ -12,6 +12,7 @@ from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.plant.load import add_arm
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, present
+from studies.tools.labels import render_labels
 
 
 @pytest.mark.parametrize("name", HAMMERS)
@@ -26,7 +27,8 @@ def test_drake_finds_the_same_inertia_in_our_own_meshes(name):
 def test_parts_are_drawn_in_the_colours_of_their_materials():
     tool = HAMMERS["claw hammer"]
     stand = CameraSensor(TURNING_RIG)
-    picture, labels = stand.render(present(tool)[0]), stand.render_labels(tool)[0]
+    side, _ = present(tool)
+    picture, labels = stand.render(side), render_labels(side, stand.rig)
     for number, part in enumerate(tool.components):
         shown = np.median(picture.colour[labels == number] / 255.0, axis=0)
         tint = shown / shown.sum() - np.array(part.looks_like.colour) / sum(part.looks_like.colour)

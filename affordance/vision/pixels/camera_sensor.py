@@ -16,8 +16,8 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.pipeline import Detection, detect_parts
-from affordance.vision.pixels.rgbd import Camera, Labels, Picture
-from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, find_box, render, render_labels
+from affordance.vision.pixels.rgbd import Camera, Picture
+from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, find_box, render
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Twice the pixels of the first Kinect and two thirds of its distance: half a millimetre per pixel. The noise is in
@@ -55,11 +55,6 @@ class CameraSensor:
         if key not in self._renderings:
             self._renderings[key] = render(tool, rig)
         return self._renderings[key]
-
-    def render_labels(self, tool: Tool) -> tuple[Labels, Labels]:
-        """Renders the index of the part that each pixel of two sides shows, -1 for none; not for inference."""
-        presented, turned = present(tool)
-        return render_labels(presented, self.rig), render_labels(turned, self.rig)
 
     def take_image(self, tool: Tool, rng: np.random.Generator) -> Picture:
         """Takes a picture of an object, with new noise."""

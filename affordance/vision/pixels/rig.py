@@ -37,7 +37,7 @@ from affordance.objects.colour import Colour
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
-from affordance.vision.pixels.rgbd import Camera, Labels, Picture
+from affordance.vision.pixels.rgbd import Camera, Picture
 
 _RENDERER = "vtk"
 # Size of the stand, which covers more than the picture; its thickness is not visible, [m].
@@ -179,24 +179,13 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
 
 def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
     """Renders a noise-free picture of an object on the stand; arguments as for ``build_rig_diagram``."""
-    depth, colour = _render(tool, rig, ("depth", "colour"))
+    depth, colour = render_images(tool, rig, ("depth", "colour"))
     depth = depth[:, :, 0].astype(float)
     depth[~np.isfinite(depth)] = 0.0
     return Picture(colour[:, :, :3].copy(), depth)
 
 
-def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> Labels:
-    """Renders the index of the part that each pixel shows, -1 for none, (height, width).
-
-    For tests and statistics only: inference must not use it.
-    """
-    (labels,) = _render(tool, rig, ("labels",))
-    labels = labels[:, :, 0].astype(np.int32)
-    labels[(labels < 0) | (labels >= len(tool.components))] = -1
-    return labels
-
-
-def _render(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
+def render_images(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
     """Renders the images of the given outputs of the camera."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()

@@ -13,8 +13,8 @@ from affordance.vision.pixels.rig import (
     compute_shading,
     find_box,
     render,
-    render_labels,
 )
+from studies.tools.labels import render_labels
 
 RED = Material("red", (0.8, 0.2, 0.1), 1000.0, 0.0, "made up")
 BLUE = Material("blue", (0.1, 0.3, 0.9), 2000.0, 0.0, "made up")
