@@ -174,7 +174,10 @@ def _read_look(part: Part, material: Material, colour: Colour | None) -> Materia
 
 def _read_colours(part: Part, colours: Sequence[Colour | None]) -> list[Colour]:
     if part.entry.colour != _OF_FILE:
-        return [_parse_colour(part)] * len(colours)
+        text = part.entry.colour or ""
+        if not is_colour(text):
+            raise part.error("colour", f"is {text!r}, {COLOUR_FORM}")
+        return [parse_colour(text)] * len(colours)
     known = []
     for number, colour in enumerate(colours):
         if colour is None:
@@ -182,13 +185,6 @@ def _read_colours(part: Part, colours: Sequence[Colour | None]) -> list[Colour]:
             raise part.error("colour", f"{problem}; a colour or material must be given")
         known.append(colour)
     return known
-
-
-def _parse_colour(part: Part) -> Colour:
-    text = part.entry.colour or ""
-    if not is_colour(text):
-        raise part.error("colour", f"is {text!r}, {COLOUR_FORM}")
-    return parse_colour(text)
 
 
 class _ToolsFile(DataModel):

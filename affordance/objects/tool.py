@@ -184,6 +184,11 @@ def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
+def list_colours(tools: Iterable[Tool]) -> tuple[Colour, ...]:
+    """Lists the colours that tools show, each once, in the order of their components."""
+    return tuple(list_densities(tools))
+
+
 def is_symmetric(tool: Tool) -> bool:
     """Returns True if the two grips of a tool have the same shape, so that shape alone favours neither.
 

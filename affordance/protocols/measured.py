@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.objects.tool import Tool, list_densities
+from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.reporting.expressions import evaluate
@@ -45,11 +45,6 @@ class MeasuredObservers(NamedTuple):
 def list_materials(tools: Sequence[Tool]) -> dict[str, Any]:
     """Lists the shown colours of tools by the name of the material of each part, in the order of their components."""
     return {part.material.name: part.looks_like.colour for tool in tools for part in tool.components}
-
-
-def list_colours(tools: Sequence[Tool]) -> list[Any]:
-    """Lists the colours that tools show, in the order of their components."""
-    return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
 
 
 def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Any]:

@@ -44,20 +44,12 @@ class PeopleLifts(NamedTuple):
     people: Mapping[str, PersonLifts]
 
 
-class _Row(NamedTuple):
-    lift: float
-    tool: int
-    force: float
-    mass: float
-    block: int
-
-
 def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[BlockEntry]) -> PeopleLifts:
     """Reads a table with observer, lift, object and force at least; a BadValueError names row and column."""
     rows = read_csv(path, RESULTS)
     header = _check_header(path, rows[0] if rows else [])
     names, block_names = [tool.name for tool in objects.tools], [block.name for block in blocks]
-    people: dict[str, list[_Row]] = {}
+    people: dict[str, dict[float, tuple[int, float, float, int]]] = {}  # by name and lift
     for number, cells in enumerate(rows[1:], start=2):
         if len(cells) != len(header):
             raise BadValueError(path, f"row {number}", f"has {len(cells)} columns, must have {len(header)}")
@@ -72,13 +64,14 @@ def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[Blo
         tool = _find(path, number, "object", row["object"], names)
         block = _find(path, number, "block", row["block"], block_names) if row.get("block") else -1
         name = " ".join(part for part in (row.get("learner", ""), row["observer"]) if part)
-        lifts = people.setdefault(name, [])
-        if any(each.lift == lift for each in lifts):
+        lifts = people.setdefault(name, {})
+        if lift in lifts:
             raise BadValueError(path, f"row {number}, lift", f"is {lift:g}, which {name!r} has already")
-        lifts.append(_Row(lift, tool, force, mass, block))
+        lifts[lift] = tool, force, mass, block
     if not people:
         raise BadValueError(path, "", "has no rows, must have one for each lift")
-    return PeopleLifts(path, {name: _sort(lifts) for name, lifts in people.items()})
+    columns = {name: zip(*(lifts[lift] for lift in sorted(lifts)), strict=True) for name, lifts in people.items()}
+    return PeopleLifts(path, {name: PersonLifts(*map(np.array, each)) for name, each in columns.items()})
 
 
 def _check_header(path: Path, header: Sequence[str]) -> Sequence[str]:
@@ -91,16 +84,6 @@ def _check_header(path: Path, header: Sequence[str]) -> Sequence[str]:
     if missing:
         raise BadValueError(path, "row 1", f"has no column {missing[0]!r}, must have {', '.join(_NEEDED)}")
     return header
-
-
-def _sort(lifts: list[_Row]) -> PersonLifts:
-    in_order = sorted(lifts, key=lambda row: row.lift)
-    return PersonLifts(
-        np.array([row.tool for row in in_order], dtype=np.intp),
-        np.array([row.force for row in in_order]),
-        np.array([row.mass for row in in_order]),
-        np.array([row.block for row in in_order], dtype=np.intp),
-    )
 
 
 def _find(path: Path, number: int, column: str, text: str, known: Sequence[str]) -> int:

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
+from affordance.objects.tool import list_colours
 from affordance.protocols.layout import Layout
 from affordance.protocols.measured import (
     MeasuredObservers,
     compute_numbers,
     compute_volume,
     find_taken,
-    list_colours,
     select_presentations,
 )
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry

@@ -135,13 +135,11 @@ def fit_path(models: Path, simulate: SimulatePath) -> Fit:
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
-    first_lack = ""
-    for path, why in asked.list_easier(_PACES, _SIZES):
-        lack = _find_lack(model, path, tools, settings, simulate)
-        first_lack = first_lack or lack
-        if not lack:
-            return Fit(tuple(_list_path_changes(PATH, asked, path, _explain(first_lack, why))))
-    return Fit((), first_lack)
+
+    def find_lack(path: TimedPath) -> str:
+        return _find_lack(model, path, tools, settings, simulate)
+
+    return _fit_easier(PATH, asked, _PACES, find_lack)
 
 
 def fit_carry(models: Path) -> Fit:
@@ -156,11 +154,22 @@ def fit_carry(models: Path) -> Fit:
     first_lack = _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings)
     if first_lack:
         return Fit((), first_lack)
-    for path, why in asked.path.list_easier(_CARRYING_PACES, _SIZES):
-        lack = _find_lack_of_carrying(model, replace(asked, path=path), tools, settings)
+
+    def find_lack(path: TimedPath) -> str:
+        return _find_lack_of_carrying(model, replace(asked, path=path), tools, settings)
+
+    return _fit_easier(CARRY, asked.path, _CARRYING_PACES, find_lack)
+
+
+def _fit_easier(file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]) -> Fit:
+    """Finds the first path without a lack: the one asked for, or an easier one."""
+    first_lack = ""
+    for path, why in asked.list_easier(paces, _SIZES):
+        lack = find_lack(path)
         first_lack = first_lack or lack
         if not lack:
-            return Fit(tuple(_list_path_changes(CARRY, asked.path, path, _explain(first_lack, why))))
+            explained = f"as it is {first_lack}; {why}" if first_lack else ""
+            return Fit(tuple(_list_path_changes(file, asked, path, explained)))
     return Fit((), first_lack)
 
 
@@ -171,10 +180,6 @@ def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[
     except AffordanceError as error:
         return str(error)
     return cost.infeasible_reason or next(filter(None, (_describe_overload(model, cost, tool) for tool in tools)), "")
-
-
-def _explain(lack: str, why: str) -> str:
-    return f"as it is {lack}; {why}" if lack else ""
 
 
 def _find_lack(

@@ -14,7 +14,7 @@ from affordance.arguments import Seed, check_seed
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.estimator import TorqueStatistics, condition_on_torques
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
@@ -106,11 +106,6 @@ def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, se
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
     return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)
-
-
-def list_colours(tools: Sequence[Tool]) -> list[Colour]:
-    """Lists the colours that tools show, each once, in the order of their parts."""
-    return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
 
 
 def _teach(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_colours
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.runs.random_streams import Stream
@@ -44,15 +44,7 @@ class ExperienceConfig:
     @property
     def colours(self) -> tuple[Colour, ...]:
         """Colours of all objects, in the order of their components."""
-        return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
-
-
-def _count_none() -> NDArray[np.intp]:
-    return np.zeros((0, 0), dtype=np.intp)
-
-
-def _write_none() -> NDArray[np.bytes_]:
-    return np.zeros((0, 0), dtype=np.bytes_)
+        return list_colours(self.tools)
 
 
 @dataclass(frozen=True)
@@ -75,9 +67,9 @@ class Experience:
     precision: Array
     information_vector: Array
     order: NDArray[np.intp]
-    rejected: NDArray[np.intp] = field(default_factory=_count_none)
-    outlier: NDArray[np.intp] = field(default_factory=_count_none)
-    memories: NDArray[np.bytes_] = field(default_factory=_write_none)
+    rejected: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    outlier: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    memories: NDArray[np.bytes_] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.bytes_))
     p_value: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property

@@ -1,7 +1,9 @@
 """Presentations as rows of lifts.csv: belief before, force exerted, and evaluation afterwards."""
 
+import csv
 import math
 from collections.abc import Mapping, Sequence
+from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -152,19 +154,19 @@ def write_rows(
     The arrays are those of ``stack_rows``, stacked over observers, (R, N), by the name of the learner.
     """
     volumes = [compute_volume(tool) for tool in tools]
-    lines = [",".join(COLUMNS)]
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
     for learner, arrays in learners.items():
         columns = [arrays[ROW + name].tolist() for name in PresentationRow._fields]
         for observer, of_observer in enumerate(zip(*columns, strict=True)):
             for lift, cells in enumerate(zip(*of_observer, strict=True), start=1):
                 row = PresentationRow(*cells)
-                who = (str(observer), learner, _quote(blocks[row.block]), str(row.cycle), str(lift))
-                what = (_quote(tools[row.tool].name), _show(row.mass), _show(volumes[row.tool]))
+                who = (observer, learner, blocks[row.block], row.cycle, lift)
+                what = (tools[row.tool].name, _show(row.mass), _show(volumes[row.tool]))
                 done = (_show(row.force), _show(row.expected), _show(row.believed_density))
-                lines.append(
-                    ",".join((*who, *what, *done, str(row.kind or ""), _show(compute_surprise(row.p_value))))
-                )
-    write_text(path, "\n".join(lines) + "\n")
+                writer.writerow((*who, *what, *done, row.kind or "", _show(compute_surprise(row.p_value))))
+    write_text(path, text.getvalue())
 
 
 def compute_surprise(p_value: float) -> float:
@@ -175,9 +177,3 @@ def compute_surprise(p_value: float) -> float:
 def _show(value: float) -> str:
     """Formats a number with seven significant digits; empty for NaN."""
     return "" if math.isnan(value) else f"{value:.7g}"
-
-
-def _quote(text: str) -> str:
-    """Quotes a text as a CSV cell where necessary."""
-    quoted = text.replace('"', '""')
-    return f'"{quoted}"' if any(mark in text for mark in ',"\n') else text

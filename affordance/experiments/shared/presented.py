@@ -30,7 +30,7 @@ from affordance.experiments.shared.presentation_rows import (
 from affordance.experiments.shared.recall import recall, recall_all
 from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_colours
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.layout import Layout, lay_out
 from affordance.protocols.measured import MeasuredObservers, compute_numbers, compute_of_observers
@@ -142,7 +142,7 @@ class PresentationExperiment(Experiment):
     @property
     def colours(self) -> tuple[Colour, ...]:
         """Colours of all objects, in the order of their components."""
-        return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
+        return list_colours(self.tools)
 
     @property
     def layout(self) -> Layout:

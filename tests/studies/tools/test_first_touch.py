@@ -7,6 +7,7 @@ import pytest
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.objects.tool import list_colours
 from affordance.settings import Settings
 from affordance.vision.eye import CAD_VOLUME_SD, measure_drawing
 from studies.tools.first_touch import (
@@ -20,7 +21,7 @@ from studies.tools.first_touch import (
     score,
     take_first,
 )
-from studies.tools.holds import learn, list_colours, simulate_holds
+from studies.tools.holds import learn, simulate_holds
 
 SETTINGS = Settings()
 
