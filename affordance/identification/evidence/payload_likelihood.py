@@ -81,20 +81,19 @@ class PayloadLikelihood:
         self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
         self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
         self._L = factor(prior.gain_covariance)
+        self._of_pairs = self._list_coefficients()
 
     def compute_log_likelihood(self, pi: Array) -> Array:
         """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
 
         A load is the body plus the deviation of the phantom payload from its mean.
         """
-        g, L = self.prior.gain, self._L
-        AKA, AKx = self._project(pi)
-        AKg = (AKA @ g[:, :, None])[..., 0]
-        squares = self._xx.sum() - ((2.0 * AKx - AKg) * g).sum(axis=(1, 2))
-        c = ((AKx - AKg)[..., None, :] @ L)[..., 0, :]
-        inverse, determinant = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
-        Mc = (inverse @ c[..., None])[..., 0]
-        log_likelihood: Array = -0.5 * (squares - (c * Mc).sum(axis=(1, 2)) + np.log(determinant).sum(axis=1))
+        load = self._extend(pi)
+        values = (load[:, :, None] * load[:, None, :]).reshape(len(pi), -1) @ self._of_pairs
+        a, b, d, c0, c1 = values[:, 1:].reshape(len(pi), 5, -1).swapaxes(0, 1)
+        determinant = 1.0 + a + d + np.maximum(a * d - b**2, 0.0)
+        explained = ((1.0 + d) * c0**2 - 2.0 * b * c0 * c1 + (1.0 + a) * c1**2) / determinant
+        log_likelihood: Array = -0.5 * (values[:, 0] + (np.log(determinant) - explained).sum(axis=1))
         return log_likelihood
 
     def linearise(self, pi: Array) -> Quadratic:
@@ -137,6 +136,23 @@ class PayloadLikelihood:
     def _extend(self, pi: Array) -> Array:
         """Returns the load's coefficients [1, pi + phantom], shape (N, 11)."""
         return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
+
+    def _list_coefficients(self) -> Array:
+        """Builds what the log likelihood needs of a load as factors of products of two coefficients of the load.
+
+        The first coefficient is one, so that these products hold the coefficients themselves. With M = L^T A^T K A L
+        and c = L^T A^T K (x - A g) they give (x - A g)^T K (x - A g), summed over channels, and then, channel by
+        channel, M_11, M_12, M_22, c_1 and c_2; shape (121, 1 + 5 C).
+        """
+        g, L, K = self.prior.gain, self._L, self._K
+        x = np.zeros((len(g), 2, _HALF, _HALF))
+        x[:, :, 0] = self._Kx  # one times a coefficient
+        M = np.einsum("cap,caibj,cbq->cpqij", L, K, L)
+        c = np.einsum("cap,caij->cpij", L, x - np.einsum("caibj,cb->caij", K, g))
+        rest = np.einsum("ca,caij->ij", g, np.einsum("caibj,cb->caij", K, g) - 2.0 * x)
+        rest[0, 0] += self._xx.sum()
+        each = np.stack([M[:, 0, 0], M[:, 0, 1], M[:, 1, 1], c[:, 0], c[:, 1]]).reshape(-1, _HALF, _HALF)
+        return np.concatenate([rest[None], each]).reshape(-1, _HALF**2).T
 
     def _project(self, pi: Array) -> tuple[Array, Array]:
         """Computes A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2), with A = d x / d (g, h)."""

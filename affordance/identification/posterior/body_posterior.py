@@ -136,12 +136,15 @@ def draw_bodies(
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
-    def evaluate(theta: Array) -> Array:
-        return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
+    def compare(proposal: Proposal, theta: Array) -> tuple[Array, Array]:
+        """Returns the log density of the proposal, and by how much that of the posterior exceeds it."""
+        log_prior = prior.compute_log_density(theta)
+        log_proposals = proposal.compute_log_density(theta, log_prior)
+        return log_proposals, of_body.compute(parameters_from_theta(theta), rng) + log_prior - log_proposals
 
     def weigh(proposal: Proposal, count: int) -> tuple[Array, Array, WeightedBodies]:
         theta = proposal.draw(rng, count)
-        log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
+        _, log_ratios = compare(proposal, theta)
         return theta, log_ratios, _weigh(theta, log_ratios)
 
     proposal = _propose(of_body, prior, mode)
@@ -167,13 +170,12 @@ def draw_bodies(
         centre = weights @ theta
         root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
         theta, log_ratios, ancestors = theta[chosen], log_ratios[chosen], ancestors[chosen]
-        log_proposals = proposal.compute_log_density(theta)
+        log_proposals = proposal.compute_log_density(theta, prior.compute_log_density(theta))
         for _ in range(_MAX_ROUNDS):
             for move in range(_NUM_MOVES):
                 # Step sizes of the random walk, from the theoretical optimum downwards.
                 moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
-                moved_proposals = proposal.compute_log_density(moved)
-                moved_ratios = evaluate(moved) - moved_proposals
+                moved_proposals, moved_ratios = compare(proposal, moved)
                 gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
                 accepted = np.log(rng.random(num_samples)) < gain
                 theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]

@@ -11,7 +11,7 @@ from scipy.special import chdtri, gammaln, ndtri
 
 from affordance.arrays import Array
 from affordance.identification.posterior.even_points import draw_even_points
-from affordance.identification.posterior.normals import Normals
+from affordance.identification.posterior.normals import Normals, add_logs
 from affordance.identification.posterior.solid_prior import SolidPrior
 
 # Degrees of freedom of a multivariate t: its tails are heavier than the posterior's, so that no single sample
@@ -69,17 +69,16 @@ class Proposal:
             about[start:end] = self.kinds.means[k] + about[start:end] @ self.kinds.roots[k].T
         return np.concatenate([about, self.prior.draw_theta(rng, num_prior)])
 
-    def compute_log_density(self, theta: Array) -> Array:
-        """Computes the log density up to a constant that all components share, shape (N,)."""
-        about = np.logaddexp.reduce(self._compute_log_densities(theta), axis=1)
-        prior = self.prior.compute_log_density(theta)
+    def compute_log_density(self, theta: Array, prior: Array) -> Array:
+        """Computes the log density up to a constant that all components share, shape (N,), with the prior's, (N,)."""
+        about = add_logs(self._compute_log_densities(theta))
         log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
         return log_density
 
     def refit(self, theta: Array, weights: Array) -> "Proposal":
         """Returns the proposal fitted to samples of the posterior, (N, 10), and their weights, (N,), kind by kind."""
         log_densities = self._compute_log_densities(theta)
-        belongs = np.exp(log_densities - np.logaddexp.reduce(log_densities, axis=1)[:, None]) * weights[:, None]
+        belongs = np.exp(log_densities - add_logs(log_densities)[:, None]) * weights[:, None]
         means, covariances = self.kinds.means.copy(), self.kinds.covariances.copy()
         for k, share in enumerate(belongs.T):
             total = share.sum()

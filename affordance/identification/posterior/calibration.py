@@ -67,6 +67,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
         scale = found[:, 0]  # the priors of mu g scale with the gains
+        evidence = fit.evidence  # with the signs of the load, from which the next fit starts
     load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,

@@ -53,5 +53,13 @@ class Normals:
         num, size = self.means.shape
         whitening, origin = self._whitening
         away = points @ whitening - origin
-        squares: Array = (away**2).reshape(len(points), num, size).sum(axis=2)
+        away = away.reshape(len(points), num, size)
+        squares: Array = np.einsum("nkd,nkd->nk", away, away)
         return squares
+
+
+def add_logs(logs: Array) -> Array:
+    """Computes the logarithms of sums of exponentials over K terms, shape (N, K), several times faster than NumPy."""
+    most = logs.max(axis=1)
+    total: Array = most + np.log(np.exp(logs - most[:, None]).sum(axis=1))
+    return total

@@ -89,6 +89,7 @@ def add_friction_error(
 ) -> Evidence:
     """Returns a pair's evidence with errors of the model of friction, which do not average out, as a phantom payload.
 
+    Its signs of the load are those of the payload that fits without these errors, as a start for the next fit.
     No model of friction is right. One standard deviation of a joint's error is all that its friction does: the change
     of the most probable load if the joint is taken to have none. Joints err independently. Errors of a fitted arm
     are measured, those of its friction included, and to an arm as its file has it no friction is no alternative; so
@@ -107,7 +108,7 @@ def add_friction_error(
         _, mode, *_ = fit_statistics(fit.statistics, errors, without, solid, fit.mode.theta)
         change = mode.load - fit.mode.load
         covariance = covariance + np.outer(change, change)
-    return replace(evidence, phantom_covariance=covariance)
+    return replace(fit.evidence, phantom_covariance=covariance)
 
 
 def fit_statistics(

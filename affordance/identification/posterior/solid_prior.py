@@ -10,7 +10,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
-from affordance.identification.posterior.normals import Normals
+from affordance.identification.posterior.normals import Normals, add_logs
 from affordance.identification.posterior.random_solids import draw_random_solids
 
 
@@ -104,8 +104,7 @@ class SolidPrior:
 
     def compute_log_density(self, theta: Array) -> Array:
         """Computes the log density up to a constant, theta of shape (N, 10), result (N,)."""
-        log_density: Array = np.logaddexp.reduce(self.compute_log_densities(theta), axis=1)
-        return log_density
+        return add_logs(self.compute_log_densities(theta))
 
     def compute_log_densities(self, theta: Array) -> Array:
         """Computes the log density of each kind, its share included, up to one constant for all, (N, K)."""
