@@ -64,12 +64,18 @@ class ChannelSamples(NamedTuple):
 
     def build_columns(self) -> Array:
         """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""
-        s = self.load_sign[..., None]
-        load = np.concatenate([self.tau_arm[..., None], self.Y], axis=-1)
-        one = np.ones_like(self.velocity)
-        rest = np.stack([self.direction, self.velocity, one, self.signal], axis=-1)
-        z = np.concatenate([load, s * load, rest], axis=-1) * self.used[..., None]
-        return z.transpose(1, 0, 2)
+        num, channels = self.velocity.shape
+        half = LOAD.stop // 2
+        z = np.empty((channels, num, NUM_COLUMNS))
+        z[..., ARM] = self.tau_arm.T
+        z[..., 1:half] = self.Y.transpose(1, 0, 2)
+        z[..., half : LOAD.stop] = z[..., :half] * self.load_sign.T[..., None]
+        z[..., FRICTION] = 1.0
+        z[..., FRICTION.start] = self.direction.T
+        z[..., FRICTION.start + 1] = self.velocity.T
+        z[..., SIGNAL] = self.signal.T
+        z *= self.used.T[..., None]
+        return z
 
 
 @dataclass(frozen=True)

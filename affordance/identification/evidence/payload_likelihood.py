@@ -13,6 +13,7 @@ and the expectation is estimated by one draw: exact without a phantom, and unbia
 """
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -81,7 +82,6 @@ class PayloadLikelihood:
         self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
         self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
         self._L = factor(prior.gain_covariance)
-        self._of_pairs = self._list_coefficients()
 
     def compute_log_likelihood(self, pi: Array) -> Array:
         """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
@@ -137,8 +137,9 @@ class PayloadLikelihood:
         """Returns the load's coefficients [1, pi + phantom], shape (N, 11)."""
         return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
 
-    def _list_coefficients(self) -> Array:
-        """Builds what the log likelihood needs of a load as factors of products of two coefficients of the load.
+    @cached_property
+    def _of_pairs(self) -> Array:
+        """What the log likelihood needs of a load, as factors of products of two coefficients of the load.
 
         The first coefficient is one, so that these products hold the coefficients themselves. With M = L^T A^T K A L
         and c = L^T A^T K (x - A g) they give (x - A g)^T K (x - A g), summed over channels, and then, channel by
