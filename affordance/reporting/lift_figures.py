@@ -13,10 +13,9 @@ from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import estimate_mean
 
-_PEOPLE = "#000000"
+_BLACK = "#000000"
 # Most observers that are drawn one by one.
 _MOST_DRAWN = 30
-_LINE = "#000000"
 
 
 class LiftCurve(NamedTuple):
@@ -76,7 +75,7 @@ def draw_lifts(
             predicted = curve.predicted.mean(axis=0)
             axes.plot(lifts, predicted, "--", color=colour, linewidth=1.4, label="predicted by the other objects")
         truth = np.ones(len(lifts)) if weights is None else weights
-        axes.step(lifts, truth, color=_PEOPLE, linewidth=0.9, linestyle=":", where="mid", label="true weight")
+        axes.step(lifts, truth, color=_BLACK, linewidth=0.9, linestyle=":", where="mid", label="true weight")
         for mark, shape in zip(people, "os^Dv", strict=False):
             middle, half = 0.5 * (mark.first + mark.last), 0.5 * (mark.last - mark.first)
             errors = [[mark.value - mark.low], [mark.high - mark.value]]
@@ -86,7 +85,7 @@ def draw_lifts(
                 yerr=errors,
                 xerr=half or None,
                 fmt=shape,
-                color=_PEOPLE,
+                color=_BLACK,
                 markersize=5,
                 capsize=3,
                 label=f"people: {mark.label}",
@@ -106,12 +105,12 @@ def draw_lifts(
 def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
     """Draws human lifts in grey behind the observers': each person thin, and their mean with its interval."""
     for row in forces[:_MOST_DRAWN]:
-        axes.plot(lifts, row, color=_PEOPLE, linewidth=0.4, alpha=0.25, zorder=0.5)
+        axes.plot(lifts, row, color=_BLACK, linewidth=0.4, alpha=0.25, zorder=0.5)
     there = np.isfinite(forces).all(axis=0)
     mean = estimate_mean(forces[:, there])
-    axes.fill_between(lifts[there], mean.low, mean.high, color=_PEOPLE, alpha=0.12, linewidth=0.0, zorder=0.6)
+    axes.fill_between(lifts[there], mean.low, mean.high, color=_BLACK, alpha=0.12, linewidth=0.0, zorder=0.6)
     label = f"{len(forces)} people, mean and 95 % interval"
-    axes.plot(lifts[there], mean.mean, color=_PEOPLE, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)
+    axes.plot(lifts[there], mean.mean, color=_BLACK, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)
 
 
 def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
@@ -130,8 +129,8 @@ def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
     row, ticks, labels = 0.0, [], []
     for number, kind in enumerate(kinds, start=1):
         width = max(4.0 * kind.sd, 1.0)
-        axes.barh(row, width, left=kind.density - 2.0 * kind.sd, color=kind.colour, edgecolor=_LINE, height=0.7)
-        axes.plot([kind.density, kind.density], [row - 0.35, row + 0.35], color=_LINE, linewidth=1.4)
+        axes.barh(row, width, left=kind.density - 2.0 * kind.sd, color=kind.colour, edgecolor=_BLACK, height=0.7)
+        axes.plot([kind.density, kind.density], [row - 0.35, row + 0.35], color=_BLACK, linewidth=1.4)
         ticks.append(row)
         most = ", most populous" if kind.is_most_populous else ""
         labels.append(f"kind {number}{most}\n{kind.density:.0f} ± {kind.sd:.0f} kg/m³")
@@ -140,7 +139,7 @@ def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
             face = kind.colour if known.has_own else "none"
             spread = 2.0 * known.sd if known.has_own else 0.0
             error = spread or None
-            axes.errorbar(known.density, row, xerr=error, fmt="o", color=_LINE, markerfacecolor=face, capsize=2.0)
+            axes.errorbar(known.density, row, xerr=error, fmt="o", color=_BLACK, markerfacecolor=face, capsize=2.0)
             length = 200.0 * max(max(part.sizes) for part in known.appearance)
             lifts = f"{known.num_lifts} lift{'' if known.num_lifts == 1 else 's'}"
             axes.annotate(

@@ -24,9 +24,8 @@ _BLUR = 0.7
 # Number of standard deviations of the blurred stand's colour beyond which a colour is not the stand's: with fewer,
 # specks of noise would remain in a picture of a million pixels.
 _COLOUR_SDS = 6.0
-# Side of the window over which readings are averaged, [pixels], and number of standard deviations that count as
-# nearer.
-_DEPTH_SIDE, _DEPTH_SDS = 5, 4.0
+# Number of standard deviations of averaged readings that count as nearer.
+_DEPTH_SDS = 4.0
 # Least size of a region that is not noise, [pixels].
 _MIN_PIXELS = 60
 # Standard deviation of a normal distribution per median absolute deviation.
