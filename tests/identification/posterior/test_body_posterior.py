@@ -4,10 +4,10 @@ from helpers.generated_runs import build_likelihood
 from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
 from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
-from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta
+from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta, theta_from_parameters
 from affordance.identification.posterior.marginals import describe_bodies, summarise
 from affordance.identification.posterior.solid_prior import SolidPrior
 
@@ -50,6 +50,20 @@ def test_posterior_agrees_with_a_random_walk(rng):
     for i in range(7):
         low, high = np.quantile(walked[:, i], [0.05, 0.95])
         assert_allclose([ours.low90[i], ours.high90[i]], [low, high], atol=0.12 * (high - low))
+
+
+def test_kinds_are_proposed_as_probable_as_they_are():
+    """Laplace's approximation of their probabilities, compared with the samples', in the mean over bodies."""
+    rng, solid, apart = np.random.default_rng(2), SolidPrior.for_hand(), []
+    for _ in range(12):
+        likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=20, variance=0.02)
+        mode = find_mode(likelihood, solid)
+        proposed = body_posterior._propose(BodyLikelihood(likelihood, mode.load), solid, mode).shares
+        bodies = draw_bodies(likelihood, solid, mode, rng, 4000)
+        belongs = np.exp(solid.compute_log_densities(theta_from_parameters(bodies.pi)))
+        found = bodies.weights @ (belongs / belongs.sum(axis=1, keepdims=True))
+        apart.append(0.5 * np.abs(proposed - found).sum())
+    assert np.mean(apart) < 0.15
 
 
 def test_every_sample_is_a_possible_body_and_weights_sum_to_one(rng):

@@ -95,10 +95,13 @@ def test_density_and_moments_are_those_of_what_is_drawn(rng):
 
 def test_a_weighed_body_is_of_the_kind_that_weighs_as_much(rng):
     """By the share of light and heavy draws near the mass."""
-    solid, mass = _build_two_kinds(), 0.8
+    solid, mass = _build_two_kinds(), 2.0
     theta = solid.draw_theta(rng, 400000)
     near = theta[np.abs(theta[:, 0] - np.log(mass)) < 0.02]
     weighed = solid.with_mass(mass, 0.01)
+    belongs = np.exp(solid.compute_log_densities(near))
+    belongs /= belongs.sum(axis=1, keepdims=True)
+    assert_allclose(weighed.shares, belongs.mean(axis=0), atol=0.03)
     expected = weighed.mean
     assert len(near) > 1000
     sd = near.std(axis=0) / np.sqrt(len(near))
