@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from helpers.short_holds import choose_for_one_tool
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
@@ -24,7 +25,7 @@ PROTOCOL = MODELS / "protocols" / "next_lift.yaml"
 @pytest.fixture(scope="module")
 def lived():
     """Two observers with one density a colour."""
-    experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY])
+    experiment = choose_for_one_tool(load_hold_experiment("next_lift").with_learners([Learner.DENSITY]))
     return experiment, [experiment.run_learner(None, repeat) for repeat in range(2)]
 
 

@@ -244,7 +244,7 @@ ALL = {
             "honest": "all but the load is taken to be known",
             "within_limits": "limits are taken for broader",
         },
-        # Of two observers, of two cases, on any machine, of twelve observers, of three pools and one motion.
+        # Of two observers, of two cases, on any machine, of nine observers, of two pools and one motion.
         frozenset(("few_holds", "paper_world", "worth", "stopping", "odd_object", "repeats", "fast", "few_postures"))
         | {"honest", "fast_to_the_floor"},
     ),

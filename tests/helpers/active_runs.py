@@ -3,6 +3,7 @@
 import functools
 import itertools
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,10 @@ from affordance.choice import hold_worth
 from affordance.choice.hold_samples import HoldSamples
 from affordance.experiments.chosen_holds import ChosenHolds
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.objects.load import load_tools
+from affordance.objects.tool import Tool
 from helpers.counter_runs import Numbers
+from helpers.short_holds import choose_for_one_tool
 from studies.active import brute_force, repeats, stopping, study
 from studies.active import world as worlds
 from studies.active.kinds import compare_information
@@ -61,11 +65,18 @@ def _stack(found: list[Any]) -> dict[str, Any]:
 def compare_worths(*, is_linear: bool = False) -> Numbers:
     """Returns worths against brute force in two cases, hammering and what tells nothing; by a line if linear."""
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(worlds, "load_tools", _load_few)
+        patch.setattr(worlds, "build_workshop", functools.cache(worlds.build_workshop.__wrapped__))
         patch.setattr(brute_force, "CASES", [brute_force.CASES[1], brute_force.CASES[3]])
         if is_linear:
             patch.setattr(hold_worth, "_DEGREES", {0: 0, 1: 1, 2: 1})
         config = brute_force.WorthConfig(outcomes=20, draws=60)
         return brute_force.describe_worths(_stack([brute_force.compare_worth(config, number) for number in (0, 1)]))
+
+
+def _load_few(path: Path, materials: Any) -> tuple[Tool, ...]:
+    """Loads the one tool that the cases are about, and all stock."""
+    return tuple(tool for tool in load_tools(path, materials) if path.stem != "tools" or tool.name == "claw hammer")
 
 
 @functools.cache
@@ -76,9 +87,9 @@ def stop(*, is_mixed_up: bool = False) -> Numbers:
             patch.setattr(worlds, "draw_world", _mix_up)
         stops = {
             name: stopping.describe_stops(
-                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(4)])
+                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(3)])
             )
-            for name, (config, _) in stopping.list_configs(0, 4).items()
+            for name, (config, _) in stopping.list_configs(0, 3).items()
         }
     return stopping.summarise(stops)
 
@@ -94,14 +105,15 @@ def _mix_up(workshop: worlds.Workshop, rng: np.random.Generator, means: Any = No
     return true._replace(densities=mixed)
 
 
-@functools.cache
 def repeat(*, is_anew: bool = False) -> Numbers:
     """Returns the calibration after ten holds; a deviation is counted anew at each if so."""
-    with pytest.MonkeyPatch.context() as patch:
-        if is_anew:
-            anew = dict.fromkeys(repeats._LEARNERS, repeats._LEARNERS["repeat_z_anew"])
-            patch.setattr(repeats, "_LEARNERS", anew)
-        return repeats.describe_repeats(_stack([repeats.run_block(repeats.RepeatsConfig(4), 0)]))
+    found = _hold_again()
+    return repeats.describe_repeats(dict.fromkeys(found, found["repeat_z_anew"]) if is_anew else found)
+
+
+@functools.cache
+def _hold_again() -> dict[str, Any]:
+    return _stack([repeats.run_block(repeats.RepeatsConfig(2), 0)])
 
 
 @functools.cache
@@ -125,6 +137,7 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
         if has_no_doubts:
             patch.setattr(ChosenHolds, "list_felt", lambda *told: {})
         experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
+        experiment = choose_for_one_tool(experiment)
         return experiment.compute_metrics(None, None, _stack([experiment.run_observer(None, None, 0)]))
 
 

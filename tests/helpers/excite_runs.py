@@ -42,19 +42,29 @@ def move(*, poses: str = "", motion: str = "") -> Numbers:
     return study.describe(_choose_poses(poses), NUMBERS, _design_motions(motion), SECONDS)
 
 
-@functools.cache
 def _choose_poses(change: str) -> dict[str, list[Numbers]]:
     """Postures; "sure": all but the load is taken to be known; "white": chosen as if errors were white noise."""
-    with pytest.MonkeyPatch.context() as patch:
-        if change == "sure":
-            patch.setattr(posewise, "prepare_task", _know_all)
-        rules = {"stated": "d_optimal" if change == "white" else "stated", "random": "random"}
-        return {name: [_choose(each, rule) for each in OBJECTS] for name, rule in rules.items()}
+    rules = {"stated": "d_optimal" if change == "white" else "stated", "random": "random"}
+    return {name: [_choose(each, rule, change == "sure") for each in OBJECTS] for name, rule in rules.items()}
+
+
+def _design_motions(change: str) -> dict[str, dict[str, Numbers]]:
+    """Motions; "perverse": what shows least is chosen; "reckless": limits are taken for broader than they are."""
+    return {"generated": {"stated": _design("stated", change), "random": _design("random", "")}}
 
 
 @functools.cache
-def _design_motions(change: str) -> dict[str, dict[str, Numbers]]:
-    """Motions; "perverse": what shows least is chosen; "reckless": limits are taken for broader than they are."""
+def _choose(name: str, rule: str, is_sure: bool) -> Numbers:
+    config = posewise.PosewiseConfig(DATA, name, rule, numbers=NUMBERS)
+    with pytest.MonkeyPatch.context() as patch:
+        if is_sure:
+            patch.setattr(posewise, "prepare_task", _know_all)
+        return _stack([posewise.run_pool(config, repeat) for repeat in range(2)])
+
+
+@functools.cache
+def _design(rule: str, change: str) -> Numbers:
+    config = motions.MotionConfig("", "generated", rule, SECONDS, num_draws=10, num_changes=5)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(motions, "build_world", build_world)
         patch.setattr(motions, "_NUM_TRUTHS", 2)
@@ -63,17 +73,7 @@ def _design_motions(change: str) -> dict[str, dict[str, Numbers]]:
             patch.setattr(motions, "_design", _design_worst)
         if change == "reckless":
             patch.setattr(motions, "FourierFamily", _exceed)
-        return {"generated": {rule: _design(rule) for rule in ("stated", "random")}}
-
-
-def _choose(name: str, rule: str) -> Numbers:
-    config = posewise.PosewiseConfig(DATA, name, rule, numbers=NUMBERS)
-    return _stack([posewise.run_pool(config, repeat) for repeat in range(3)])
-
-
-def _design(rule: str) -> Numbers:
-    config = motions.MotionConfig("", "generated", rule, SECONDS, num_draws=20, num_changes=10)
-    return _stack([motions.run_motions(config, 0)])
+        return _stack([motions.run_motions(config, 0)])
 
 
 def _stack(found: list[Numbers]) -> Numbers:

@@ -32,3 +32,9 @@ def take_two_tools(experiment: ChoiceExperiment) -> ChoiceExperiment:
     """Returns an experiment about its first two tools, after holds of half a second, which teach nearly as much."""
     experience = replace(experiment.experience, duration=0.5)
     return replace(experiment, novel=experiment.novel[:2], experience=experience)
+
+
+def choose_for_one_tool(experiment: PresentationExperiment) -> PresentationExperiment:
+    """Returns an experiment whose observers choose for the sake of the first novel tool alone."""
+    chooser = replace(experiment.means.chooser, tools=experiment.means.chooser.tools[:1])
+    return replace(experiment, means=replace(experiment.means, chooser=chooser))
