@@ -76,12 +76,14 @@ def rng() -> np.random.Generator:
 
 @pytest.fixture(scope="session", autouse=True)
 def _drafts() -> Iterator[None]:
-    """Figures are drawn coarsely and laid out once, not once a file; ``fine`` has them as users have them."""
+    """Figures are drawn coarsely, and files of vectors stay empty; ``fine`` has them as users have them."""
     with pytest.MonkeyPatch.context() as patch:
 
         def save(figure: Figure, path: Path, **options: object) -> None:
-            save_finely(figure, path, **(options | {"dpi": DRAFT_DPI} if "dpi" in options else options))
-            figure.set_layout_engine("none")
+            if "dpi" in options:
+                save_finely(figure, path, **(options | {"dpi": DRAFT_DPI}))
+            else:
+                Path(path).touch()
 
         patch.setattr(Figure, "savefig", save)
         yield
@@ -98,6 +100,16 @@ def _kept_plans(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def fine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are written as users have them."""
     monkeypatch.setattr(Figure, "savefig", save_finely)
+
+
+@pytest.fixture
+def vectors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of figures, files of vectors are written, and pictures stay empty."""
+
+    def save(figure: Figure, path: Path, **options: object) -> None:
+        Path(path).touch() if "dpi" in options else save_finely(figure, path, **options)
+
+    monkeypatch.setattr(Figure, "savefig", save)
 
 
 @pytest.fixture

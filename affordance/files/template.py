@@ -1,13 +1,24 @@
 """Rendering of the program's own templates, which lie in the folder ``templates`` of a package."""
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
+
+type _Filters = tuple[tuple[str, Callable[..., str]], ...]
 
 
 def render_template(
     package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
 ) -> str:
     """Renders a template of a package, with filters and values by name, which may be escaped for HTML."""
+    environment = _build_environment(package, escapes, tuple((filters or {}).items()))
+    found: str = environment.get_template(name).render(values)
+    return found
+
+
+@lru_cache
+def _build_environment(package: str, escapes: bool, filters: _Filters) -> Any:
+    """Builds the environment of a package's templates, which keeps them compiled."""
     import jinja2  # here, as most runs render nothing
 
     environment = jinja2.Environment(
@@ -17,5 +28,5 @@ def render_template(
         trim_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters.update(filters or {})
-    return environment.get_template(name).render(values)
+    environment.filters.update(filters)
+    return environment

@@ -1,6 +1,6 @@
 """Writing an arm as an SDF, and its base pose and home posture as Drake model directives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
@@ -15,6 +15,11 @@ from affordance.robots.reduced_arm import ReducedArm, describe_pose
 BASE = "base"
 # The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
+_FILTERS: dict[str, Callable[..., str]] = {
+    "text": escape,
+    "quoted": quoteattr,
+    "numbers": lambda values: " ".join(map(repr, values)),
+}
 
 
 def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: str) -> str:
@@ -27,7 +32,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
         "affordance.robots",
         "arm.sdf.j2",
         escapes=False,
-        filters={"text": escape, "quoted": quoteattr, "numbers": lambda values: " ".join(map(repr, values))},
+        filters=_FILTERS,
         source=source,
         parts=parts,
         hand_pose=sum(describe_pose(arm.X_LH), ()),

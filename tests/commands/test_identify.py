@@ -72,7 +72,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path, capsys):
     assert "Assumed:" in text
     for name in (
         "fit.png",
-        "posteriors.svg",
+        "posteriors.png",
         "whiteness.png",
         "samples.nc",
         "belief.json",

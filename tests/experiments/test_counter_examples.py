@@ -258,7 +258,7 @@ ALL = {
             **dict.fromkeys(("right", "regret", "coverage"), "oak is as heavy as steel"),
             "memory": "nothing is forgotten",
         },
-        frozenset({"right", "regret", "coverage"}),  # of two observers
+        frozenset({"right", "regret", "coverage"}),  # of one observer
     ),
     "recorded": CounterExamples(
         {

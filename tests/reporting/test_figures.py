@@ -127,6 +127,7 @@ def draw_objects_named(names):
     )
 
 
+@pytest.mark.usefixtures("vectors")
 def test_names_are_never_read_as_formulae(tmp_path):
     save_figure(draw_objects_named([r"$5 \foo$ rod", "rod", "decoy"]), tmp_path, "a")
     assert r"$5 \foo$ rod" in (tmp_path / "a.svg").read_text(encoding="utf-8")

@@ -39,7 +39,10 @@ def list_runs(notes):
     return {pid: {int(repeat) for other, repeat in runs if other == pid} for pid, _ in runs}
 
 
-def test_cluster_gives_the_same_numbers_though_a_worker_is_killed(tmp_path, cluster):
+def test_cluster_is_complete_and_gives_the_same_numbers_though_a_worker_is_killed(tmp_path, cluster):
+    with cluster.connect() as client:
+        assert len(client.nthreads()) == 2
+    assert len({cluster.find_worker(worker) for worker in cluster.workers}) == 2
     notes = {name: tmp_path / "notes" / name for name in ("here", "there")}
     for folder in notes.values():
         folder.mkdir(parents=True)
@@ -67,27 +70,18 @@ def test_cluster_gives_the_same_numbers_though_a_worker_is_killed(tmp_path, clus
     assert len(list((tmp_path / "there").glob("repeat_*.npz"))) == REPEATS
 
 
-def test_cluster_is_complete_once_it_is_there(tmp_path):
-    cluster = DaskCluster(tmp_path, num_workers=2)
+def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch):
+    cases = [(True, True), (True, False), (False, True)]
+    cluster = DaskCluster(tmp_path, num_workers=len(cases))
     try:
         with cluster.connect() as client:
-            assert len(client.nthreads()) == 2
-        assert len({cluster.find_worker(worker) for worker in cluster.workers}) == 2
-    finally:
-        cluster.stop()
-
-
-@pytest.mark.parametrize(("is_busy", "has_begun"), [(True, True), (True, False), (False, True)])
-def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch, is_busy, has_begun):
-    cluster = DaskCluster(tmp_path, num_workers=1)
-    (victim,) = cluster.workers
-    monkeypatch.setattr("studies.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
-    try:
-        with cluster.connect() as client:
-            task = client.submit(time.sleep, 60) if is_busy else None
-            assert kill_while_busy(cluster, victim, lambda: has_begun) is (is_busy and has_begun)
-            victim.wait(timeout=10)
-            del task
+            for victim, (is_busy, has_begun) in zip(cluster.workers, cases, strict=True):
+                monkeypatch.setattr("studies.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
+                place = cluster.find_worker(victim)
+                task = client.submit(time.sleep, 60, workers=[place], pure=False) if is_busy else None
+                assert kill_while_busy(cluster, victim, lambda begun=has_begun: begun) is (is_busy and has_begun)
+                victim.wait(timeout=10)
+                del task
     finally:
         cluster.stop()
 

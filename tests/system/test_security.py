@@ -215,6 +215,7 @@ NAMES = {
 }
 
 
+@pytest.mark.usefixtures("vectors")
 def test_names_are_shown_as_they_are_and_do_nothing(tmp_path):
     """In the page, its links and the pictures: names, titles, captions and remarks of a protocol."""
     text = PROTOCOL.replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
@@ -231,7 +232,9 @@ def test_names_are_shown_as_they_are_and_do_nothing(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
     check_page(page)
-    for picture in (tmp_path / "out" / "mine").glob("*.svg"):
+    pictures = list((tmp_path / "out" / "mine").glob("*.svg"))
+    assert pictures
+    for picture in pictures:
         check_page(picture.read_text(encoding="utf-8"))
 
 

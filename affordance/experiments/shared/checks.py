@@ -1,15 +1,18 @@
 """Checks that every experiment makes before it writes anything."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
 from affordance.exceptions import BadArgumentError, BadValueError, InfeasibleError, ModelFileError
 from affordance.objects.tool import Tool
-from affordance.plant.load import add_arm, load_arm
+from affordance.plant.arm import Arm
+from affordance.plant.load import load_arm, parse_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings
@@ -40,8 +43,8 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
         InfeasibleError: A tool is too heavy for a joint.
         ModelFileError: The arm's file cannot be loaded, describes no usable arm, or an arm that cannot hold itself.
     """
-    add_arm(DiagramBuilder(), settings.arm, tools[0])  # loads shapes too; else their errors appear only in a replay
     arm = load_arm(settings.arm)
+    _load_shapes(arm, settings.arm)
     hold = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
@@ -58,3 +61,14 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
                 f"weighs {tool.mass:.3g} kg and loads {arm.joint_names[worst]} with {tau[worst]:.3g} N m in the "
                 f"{posture} posture, must be at most {arm.limits.tau_max[worst]:.3g} N m",
             )
+
+
+@lru_cache(maxsize=16)
+def _load_shapes(arm: Arm, directives: Path) -> None:
+    """Loads an arm's shapes too, once while its files do not change; else their errors appear only in a replay.
+
+    Raises:
+        ModelFileError: A shape cannot be loaded.
+    """
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    parse_arm(plant, directives)

@@ -129,10 +129,9 @@ def test_error_of_simulated_means_widens_the_interval():
 
 
 def simulate(group, learner, kappa=None):
-    """Learned fraction of two observers."""
+    """Learned fraction of an observer."""
     experiment = replace(group.with_learners([learner]), kappa=kappa)
-    rows = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
-    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    arrays = {name: values[None] for name, values in experiment.run_observer(None, None, 0).items()}
     return experiment.compute_of_observers(arrays)[learner]["f"]
 
 

@@ -96,7 +96,7 @@ def is_calibrated(positions):
 def test_loop_in_drake_is_calibrated(noise, calibrated, monkeypatch):
     """And an estimator that takes its errors for half of what they are is not."""
     monkeypatch.setattr(calibration, "DURATION", 0.5)
-    positions = find_positions_of_what_was_felt(build_config(noise, moves=True), 40)
+    positions = find_positions_of_what_was_felt(build_config(noise, moves=True), 30)
     assert is_calibrated(positions) is calibrated
 
 
