@@ -7,6 +7,7 @@ tool).
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -118,14 +119,23 @@ class SerialChain:
 
 def _rotation_about(axis: Array, angles: Array) -> Array:
     """Computes rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
-    x, y, z = axis
-    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * (K @ K)
+    K, K2 = _build_generator(*axis.tolist())
+    R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * K2
     return R
+
+
+@lru_cache(maxsize=64)
+def _build_generator(x: float, y: float, z: float) -> tuple[Array, Array]:
+    """Builds the matrix of the cross product with an axis, and its square, (3, 3) each."""
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return K, K @ K
 
 
 def cross(a: Array, b: Array) -> Array:
     """Computes the cross product along the last axis, several times faster than numpy.cross on small arrays."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    first = ay * bz - az * by
+    found = np.empty((*first.shape, 3))
+    found[..., 0], found[..., 1], found[..., 2] = first, az * bx - ax * bz, ax * by - ay * bx
+    return found

@@ -4,22 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 from helpers.short_holds import choose_for_one_tool
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.exceptions import BadValueError
-from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
-from affordance.files.model_folder import MODELS
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import predict_object
-
-PROTOCOL = MODELS / "protocols" / "next_lift.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -119,39 +114,3 @@ def test_the_same_seed_gives_the_same_choices(lived):
     experiment, observers = lived
     again = experiment.run_learner(None, 0)
     np.testing.assert_array_equal(again["presented"], observers[0]["presented"])
-
-
-@pytest.mark.parametrize(
-    ("changes", "problem"),
-    [
-        ({"chosen for": ["reach", "hamer"]}, "blocks[1].chosen for[1]: is 'hamer'"),
-        ({"chosen for": ["reach", "reach"]}, "blocks[1].chosen for[1]: is 'reach', which stands before it already"),
-        ({"chosen for": []}, "blocks[1].chosen for: is [], must be a list with at least one entry"),
-        ({"chosen for": None}, "blocks[1].chosen for: is missing, must list the tasks"),
-        ({"order": "shuffled"}, "blocks[1].chosen for: is given, must not be of the order 'shuffled'"),
-        ({"times": 2}, "blocks[1].times: is given, must not be where observers choose"),
-        ({"teaches": False}, "blocks[1].teaches: must be holds that teach"),
-        ({"do": {"look": {}}}, "blocks[1].do: must be holds that teach"),
-        ({"objects": "odd", "first": None}, "blocks[1].objects: leaves 1 to choose from, must leave at least 2"),
-        ({"objects": "all", "novel": None}, "novel: is missing, must list the objects whose tasks decide"),
-        ({"grips": None}, "tools: hammer.grips: is missing, must be at least 1"),
-    ],
-)
-def test_what_cannot_be_chosen_is_refused_in_one_line(tmp_path, changes, problem):
-    content = yaml.safe_load(PROTOCOL.read_text(encoding="utf-8"))
-    content["name"] = "mine"
-    for key, value in changes.items():
-        if key == "novel":
-            del content["novel"]
-        elif key == "grips":
-            del content["novel"]["tools"][1]["grips"]
-        elif value is None:
-            del content["blocks"][1][key]
-        else:
-            content["blocks"][1][key] = value
-    path = tmp_path / "mine.yaml"
-    path.write_text(yaml.safe_dump(content), encoding="utf-8")
-    with pytest.raises(BadValueError) as error:
-        load_protocol_experiment(str(path))
-    assert problem in str(error.value)
-    assert "\n" not in str(error.value)

@@ -48,9 +48,9 @@ def short(weight):
 
 @pytest.fixture(scope="module")
 def folder(weight, tmp_path_factory):
-    """The whole experiment with three observers, run once."""
+    """The whole experiment with two observers, run once."""
     return make_folder_once(
-        tmp_path_factory, "weight", lambda folder: run_experiment(weight, None, folder, repeats=3, jobs=1)
+        tmp_path_factory, "weight", lambda folder: run_experiment(weight, None, folder, repeats=2, jobs=1)
     )
 
 
@@ -62,7 +62,7 @@ def numbers(folder):
 def test_results_are_as_documented(weight, folder):
     numbers = check_results(folder, SHAPES, ("figure3", "figure4"), "weight")
     check_names(weight, None, numbers)
-    assert numbers["repeats"] == 3
+    assert numbers["repeats"] == 2
     assert numbers["config"]["settings"]["noise"] == {
         "weber_fraction": 0.07,
         "threshold": 0.097,
@@ -82,7 +82,7 @@ def test_what_the_paper_says_is_seen_with_a_few_observers(numbers):
 def test_trajectories_are_those_of_the_metrics(weight, folder, numbers):
     with xarray.open_dataset(folder / "trajectories.nc", engine="scipy") as dataset:
         found = dataset.load()
-    assert found["height_centre"].shape == (3, 5, 301)
+    assert found["height_centre"].shape == (2, 5, 301)
     assert found["trial"].values.tolist() == [tool.name for tool in weight.tools]
     drops = np.maximum(0, -found["height_centre"].min("time")).mean("repeat")
     np.testing.assert_allclose(drops[:4], numbers["drop_m"])
