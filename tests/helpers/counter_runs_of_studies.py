@@ -194,7 +194,7 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
     robot, rng = _build_robot(), np.random.default_rng(5)
     truth = Truth(
         friction=(0.2, 0.1, 0.1),
-        noise_sd=6.5 if is_white else 0.2,
+        noise_sd=9.0 if is_white else 0.2,
         agreement=0.0 if is_white else 0.5,
         file_error=0.0 if is_white else 0.05,
     )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.mallet import STAND, TOOL, weigh
 
-from affordance.vision.pixels.seen_tool import observe_tool
+from affordance.vision.pixels.seen_tool import detect_tool
 from studies.tools.forms import find_equal_ellipsoid
 from studies.tools.seen import ERRORS, measure_form
 
@@ -21,7 +21,7 @@ def test_one_view_is_worse_and_ellipsoids_are_worst_and_say_so(rng):
 
 
 def test_equal_ellipsoid_has_the_same_second_moments(rng):
-    (part, *_) = observe_tool(TOOL, STAND, rng)
+    (part, *_) = detect_tool(STAND.take_pictures(TOOL, rng), STAND.rig, STAND.noise).compute_features(np.eye(4))
     ellipsoid, X_PE = find_equal_ellipsoid(part.shape, np.zeros(3))
     J, K = part.shape.unit_pseudo_inertia(), X_PE @ ellipsoid.unit_pseudo_inertia() @ X_PE.T
     np.testing.assert_allclose(K[:3, :3] / K[3, 3], J[:3, :3] / J[3, 3], rtol=1e-6, atol=1e-9)
