@@ -204,7 +204,7 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
         if believes_white
         else _IDENTIFICATION
     )
-    result = study_panda(PandaData(robot, empty), settings, num_injections=2 if is_white else 1, seed=0)
+    result = study_panda(PandaData(robot, empty), settings, num_injections=4 if is_white else 1, seed=0)
     claims = result.injections[5].claims.mean(axis=0)
     return flatten(
         {"panda": result.numbers, "claimed": dict(zip(("right_accepted", "wrong_found"), claims, strict=True))}
