@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 
 from affordance.belief.learner import Learner
 from affordance.cli import main
@@ -41,7 +42,7 @@ def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypat
 
     monkeypatch.setattr(PresentationExperiment, "run_learner", refuse)
     assert call("run", short, tmp_path) == 0
-    numbers = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
+    numbers = read_numbers(tmp_path / "out" / "mine")
     assert numbers["repeats"] == 3
     assert numbers["learners"]["kinds_map"]["end_N"] == found["numbers"]["end_N"]["kinds_map"]["mean"]
     with pytest.raises(AssertionError, match="simulated already"):
@@ -66,7 +67,7 @@ def test_number_of_observers_is_that_of_the_command_line_then_of_the_protocol(sh
     assert find_number_of_observers(str(short)) == 3
     assert find_number_of_observers("weight") is None
     assert call("run", short, tmp_path, "--repeats", "2") == 0
-    assert json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())["repeats"] == 2
+    assert read_numbers(tmp_path / "out" / "mine")["repeats"] == 2
 
 
 def predict(first, second, sd):

@@ -1,9 +1,8 @@
 """``affordance settings``, and ``--set`` wherever settings are used."""
 
-import json
-
 import pytest
 import xarray
+from helpers.results_files import read_numbers
 
 from affordance.cli import main
 
@@ -33,7 +32,7 @@ def test_some_are_listed_by_name_with_what_was_set(capsys):
 def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
     assert main(["run", "two_families", *SMALL, "--out", str(tmp_path), "--set", "noise.weber_fraction=0.13"]) == 0
     folder = tmp_path / "two_families"
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     assert numbers["config"]["settings"]["noise"]["weber_fraction"] == 0.13
     assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.13}
     assert numbers["setup"]["models"] == "those of the program"

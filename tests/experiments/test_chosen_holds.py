@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.short_holds import choose_for_one_tool
+from helpers.stacked import stack
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
@@ -41,7 +42,7 @@ def test_who_would_stop_goes_on_as_told_and_the_measure_says_so(lived):
 
 def test_numbers_are_those_of_the_order_that_was_chosen(lived):
     experiment, observers = lived
-    stacked = {name: np.stack([each[name] for each in observers]) for name in observers[0]}
+    stacked = stack(observers)
     numbers = experiment.compute_metrics(None, None, stacked)
     assert (numbers["place_of_like"], numbers["like_next"]) == (2.0, 1.0)
     assert numbers["place_of_brass"] == 4.5

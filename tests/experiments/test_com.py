@@ -1,12 +1,11 @@
 """Simulation II: few observers."""
 
 import dataclasses
-import json
 import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_names, check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_numbers, read_section, render
 from helpers.shared import make_folder_once
 from helpers.short_holds import shorten, with_tools
 
@@ -74,13 +73,13 @@ def test_masses_are_equal_and_centres_of_mass_mirror_each_other(experiment):
 
 
 def test_decoy_rises_and_the_honest_objects_stay(folder):
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     assert numbers["height_extreme_m"][2] > 2 * max(numbers["deviation_m"][:2])
 
 
 def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
     """Measured within what so rough a sense allows: far from probable, yet no 5-sigma outlier."""
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     assert numbers["p_value_test"][2] < 1e-3 < 0.05 < min(numbers["p_value_test"][:2])
     assert numbers["trials_outlier_test"][:2] == [0, 0]
     assert numbers["samples_rejected_test"] == [0, 0, 0]
@@ -90,7 +89,7 @@ def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, cap
     faults = dataclasses.replace(experiment.settings, faults=Faults(drop_probability=1.0))
     faulty = dataclasses.replace(shorten(experiment, 0.3, repetitions=1), settings=faults)
     run_experiment(faulty, None, tmp_path / "com", repeats=1, jobs=1)
-    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "com")
     assert numbers["samples_rejected_test"] == [3, 3, 3]
     assert numbers["samples_rejected"] == 6
     assert "experience: 6 samples were rejected, and 0 of 2 trials are 5-sigma outliers" in caplog.text
@@ -114,7 +113,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 
 def test_error_is_seen_on_its_side_of_the_bound(experiment, folder):
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     claims = {claim.key: claim for claim in render(experiment, None, numbers, inertia_error=0.1002).claims}
     assert not claims["inertia"].met
     assert claims["inertia"].criteria[0].value == "10.02 %"

@@ -1,14 +1,13 @@
 """Simulation IV: few observers."""
 
 import dataclasses
-import json
 import shutil
 from functools import partial
 
 import numpy as np
 import pytest
 from helpers.other_settings import with_settings
-from helpers.results_files import check_names, check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_numbers, read_section, render
 from helpers.shared import make_folder_once
 from helpers.short_holds import take_two_tools
 from helpers.slow_arm import make_slow_models
@@ -69,7 +68,7 @@ def folder(experiment, plan, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    return read_numbers(folder)
 
 
 def test_results_are_as_documented(folder):
@@ -150,7 +149,7 @@ def test_run_without_any_choice_ends_as_others_do(experiment, plan, numbers, tmp
     ends = {"near": np.array([0, 1]), "far": np.array([1, 0])}
     share = compute_share_of_light_ends(nothing, rho=np.ones((4, 2)), **ends)
     write_json(tmp_path / "metrics.json", {**numbers, "p_light_end_held": share})
-    assert json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))["p_light_end_held"] is None
+    assert read_numbers(tmp_path)["p_light_end_held"] is None
     remarks = render(experiment, plan, numbers, p_light_end_held=share).remarks
     assert any("No density drawn from the prior" in remark for remark in remarks)
 

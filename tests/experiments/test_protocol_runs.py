@@ -1,10 +1,10 @@
 """Protocols of one's own: everything that can be done in a presentation, simulated, with few observers."""
 
-import json
 import shutil
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 
 from affordance.belief.learner import Learner
@@ -148,7 +148,7 @@ def test_weight_changes_and_learners_stand_side_by_side(load, tmp_path):
     np.testing.assert_allclose(weights, 9.81 * np.array([0.05, 0.2]), rtol=1e-3)
     np.testing.assert_array_equal(arrays["kinds_map: presented"], arrays["presented"])
     run_experiment(experiment, None, tmp_path / "mine", repeats=2, jobs=1)
-    numbers = json.loads((tmp_path / "mine" / "metrics.json").read_text())
+    numbers = read_numbers(tmp_path / "mine")
     assert set(numbers["learners"]) == {"density", "kinds_map"}
     assert numbers["learners"]["density"]["expected"] == numbers["expected"]
 

@@ -1,13 +1,12 @@
 """Simulation III: few observers."""
 
 import dataclasses
-import json
 import shutil
 
 import numpy as np
 import pytest
 from helpers.other_settings import with_settings
-from helpers.results_files import check_names, check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_numbers, read_section, render
 from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, make_folder_once
 from helpers.short_holds import take_two_tools
@@ -58,7 +57,7 @@ def folder(experiment, plan, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    return read_numbers(folder)
 
 
 def test_results_are_as_documented(folder):

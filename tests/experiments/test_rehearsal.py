@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from helpers.stacked import stack
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
@@ -108,7 +109,7 @@ def test_expressions_act_on_each_observer_along_presentations(load):
     )
     experiment = load(numbers=numbers)
     rows = [experiment.run_observer(None, None, repeat) for repeat in range(3)]
-    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    arrays = stack(rows)
     found = experiment.compute_metrics(None, None, arrays)
     x = np.array([row["force"][row["presented"] == 2] for row in rows])
     np.testing.assert_allclose(found["d"], np.diff(x, axis=1).mean(axis=0))

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 from matplotlib.figure import Figure
 
 from affordance.exceptions import UnavailableError
@@ -100,7 +101,7 @@ def experiment(tmp_path):
 
 def run(experiment, out, repeats=4):
     run_experiment(experiment, "plan", out / experiment.name, repeats=repeats, jobs=1)
-    return json.loads((out / experiment.name / "metrics.json").read_text(encoding="utf-8"))
+    return read_numbers(out / experiment.name)
 
 
 def test_everything_is_written_by_its_name_and_numbers_come_last(experiment, tmp_path, monkeypatch):

@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import json
 import re
 import shutil
 from functools import partial
@@ -11,9 +10,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
-from helpers.results_files import DOCS, check_names, check_results, read_section, render
+from helpers.results_files import DOCS, check_names, check_results, read_numbers, read_section, render
 from helpers.shared import make_folder_once
 from helpers.short_holds import shorten, with_tools
+from helpers.stacked import stack
 
 from affordance.exceptions import ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
@@ -56,7 +56,7 @@ def folder(weight, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    return read_numbers(folder)
 
 
 def test_results_are_as_documented(weight, folder):
@@ -206,8 +206,7 @@ def test_more_objects_than_colours_are_drawn(weight):
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
     groups = {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
     experiment = shorten(with_tools(weight, (*many, decoy), groups=groups), 0.1)
-    runs = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
-    arrays = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
+    arrays = stack([experiment.run_observer(None, None, repeat) for repeat in range(2)])
     shown = experiment.show(None, None, arrays, experiment.compute_metrics(None, None, arrays))
     assert shown.figures.keys() == {"figure3", "figure4"}
     for draw in shown.figures.values():

@@ -18,6 +18,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from helpers.counter_runs import Numbers
 from helpers.short_holds import choose_for_one_tool
+from helpers.stacked import stack
 from studies.active import brute_force, repeats, stopping, study
 from studies.active import world as worlds
 from studies.active.kinds import compare_information
@@ -54,11 +55,7 @@ def _live(rule: str, is_perverse: bool, tasks: tuple[str, ...] = TASKS) -> dict[
                 lambda workshop, memory, left, rng: next((n for n in left if n in _IRRELEVANT), left[0]),
             )
         config = study.ActiveConfig(rule, tasks=tasks, horizon=4 if tasks else 3)
-        return _stack([study.run_observer(config, repeat) for repeat in range(2)])
-
-
-def _stack(found: list[Any]) -> dict[str, Any]:
-    return {name: np.stack([each[name] for each in found]) for name in found[0]}
+        return stack([study.run_observer(config, repeat) for repeat in range(2)])
 
 
 @functools.cache
@@ -71,7 +68,7 @@ def compare_worths(*, is_linear: bool = False) -> Numbers:
         if is_linear:
             patch.setattr(hold_worth, "_DEGREES", {0: 0, 1: 1, 2: 1})
         config = brute_force.WorthConfig(outcomes=20, draws=60)
-        return brute_force.describe_worths(_stack([brute_force.compare_worth(config, number) for number in (0, 1)]))
+        return brute_force.describe_worths(stack([brute_force.compare_worth(config, number) for number in (0, 1)]))
 
 
 def _load_few(path: Path, materials: Any) -> tuple[Tool, ...]:
@@ -87,7 +84,7 @@ def stop(*, is_mixed_up: bool = False) -> Numbers:
             patch.setattr(worlds, "draw_world", _mix_up)
         stops = {
             name: stopping.describe_stops(
-                _stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(3)])
+                stack([stopping.run_observer(replace(config, tasks=TASKS), repeat) for repeat in range(3)])
             )
             for name, (config, _) in stopping.list_configs(0, 3).items()
         }
@@ -113,7 +110,7 @@ def repeat(*, is_anew: bool = False) -> Numbers:
 
 @functools.cache
 def _hold_again() -> dict[str, Any]:
-    return _stack([repeats.run_block(repeats.RepeatsConfig(2), 0)])
+    return stack([repeats.run_block(repeats.RepeatsConfig(2), 0)])
 
 
 @functools.cache
@@ -138,7 +135,7 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
             patch.setattr(ChosenHolds, "list_felt", lambda *told: {})
         experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
         experiment = choose_for_one_tool(experiment)
-        return experiment.compute_metrics(None, None, _stack([experiment.run_observer(None, None, 0)]))
+        return experiment.compute_metrics(None, None, stack([experiment.run_observer(None, None, 0)]))
 
 
 def time_advice(num_samples: int = 4000) -> Numbers:

@@ -31,6 +31,7 @@ from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
+from helpers.stacked import stack
 from studies.hammering.blows import list_blow_costs
 from studies.learners import decoy_again
 from studies.learners.command import list_facts
@@ -83,7 +84,7 @@ def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
     with tempfile.TemporaryDirectory() as folder:
         experience = experiment.gain_experience(Path(folder), repeats=_HOLDERS, jobs=1)
     runs = [experiment.run_observer(None, experience, repeat) for repeat in range(_HOLDERS)]
-    return experiment.compute_metrics(None, experience, _stack(runs))
+    return experiment.compute_metrics(None, experience, stack(runs))
 
 
 def believe_denser() -> Numbers:
@@ -188,7 +189,7 @@ def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repea
     blocks = tuple(block.model_copy(update={"repetitions": count}) for block, count in counts)
     experiment = dataclasses.replace(experiment, blocks=blocks, kappa=kappa)
     return experiment.compute_metrics(
-        None, None, _stack([experiment.run_observer(None, None, repeat) for repeat in range(repeats)])
+        None, None, stack([experiment.run_observer(None, None, repeat) for repeat in range(repeats)])
     )
 
 
@@ -198,7 +199,7 @@ def lift_family(name: str, *, kappa: float | None = None) -> Numbers:
         _widen(patch, kappa)
         experiment = load_protocol_experiment(name)
         runs = [experiment.run_observer(None, None, 0)]
-    return experiment.compute_metrics(None, None, _stack(runs))
+    return experiment.compute_metrics(None, None, stack(runs))
 
 
 def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
@@ -208,7 +209,7 @@ def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
         patch.setattr(decoy_again, "NUM_DECOYS", 2)
         weight = shorten(load_hold_experiment("weight"), _HELD["weight"])
         arrays = {
-            learner: _stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
+            learner: stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
             for learner in Learner
         }
         return {**decoy_again.compute_metrics(weight, arrays), **list_facts(1)}
@@ -256,13 +257,9 @@ def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:
                 of_one.setattr(vision, "take_numbered_picture", lambda seed, number, taken=picture: taken)
                 of_one.setattr(vision, "draw_numbered_object", draw_scaled)
                 runs.append(experiment.run_observer(None, None, repeat))
-        return experiment.compute_metrics(None, None, _stack(runs))
+        return experiment.compute_metrics(None, None, stack(runs))
 
 
 @functools.cache
 def _take_picture(number: int) -> Any:
     return vision.take_numbered_picture(0, number)
-
-
-def _stack(runs: list[Any]) -> dict[str, Any]:
-    return {name: np.stack([run[name] for run in runs]) for name in runs[0]}

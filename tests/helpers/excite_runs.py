@@ -15,6 +15,7 @@ from affordance.identification.excitation.planned_motion import FourierFamily, M
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 from helpers.counter_runs import Numbers
 from helpers.generated_runs import THETA, build_robot, draw_errors
+from helpers.stacked import stack
 from studies.excite import motions, posewise, study
 from studies.excite.motions import World
 
@@ -59,7 +60,7 @@ def _choose(name: str, rule: str, is_sure: bool) -> Numbers:
     with pytest.MonkeyPatch.context() as patch:
         if is_sure:
             patch.setattr(posewise, "prepare_task", _know_all)
-        return _stack([posewise.run_pool(config, repeat) for repeat in range(2)])
+        return stack([posewise.run_pool(config, repeat) for repeat in range(2)])
 
 
 @functools.cache
@@ -73,11 +74,7 @@ def _design(rule: str, change: str) -> Numbers:
             patch.setattr(motions, "_design", _design_worst)
         if change == "reckless":
             patch.setattr(motions, "FourierFamily", _exceed)
-        return _stack([motions.run_motions(config, 0)])
-
-
-def _stack(found: list[Numbers]) -> Numbers:
-    return {name: np.stack([each[name] for each in found]) for name in found[0]}
+        return stack([motions.run_motions(config, 0)])
 
 
 _DESIGN, _PREDICT, _PREPARE = motions._design, Expectation.predict, posewise.prepare_task

@@ -13,6 +13,7 @@ from affordance.memory.ledger import Ledger
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
 from helpers.counter_runs import Numbers
+from helpers.stacked import stack
 from helpers.workshop import BLANKS, HAMMERS
 from studies.loop import ledger_speed, lives, study
 from studies.loop.recordings import TORQUE_SENSORS
@@ -54,7 +55,7 @@ def run_lives(*, repeats: int = 2, mixed_up: bool = False) -> dict[str, Any]:
 
             patch.setattr(lives, "draw_truth", draw_other)
         lived = [study.run_life(CONFIG, repeat) for repeat in range(repeats)]
-    return {name: np.stack([each[name] for each in lived]) for name in lived[0]}
+    return stack(lived)
 
 
 @functools.cache

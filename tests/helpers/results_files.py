@@ -30,6 +30,11 @@ def check_keys(numbers, *headings):
     assert set(numbers) == find_documented_keys("Every experiment", *headings)
 
 
+def read_numbers(folder):
+    """Returns what stands in the metrics.json of a folder."""
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+
+
 def check_results(folder, shapes, figures, *headings):
     """Asserts that figures, trajectories, diagram, replay, section and numbers are there; returns the numbers.
 
@@ -42,7 +47,7 @@ def check_results(folder, shapes, figures, *headings):
     assert (folder / "diagram.dot").stat().st_size > 1000
     assert (folder / "replay.html").stat().st_size > 1e6
     assert (folder / "trajectories.nc").exists()
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     for key, shape in {**shapes, **COMMON}.items():
         assert np.shape(numbers[key]) == shape, key
         assert np.isfinite(numbers[key]).all(), key

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_names
+from helpers.results_files import check_names, read_numbers
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
@@ -94,7 +94,7 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "density and kinds_map are told apart best by" in printed
     assert main(["run", str(path), "--repeats", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
-    numbers = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
+    numbers = read_numbers(tmp_path / "out" / "mine")
     assert set(numbers["learners"]) == {"density", "kinds_map", "kinds_drawn"}
     check_names(load_protocol_experiment(str(path)), None, numbers)
     assert (tmp_path / "out" / "mine" / "odd_one.png").stat().st_size > 10_000

@@ -1,12 +1,11 @@
 """The harness: what a study gives is checked, kept, written and printed alike."""
 
-import argparse
 import dataclasses
-import json
 
 import numpy as np
 import pytest
-from helpers.results_files import OF_STUDY
+from helpers.results_files import OF_STUDY, read_numbers
+from helpers.study_runs import run_study
 
 from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
@@ -36,17 +35,11 @@ def build_study(path, plan):
     return Study("helps", add_arguments, plan, "invented", section, {("learner",): "nobody learns"})
 
 
-def run(study, *words):
-    parser = argparse.ArgumentParser()
-    study.add_arguments(parser)
-    return study.run(parser.parse_args(list(map(str, words))))
-
-
 def test_last_findings_are_written_and_their_claims_printed(tmp_path, capsys):
     out = tmp_path / "out"
     study = build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4}, {"people": "four"})])
-    assert run(study, "--out", out) == 0
-    numbers = json.loads((out / "invented" / "metrics.json").read_text())
+    assert run_study(study, "--out", out) == 0
+    numbers = read_numbers(out / "invented")
     assert numbers.keys() == {"count", *OF_STUDY}
     assert numbers["count"] == 4
     assert "Invented" in (out / "report.html").read_text(encoding="utf-8")
@@ -61,7 +54,7 @@ def test_without_a_section_only_the_numbers_are_written(tmp_path, capsys):
     study = dataclasses.replace(
         build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4})]), section=None
     )
-    assert run(study, "--out", tmp_path / "out") == 0
+    assert run_study(study, "--out", tmp_path / "out") == 0
     assert [path.name for path in (tmp_path / "out").rglob("*")] == ["invented", "metrics.json"]
     assert capsys.readouterr().out == f"The numbers: {tmp_path / 'out' / 'invented' / 'metrics.json'}\n"
 
@@ -80,7 +73,7 @@ def refuse(arguments):
 )
 def test_what_cannot_be_run_leaves_nothing(tmp_path, words, message):
     with pytest.raises(BadValueError, match=message):
-        run(build_study(tmp_path, refuse), "--out", tmp_path / "out", *words)
+        run_study(build_study(tmp_path, refuse), "--out", tmp_path / "out", *words)
     assert not (tmp_path / "out").exists()
 
 

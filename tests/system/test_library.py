@@ -1,11 +1,11 @@
 """The library as a user of Python meets it: names at the top, forms of arguments, messages, and what is printed."""
 
 import importlib
-import json
 import re
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 
 import affordance
 from affordance import (
@@ -131,7 +131,7 @@ def test_lasting_memory_serves_every_learner(record, tmp_path):
 @pytest.mark.usefixtures("unrendered")
 def test_experiment_is_loaded_and_run_from_python(tmp_path):
     report = run_suite("two_families", str(tmp_path), repeats=1, changes={"noise.weber_fraction": 0.1})
-    numbers = json.loads((tmp_path / "two_families" / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "two_families")
     assert report == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
 

@@ -1,10 +1,10 @@
 """Both sources of features come out of one port."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 
 from affordance.belief.material_memory import MaterialMemory
@@ -145,7 +145,7 @@ def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
     """One observer. Pictures of all objects stand in the report."""
     experiment = shorten(load_hold_experiment("weight", settings=PIXELS), 1.0)
     run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
-    numbers = json.loads((tmp_path / "weight" / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "weight")
     assert numbers["config"]["settings"]["feature_source"] == "pixels"
     assert abs(numbers["density_median"][-1] / numbers["density_true"] - 1.0) < 0.1
     assert numbers["drop_m"][3] < 0.25 * numbers["drop_m"][0]

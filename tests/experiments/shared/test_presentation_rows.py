@@ -5,7 +5,9 @@ import json
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
+from helpers.stacked import stack
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
@@ -55,7 +57,7 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
     assert float(first["believed_density"]) == 1000.0  # the prior's mode, before anything was lifted
     assert odd[0]["kind"] in ("1", "2")
     assert {row["kind"] for row in rows if row["learner"] == "density"} == {""}
-    metrics = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
+    metrics = read_numbers(tmp_path / "out" / "mine")
     ends = [
         [
             float(row["force"])
@@ -77,7 +79,7 @@ def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
     assert [row["block"] for row in rows[:5]] == ["learning"] * 2 + ["test"] * 3
     assert [row["lift"] for row in rows[:5]] == ["1", "2", "3", "4", "5"]
     assert {row["force"] for row in rows} == {""}
-    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text())
+    numbers = read_numbers(tmp_path / "com")
     of_test = [row for row in rows if row["block"] == "test"]
     errors = [
         abs(float(row["expected"]) / float(row["mass"]) - 1.0)
@@ -102,7 +104,7 @@ def test_what_a_run_writes_can_be_read_as_what_people_did(short, tmp_path):
     own = [lines[0], *(line for line in lines if ",kinds_map," in line)]
     (tmp_path / "people.csv").write_text("\n".join(own) + "\n")
     short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
-    numbers = json.loads((run(short, tmp_path) / "metrics.json").read_text())
+    numbers = read_numbers(run(short, tmp_path))
     ours, people = numbers["learners"]["kinds_map"], numbers["people"]
     assert set(people) >= {"first_N", "end_N", "weight_N", "learned", "end_N_ci95"}
     for name in ("first_N", "end_N", "learned", "end_N_ci95"):
@@ -121,7 +123,7 @@ def test_people_are_drawn_behind_the_observers(short, tmp_path):
     short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
     experiment = load_protocol_experiment(str(short))
     rows = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
-    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    arrays = stack(rows)
     numbers = experiment.compute_metrics(None, None, arrays)
     assert numbers["people"]["end_N"] == pytest.approx(9.0 + 1.5 + 0.35)
     figure = experiment.show(None, None, arrays, numbers).figures["odd_one"]()

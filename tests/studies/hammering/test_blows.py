@@ -2,12 +2,11 @@
 
 import dataclasses
 import functools
-import json
 
 import numpy as np
 import pytest
 import xarray
-from helpers.results_files import OF_STUDY, read_section
+from helpers.results_files import OF_STUDY, read_numbers, read_section
 
 from affordance.exceptions import AffordanceError, StallError
 from affordance.objects.tool import Grip
@@ -188,7 +187,7 @@ def test_without_a_crossover_or_other_swings_their_tables_are_left_out(findings)
 def test_study_writes_numbers_figure_map_and_section(findings, study, tmp_path):
     write_findings(findings, tmp_path / STUDY.folder, STUDY.section)
     folder = tmp_path / STUDY.folder
-    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder)
     assert numbers.keys() == {*findings.numbers, *OF_STUDY}
     assert (folder / "map.png").stat().st_size > 10_000
     assert (tmp_path / "report.html").exists()

@@ -1,9 +1,8 @@
-import argparse
-import json
-
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
+from helpers.study_runs import run_study
 
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learner import Learner
@@ -116,11 +115,8 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     monkeypatch.setattr(honest_objects, "run", pretend)
     monkeypatch.setattr(study_learners, "load_hold_experiment", lambda *_: shorten(weight, 0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
-    parser = argparse.ArgumentParser()
-    study_learners.STUDY.add_arguments(parser)
-    options = parser.parse_args(["--repeats", "2", "--jobs", "1", "--out", str(tmp_path)])
-    assert study_learners.STUDY.run(options) == 0
-    numbers = json.loads((tmp_path / "learners" / "metrics.json").read_text())
+    assert run_study(study_learners.STUDY, "--repeats", 2, "--jobs", 1, "--out", tmp_path) == 0
+    numbers = read_numbers(tmp_path / "learners")
     assert set(numbers["brass_after_decoy"]) == {"density", "kinds_map", "kinds_drawn"}
     one, last = numbers["brass_after_decoy"]["density"]
     assert last < one < 6500.0

@@ -1,10 +1,10 @@
-import argparse
-import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.results_files import read_numbers
+from helpers.study_runs import run_study
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
@@ -18,12 +18,6 @@ from studies.people.fit import Fraction, estimate_people_fraction
 
 TEST, MASSES = 4, (1.2, 1.5)
 GROUPS = fit.load_groups(MODELS, 0, DEFAULT_SETTINGS)
-
-
-def run_command(*options):
-    parser = argparse.ArgumentParser()
-    command.STUDY.add_arguments(parser)
-    return command.STUDY.run(parser.parse_args([str(option) for option in options]))
 
 
 def measure(group, force):
@@ -193,8 +187,8 @@ def test_command_writes_what_it_found(tmp_path, capsys, monkeypatch):
 
     monkeypatch.setattr(command, "load_groups", load_shorter)
     options = ("--repeats", 2, "--count", 3, "--lowest", 0.15, "--highest", 0.35, "--jobs", 1, "--out", tmp_path)
-    assert run_command(*options) == 0
-    numbers = json.loads((tmp_path / "kappa" / "metrics.json").read_text())
+    assert run_study(command.STUDY, *options) == 0
+    numbers = read_numbers(tmp_path / "kappa")
     for learner in ("kinds_map", "kinds_drawn"):
         assert numbers["learners"][learner]["kappas"] == pytest.approx([0.15, 0.25, 0.35])
         assert (tmp_path / "kappa" / f"{learner}.png").stat().st_size > 10_000

@@ -1,12 +1,12 @@
 """The study, as far as its recordings are in the repository; the rest of it on generated runs."""
 
-import argparse
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.study_runs import run_study
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import AffordanceError
@@ -138,13 +138,11 @@ def test_claims_are_those_the_study_can_decide():
 
 
 def test_a_missing_clone_is_named_before_anything_is_run(tmp_path):
-    parser = argparse.ArgumentParser()
-    STUDY.add_arguments(parser)
-    words = ["--data", str(tmp_path), "--out", str(tmp_path / "results")]
+    words = ("--data", tmp_path, "--out", tmp_path / "results")
     with pytest.raises(
         AffordanceError, match=r"ur10e.urdf: is not there; --data must hold clones .* of dynamic_calib"
     ):
-        STUDY.run(parser.parse_args(words))
+        run_study(STUDY, *words)
     assert not (tmp_path / "results").exists()
     with pytest.raises(AffordanceError, match="--repeats: is 0, must be from 1 to 1000000"):
-        STUDY.run(parser.parse_args([*words, "--draws", "0"]))
+        run_study(STUDY, *words, "--draws", 0)

@@ -2,11 +2,13 @@
 
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.results_files import check_keys
+from helpers.results_files import check_keys, read_numbers
 from helpers.shared import compute_once
+from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError
@@ -135,12 +137,14 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
 
     monkeypatch.setattr(study, "evaluate_setting", evaluate)
     monkeypatch.setattr(runner, "find_commit", lambda: "0123abc")
-    for count in (5, 12):
-        run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=count, jobs=1)
+    with monkeypatch.context() as undrawn:
+        undrawn.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
+        run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=5, jobs=1)
+    run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=12, jobs=1)
     sample = sample_settings(LOADED.assumptions, 12, 0)
     assert evaluated == [list_defaults(LOADED.assumptions), *sample]
     assert proven == [True, True, *[False] * 11]
-    numbers = json.loads((tmp_path / "robustness" / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "robustness")
     check_keys(numbers, "Robustness")
     assert numbers["settings"] == 12
     assert numbers["commit"] == "0123abc"

@@ -1,11 +1,10 @@
 """The study of features from pictures: a few objects."""
 
 import dataclasses
-import json
 
 import numpy as np
 import pytest
-from helpers.results_files import check_keys, read_section, render
+from helpers.results_files import check_keys, read_numbers, read_section, render
 from helpers.shared import compute_once, make_folder_once
 from matplotlib.figure import Figure
 from scipy.optimize import minimize
@@ -56,7 +55,7 @@ def folder(experiment, rankings, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    return read_numbers(folder)
 
 
 def test_results_are_as_documented(folder, numbers):
@@ -159,7 +158,7 @@ def folder_of_crumbs(experiment, rankings, tmp_path_factory):
 
 
 def test_object_that_is_not_detected_is_counted_and_its_picture_kept(folder_of_crumbs):
-    numbers = json.loads((folder_of_crumbs / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(folder_of_crumbs)
     assert (numbers["objects"], numbers["failures"], numbers["failures_coverage"]) == (2, 1, 2)
     assert numbers["failures_by_kind"] == {"TooSmallError": 1}
     assert "must cover at least" in numbers["failure_examples"]["TooSmallError"]

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from helpers.results_files import OF_STUDY
+from helpers.results_files import OF_STUDY, read_numbers
 
 from affordance.cli import main
 from studies.side_by_side.sources import NAME
@@ -86,5 +86,5 @@ def test_largest_difference_is_that_of_every_judged_number(tmp_path):
     assert claim["met"]
     assert claim["criteria"][0]["value"] == "5.0, 7.0 %"
     assert "density believed, median (kg/m³); correct choices, reach" in claim["criteria"][0]["name"]
-    numbers = json.loads((tmp_path / "one" / NAME / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "one" / NAME)
     assert numbers.keys() - OF_STUDY == {"largest_difference", "panels"}

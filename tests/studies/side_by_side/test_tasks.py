@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from helpers.results_files import OF_STUDY
+from helpers.results_files import OF_STUDY, read_numbers
 
 from affordance.choice.ranking import NO_OPTION
 from affordance.cli import main
@@ -49,7 +49,7 @@ def compare(out, *more):
 def test_agreement_is_counted_observer_by_observer(tmp_path):
     save_both(tmp_path)
     assert compare(tmp_path) == 0
-    numbers = json.loads((tmp_path / NAME / "metrics.json").read_text())
+    numbers = read_numbers(tmp_path / NAME)
     assert numbers.keys() - OF_STUDY == {"tools", "repeats", "seed"}
     stick, hammer = numbers["tools"]["stick"], numbers["tools"]["hammer"]
     assert (stick["symmetric"], hammer["symmetric"]) == (True, False)

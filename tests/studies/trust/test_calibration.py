@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.stacked import stack
 from scipy.stats import binom, chi2, norm
 
 from affordance.belief.material_memory import MaterialMemory
@@ -22,8 +23,7 @@ NUM_DRAWS = 400
 
 
 def run_draws(config, draws=NUM_DRAWS):
-    runs = [run_draw(config, number) for number in range(draws)]
-    return {name: np.stack([run[name] for run in runs]) for name in runs[0]}
+    return stack([run_draw(config, number) for number in range(draws)])
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from helpers.results_files import OF_STUDY
+from helpers.results_files import OF_STUDY, read_numbers
 
 from affordance.cli import main
 from studies.within_trial.study import BY_POSTERIOR, BY_PRIOR, EVERY_SAMPLE, ONE_PERCEPT, WithinTrialStudy
@@ -55,7 +55,7 @@ def test_figures_show_what_was_found(study):
 
 def test_command_writes_section_and_numbers(tmp_path):
     assert main(["study", "within_trial", "--out", str(tmp_path), "--set", "posterior_log_period=0.5"]) == 0
-    numbers = json.loads((tmp_path / "within_trial" / "metrics.json").read_text(encoding="utf-8"))
+    numbers = read_numbers(tmp_path / "within_trial")
     found = {"posterior_sd", "posterior_sd_at_rest", "height_lowest_m", "height_end_m", "seed"}
     assert numbers.keys() - OF_STUDY == found
     assert all(len(values) == 32 for values in numbers["posterior_sd"].values())
