@@ -65,6 +65,7 @@ def compare_worths(*, is_linear: bool = False) -> Numbers:
         patch.setattr(worlds, "load_tools", _load_few)
         patch.setattr(worlds, "build_workshop", functools.cache(worlds.build_workshop.__wrapped__))
         patch.setattr(brute_force, "CASES", [brute_force.CASES[1], brute_force.CASES[3]])
+        patch.setattr(brute_force, "_SEEDS", 4)
         if is_linear:
             patch.setattr(hold_worth, "_DEGREES", {0: 0, 1: 1, 2: 1})
         config = brute_force.WorthConfig(outcomes=20, draws=60)
@@ -144,4 +145,5 @@ def time_advice(num_samples: int = 4000) -> Numbers:
     few = workshop._replace(candidates=dict(itertools.islice(workshop.candidates.items(), 6)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study.worlds, "build_workshop", lambda tasks: few)
+        patch.setattr(study, "_NUM_TIMED", 4)
         return {"ms_per_candidate": study.time_advice(TASKS, num_samples)}
