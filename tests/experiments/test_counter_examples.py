@@ -283,7 +283,7 @@ ALL = {
             "a scale that errs": functools.partial(studies.weigh, scale=0.8),
             "errors are taken for half as large": functools.partial(studies.cover, overconfident=2.0),
             "sizes are taken to be right": functools.partial(studies.see_sizes, size_error=0.0),
-            "many samples": functools.partial(studies.time_identification, num_samples=20_000),
+            "many samples": functools.partial(studies.time_identification, num_samples=50_000),
         },
         {
             **dict.fromkeys(
@@ -296,7 +296,7 @@ ALL = {
             "lbipe": "a scale that errs",
             "mistakes": "nothing makes it doubt",
             **dict.fromkeys(("false_alarms", "seeds"), "noise of thirty times, few samples"),
-            "claimed": "errors are large and independent",
+            "claimed": "errors are taken for independent",
             "classes": "errors are taken for half as large",
             "sizes": "sizes are taken to be right",
             "own_prior": "errors are taken for half as large",
@@ -304,8 +304,9 @@ ALL = {
             "speed": "many samples",
         },
         # Of six draws or three, on any machine, of four mistakes, with fewer samples than the study's; and the
-        # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure.
-        frozenset({"own_prior", "classes", "sizes", "speed", "mistakes", "seeds", "ur10e_empty"}),
+        # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure, and
+        # its model errs by 52 g where the Panda's does by 6, which excludes no setting that is 150 g off.
+        frozenset({"own_prior", "classes", "sizes", "speed", "mistakes", "seeds", "ur10e_empty", "claimed"}),
     ),
     "tools": CounterExamples(
         {

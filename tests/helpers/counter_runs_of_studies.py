@@ -19,6 +19,7 @@ from affordance.choice.hammer import load_hammer
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identify_module
+from affordance.identification import systems
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.posterior.calibration import calibrate_gains
 from affordance.identification.recording.preparation import prepare
@@ -296,6 +297,7 @@ def time_identification(*, num_samples: int = 300) -> Numbers:
         patch.setattr(timing, "compare_peers", lambda *arguments: {})
         patch.setattr(timing, "_REPEATS", 1)
         patch.setattr(timing, "_NUM_STEPS", 300)
+        patch.setattr(systems, "_NUM_SAMPLES", num_samples)
         evidence = pair_runs(robot, empty, loaded, settings)
         gains = calibrate_gains(evidence, UR10E_LOAD, settings)
         return flatten(timing.measure_times(Path(), evidence, gains, settings))
