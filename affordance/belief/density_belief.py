@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from scipy.special import chdtrc  # scipy.stats takes a second to import
+from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
 
 from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
@@ -263,11 +263,16 @@ class DensityBelief:
             + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
         )
 
-    def compute_p_value(self, likelihood: Likelihood) -> float:
+    def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
         """Computes the probability, under this belief, of data with at most the evidence of these.
 
         Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared variable
-        with one degree of freedom per measured number. The restriction to positive densities is ignored here.
+        with one degree of freedom per measured number, or of that number times an F variable if variances of the
+        errors were estimated. The restriction to positive densities is ignored here.
+
+        Args:
+            likelihood: Likelihood of the data.
+            dof: Degrees of freedom of the estimated variances; infinite if they are known.
         """
         posterior = self.condition(likelihood)
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
@@ -275,7 +280,9 @@ class DensityBelief:
             self.information_vector @ self.untruncated_mean
             - posterior.information_vector @ posterior.untruncated_mean
         )
-        return float(chdtrc(likelihood.num_values, max(0.0, distance)))
+        if np.isinf(dof) or likelihood.num_values == 0:
+            return float(chdtrc(likelihood.num_values, max(0.0, distance)))
+        return float(fdtrc(likelihood.num_values, dof, max(0.0, distance) / likelihood.num_values))
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

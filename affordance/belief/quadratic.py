@@ -9,7 +9,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import NUM_PARAMETERS
 
 # Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
-_SEEN = 1e-12
+SEEN = 1e-12
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Quadratic:
         """
         H, b = self.precision, self.information
         values, vectors = np.linalg.eigh(H)
-        seen = values > _SEEN * values[-1]
+        seen = values > SEEN * values[-1]
         distance = float(((vectors.T @ b)[seen] ** 2 / values[seen]).sum())
         return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
 

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, PointEstimate, Prior
 from affordance.belief.likelihood import Likelihood
@@ -128,6 +128,7 @@ def test_p_value_is_that_of_the_chi_squared_distance_of_what_was_measured(pair, 
     log_constant = log_peak - 0.5 * y @ weights @ y
     likelihood = Likelihood(R.T @ weights @ R, R.T @ weights @ y, log_constant, log_peak, 4)
     assert pair.compute_p_value(likelihood) == pytest.approx(chi2.sf(distance**2, 4), rel=1e-6)
+    assert pair.compute_p_value(likelihood, 7.0) == pytest.approx(f.sf(distance**2 / 4, 4, 7), rel=1e-6)
 
 
 @pytest.mark.parametrize(("size", "shown"), [(1, 1), (8, 8), (9, 7), (20, 7)])

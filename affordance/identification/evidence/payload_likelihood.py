@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.quadratic import SEEN, Quadratic
 from affordance.identification.evidence.joint_statistics import FRICTION, LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
 from affordance.objects.inertia import NUM_PARAMETERS
 
@@ -65,6 +65,8 @@ class PayloadLikelihood:
                 number of samples that share it.
         """
         self.prior = prior
+        # Errors that each channel's variance was estimated from.
+        self.num_errors = statistics.counts / statistics.block_length
         # Centred on the mean of friction: x - f^T c in place of x.
         shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
         shift[:, FRICTION, SIGNAL] = -prior.friction
@@ -98,6 +100,34 @@ class PayloadLikelihood:
 
     def linearise(self, pi: Array) -> Quadratic:
         """Builds the quadratic approximation of log L near a load, shape (10,), without products of two errors."""
+        H, b = self._linearise_channels(pi)
+        H, b = H.sum(axis=0), b.sum(axis=0)
+        return Quadratic(0.5 * (H + H.T), b + H @ pi)
+
+    def count_errors(self, pi: Array, covariance: Array) -> float:
+        """Counts the degrees of freedom that estimated variances give the distance of the load from what is expected.
+
+        The distance weighs the error of the load, H^-1 if H = sum H_c over channels c, along with errors of known
+        covariance C. With M the inverse of both, channel c makes up k_c = tr(M H^-1 H_c H^-1) of the k measured
+        numbers, and estimated its variance from n_c errors, so that the distance varies by these as if there were
+        k^2 / sum(k_c^2 / n_c) of them (Satterthwaite 1946). That variances also weigh the channels among each other
+        is left out.
+
+        Args:
+            pi: Load near which the likelihood is quadratic, shape (10,).
+            covariance: Known covariance C of what is expected of the load, shape (10, 10).
+        """
+        each, _ = self._linearise_channels(pi)
+        H = self.linearise(pi).precision
+        inverse = np.linalg.pinv(H, rcond=SEEN, hermitian=True)
+        M = Quadratic(H, np.zeros(NUM_PARAMETERS)).widen(covariance).precision
+        shares = np.einsum("ij,cji->c", inverse @ M @ inverse, each)
+        num_values = float(np.linalg.matrix_rank(H, rtol=SEEN, hermitian=True))
+        used = self.num_errors > 0.0
+        return num_values**2 / max(float((shares[used] ** 2 / self.num_errors[used]).sum()), np.finfo(float).tiny)
+
+    def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
+        """Computes curvature and gradient of log L at a load, channel by channel, shapes (C, 10, 10) and (C, 10)."""
         gain, _ = self.estimate_gains(pi)
         g, L = self.prior.gain, self._L
         load = self._extend(pi[None])[0]
@@ -105,14 +135,13 @@ class PayloadLikelihood:
         # T = g Y + h s Y at the gains that fit this load.
         TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
         TKA = TK @ load  # (C, 10, 2)
-        TKT = np.einsum("cibj,cb->ij", TK[..., 1:], gain)
+        TKT = np.einsum("cibj,cb->cij", TK[..., 1:], gain)
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
         c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
         inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         D = TKA @ L
-        H = TKT - (D @ inverse @ D.transpose(0, 2, 1)).sum(axis=0)
-        b = (TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]).sum(axis=0)
-        return Quadratic(0.5 * (H + H.T), b + H @ pi)
+        H = TKT - D @ inverse @ D.transpose(0, 2, 1)
+        return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
         """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
@@ -180,12 +209,20 @@ class BodyLikelihood:
         self._share = root @ inner @ root.T
         self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
 
-    def compute(self, pi: Array, rng: np.random.Generator) -> Array:
-        """Computes the log likelihood at N bodies, shape (N, 10), up to one constant for all; shape (N,)."""
+    def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
+        """Draws the standard normal numbers from which phantoms of N bodies follow, (N, 10); zeros without one."""
+        shape = num_bodies, NUM_PARAMETERS
+        return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)
+
+    def compute(self, pi: Array, normals: Array) -> Array:
+        """Computes the log likelihood at N bodies, (N, 10), with a phantom by normal numbers, (N, 10); shape (N,).
+
+        It is known up to one constant for all, and without bias if the normal numbers are independent.
+        """
         if not self._has_phantom:
             return self._likelihood.compute_log_likelihood(pi)
         delta = (self.of_load.information - pi @ self.of_load.precision) @ self._share
-        load = pi + delta + rng.standard_normal(pi.shape) @ self._spread.T
+        load = pi + delta + normals @ self._spread.T
         rest = self._likelihood.compute_log_likelihood(load) - self.of_load.evaluate(load)
         return self.of_body.evaluate(pi) + rest
 

@@ -30,11 +30,14 @@ _ENOUGH = 0.2
 _ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
 # Weight of no account: so far out, bodies may be too thin for rounding.
 _FAINT = 1e-100
-# Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
-# 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
-_NUM_MOVES, _WALK = 6, 0.75
-# Largest number of rounds of moves in the posterior itself, which decorrelate samples of one ancestor.
-_MAX_ROUNDS = 10
+# Random-walk moves of each sample in a round, and the step and share of accepted moves that are optimal in ten
+# dimensions, 2.38 over the square root of 10 and .234 (Roberts, Gelman & Gilks 1997); where the distribution is
+# curved, the step that has this share is smaller.
+_NUM_MOVES, _WALK, _ACCEPTED = 6, 0.75, 0.234
+# Number of accepted moves of each sample that suffices in an intermediate distribution. In the posterior itself
+# rounds go on until samples have forgotten where they began: largest correlation over samples of a parameter before
+# and after, and largest number of rounds.
+_MOVED, _FORGOTTEN, _MAX_ROUNDS = 3.0, 0.1, 60
 _MAX_ITERATIONS = 60
 # Gauss-Newton steps before the likelihood is linearised again.
 _STEPS_A_ROUND = 5
@@ -136,32 +139,34 @@ def draw_bodies(
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
-    def compare(proposal: Proposal, theta: Array) -> tuple[Array, Array]:
+    def compare(proposal: Proposal, theta: Array, normals: Array) -> tuple[Array, Array]:
         """Returns the log density of the proposal, and by how much that of the posterior exceeds it."""
         log_prior = prior.compute_log_density(theta)
         log_proposals = proposal.compute_log_density(theta, log_prior)
-        return log_proposals, of_body.compute(parameters_from_theta(theta), rng) + log_prior - log_proposals
+        return log_proposals, of_body.compute(parameters_from_theta(theta), normals) + log_prior - log_proposals
 
-    def weigh(proposal: Proposal, count: int) -> tuple[Array, Array, WeightedBodies]:
+    def weigh(proposal: Proposal, count: int) -> tuple[Array, Array, Array, WeightedBodies]:
         theta = proposal.draw(rng, count)
-        _, log_ratios = compare(proposal, theta)
-        return theta, log_ratios, _weigh(theta, log_ratios)
+        normals = of_body.draw_normals(rng, count)
+        _, log_ratios = compare(proposal, theta, normals)
+        return theta, normals, log_ratios, _weigh(theta, log_ratios)
 
     proposal = _propose(of_body, prior, mode)
     few = min(num_samples, _ADAPTING)
     for _ in range(_MAX_REFITS):
-        theta, log_ratios, bodies = weigh(proposal, few)
+        theta, _, _, bodies = weigh(proposal, few)
         if num_samples == few and _count(bodies) >= _ENOUGH * few:
             return bodies
         if _count(bodies) >= _GOOD * few:
             break
         proposal = proposal.refit(theta, bodies.weights)
-    theta, log_ratios, bodies = weigh(proposal, num_samples)
+    theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
     num_samples = few  # moves of many samples take seconds
-    theta, log_ratios = theta[:num_samples], log_ratios[:num_samples]
+    theta, normals, log_ratios = theta[:num_samples], normals[:num_samples], log_ratios[:num_samples]
     exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
+    walk = _WALK
     while exponent < 1.0:
         step = _find_step(log_ratios, 1.0 - exponent, num_samples)
         exponent += step
@@ -169,21 +174,36 @@ def draw_bodies(
         chosen = _resample(weights, rng)
         centre = weights @ theta
         root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
-        theta, log_ratios, ancestors = theta[chosen], log_ratios[chosen], ancestors[chosen]
+        theta, normals, log_ratios, ancestors = theta[chosen], normals[chosen], log_ratios[chosen], ancestors[chosen]
         log_proposals = proposal.compute_log_density(theta, prior.compute_log_density(theta))
+        num_moved, start = 0.0, parameters_from_theta(theta)
         for _ in range(_MAX_ROUNDS):
-            for move in range(_NUM_MOVES):
-                # Step sizes of the random walk, from the theoretical optimum downwards.
-                moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
-                moved_proposals, moved_ratios = compare(proposal, moved)
+            for _ in range(_NUM_MOVES):
+                moved = theta + walk * rng.standard_normal(theta.shape) @ root.T
+                # Phantoms move by as much: a new one for each body would be noise that no step makes small.
+                moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, num_samples)
+                moved_proposals, moved_ratios = compare(proposal, moved, moved_normals)
                 gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
                 accepted = np.log(rng.random(num_samples)) < gain
-                theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
+                theta[accepted], normals[accepted] = moved[accepted], moved_normals[accepted]
+                log_ratios[accepted] = moved_ratios[accepted]
                 log_proposals[accepted] = moved_proposals[accepted]
-            bodies = WeightedBodies(parameters_from_theta(theta), equal, ancestors)
-            if exponent < 1.0 or bodies.effective_size >= _ENOUGH * num_samples:
+                share = float(accepted.mean())
+                num_moved += share
+                walk = min(walk * np.exp(share - _ACCEPTED), _WALK)
+            if _correlate(start, parameters_from_theta(theta)) < _FORGOTTEN:
+                ancestors = np.arange(num_samples)
                 break
-    return bodies
+            if exponent < 1.0 and num_moved >= _MOVED:
+                break
+    return WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+
+
+def _correlate(before: Array, after: Array) -> float:
+    """Computes the largest correlation over samples of a parameter, shape (N, 10), before and after moves."""
+    away, later = before - before.mean(axis=0), after - after.mean(axis=0)
+    scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
+    return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 
 def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:

@@ -171,7 +171,8 @@ def infer_parts(
         load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
-    p_value = prior.densities.compute_p_value(of_rho)
+    expected = phantom + common + discrepancy + Phi @ prior.densities.covariance @ Phi.T
+    p_value = prior.densities.compute_p_value(of_rho, likelihood.count_errors(load, expected))
     memory = prior.memory.learn(prior.densities, lambda _: of_rho, deviation_sd).memory
     belief = ObjectBelief(memory, densities, prior.geometry)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
@@ -180,7 +181,7 @@ def infer_parts(
     # Weights correct the quadratic approximation, which stands uncorrected if a common factor of gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
-        log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
+        log_weights = of_body.compute(pi, of_body.draw_normals(rng, len(pi))) - of_body.of_body.evaluate(pi)
     bodies = WeightedBodies(pi, normalise(log_weights), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, quadratic, p_value)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.special import logsumexp
-from scipy.stats import multivariate_normal
+from scipy.stats import chi2, f, multivariate_normal
 
 from affordance.arrays import Array
 from affordance.belief.quadratic import Quadratic
@@ -28,6 +28,15 @@ def _build_prior(rng: np.random.Generator, *, gain_sd: float, phantom_sd: float)
         0.1 * rng.standard_normal(10),
         phantom @ phantom.T,
     )
+
+
+_KNOWN_GAINS = ChannelPrior(np.tile([1.0, 0.0], (3, 1)), np.zeros((3, 2, 2)), np.zeros((3, 3)), np.zeros((3, 3)))
+
+
+def _build_samples(Y: Array, signal: Array) -> ChannelSamples:
+    """Samples without friction and without an arm."""
+    zero = np.zeros_like(signal)
+    return ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
 
 
 def _compute_density(samples: ChannelSamples, prior: ChannelPrior, variance: Array, pi: Array) -> float:
@@ -94,7 +103,7 @@ def test_a_phantom_is_integrated_out_exactly_where_gains_are_known(samples, rng)
     prior = _build_prior(rng, gain_sd=0.0, phantom_sd=0.3)
     likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
     bodies = rng.standard_normal((5, 10))
-    ours = BodyLikelihood(likelihood, bodies[0]).compute(bodies, rng)
+    ours = BodyLikelihood(likelihood, bodies[0]).compute(bodies, rng.standard_normal(bodies.shape))
     difference = ours - [_compute_density(samples, prior, variance, pi) for pi in bodies]
     assert_allclose(difference, difference[0], atol=1e-8)
 
@@ -133,6 +142,26 @@ def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(sample
     phantoms = rng.multivariate_normal(np.zeros(10), prior.phantom_covariance, 40_000)
     ours, brute = [], []
     for pi in bodies:
-        ours.append(logsumexp(of_body.compute(np.tile(pi, (2000, 1)), rng)) - np.log(2000))
+        ours.append(
+            logsumexp(of_body.compute(np.tile(pi, (2000, 1)), of_body.draw_normals(rng, 2000))) - np.log(2000)
+        )
         brute.append(logsumexp(likelihood.compute_log_likelihood(pi + phantoms)) - np.log(40_000))
     assert ours[1] - ours[0] == pytest.approx(brute[1] - brute[0], abs=0.03)
+
+
+def test_distances_are_f_distributed_with_the_errors_that_a_variance_was_estimated_from():
+    """One channel, whose variance is estimated from six errors, says nearly all."""
+    rng = np.random.default_rng(4)
+    Y = rng.standard_normal((60, 3, 10)) * [[[1.0], [0.02], [0.02]]]
+    surprises = []
+    for _ in range(600):
+        statistics = compute_statistics(_build_samples(Y, rng.standard_normal((60, 3))), 10)
+        likelihood = PayloadLikelihood(statistics, _KNOWN_GAINS, rng.chisquare(6, 3) / 6.0)
+        quadratic = likelihood.linearise(np.zeros(10))
+        distance = quadratic.information @ np.linalg.solve(quadratic.precision, quadratic.information)
+        dof = likelihood.count_errors(np.zeros(10), np.zeros((10, 10)))
+        surprises.append((f.sf(distance / 10.0, 10, dof), chi2.sf(distance, 10)))
+    shares = (np.array(surprises) < 0.05).mean(axis=0)
+    assert 0.03 < shares[0] < 0.075  # 0.05 with a standard error of 0.009
+    assert shares[1] > 2.0 * shares[0]  # variances taken for known
+    assert likelihood.count_errors(np.zeros(10), 1e3 * np.eye(10)) > 1e4  # errors of known size rule

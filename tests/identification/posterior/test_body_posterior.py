@@ -60,8 +60,9 @@ def test_kinds_are_proposed_as_probable_as_they_are():
         mode = find_mode(likelihood, solid)
         proposed = body_posterior._propose(BodyLikelihood(likelihood, mode.load), solid, mode).shares
         bodies = draw_bodies(likelihood, solid, mode, rng, 4000)
-        belongs = np.exp(solid.compute_log_densities(theta_from_parameters(bodies.pi)))
-        found = bodies.weights @ (belongs / belongs.sum(axis=1, keepdims=True))
+        count = bodies.weights > 1e-9  # others may be too thin for rounding
+        belongs = np.exp(solid.compute_log_densities(theta_from_parameters(bodies.pi[count])))
+        found = bodies.weights[count] @ (belongs / belongs.sum(axis=1, keepdims=True))
         apart.append(0.5 * np.abs(proposed - found).sum())
     assert np.mean(apart) < 0.15
 
@@ -131,7 +132,7 @@ def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
     rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
     mode = find_mode(likelihood, solid)
-    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(60)]
+    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(30)]
     runs = [bodies for bodies in drawn if np.all(bodies.weights == bodies.weights[0])]
     assert len(runs) > 12  # annealed
     means = np.array([bodies.weights @ bodies.pi for bodies in runs])
