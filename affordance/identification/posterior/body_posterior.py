@@ -23,7 +23,7 @@ from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Effective sample size that suffices, as a share of the samples.
+# Effective sample size that suffices, as a share of the samples by which the proposal is refitted.
 _ENOUGH = 0.2
 # Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
 # as a share of these samples, after which none is needed.
@@ -163,12 +163,13 @@ def draw_bodies(
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
-    num_samples = few  # moves of many samples take seconds
-    theta, normals, log_ratios = theta[:num_samples], normals[:num_samples], log_ratios[:num_samples]
-    exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
+    # Moves of many samples take seconds; these are in the order of their kinds, so that the first few are no sample.
+    if num_samples > few:
+        theta, normals, log_ratios, _ = weigh(proposal, few)
+    exponent, ancestors, equal = 0.0, np.arange(few), np.full(few, 1.0 / few)
     walk = _WALK
     while exponent < 1.0:
-        step = _find_step(log_ratios, 1.0 - exponent, num_samples)
+        step = _find_step(log_ratios, 1.0 - exponent, few)
         exponent += step
         weights = normalise(step * log_ratios)
         chosen = _resample(weights, rng)
@@ -181,10 +182,10 @@ def draw_bodies(
             for _ in range(_NUM_MOVES):
                 moved = theta + walk * rng.standard_normal(theta.shape) @ root.T
                 # Phantoms move by as much: a new one for each body would be noise that no step makes small.
-                moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, num_samples)
+                moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, few)
                 moved_proposals, moved_ratios = compare(proposal, moved, moved_normals)
                 gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
-                accepted = np.log(rng.random(num_samples)) < gain
+                accepted = np.log(rng.random(few)) < gain
                 theta[accepted], normals[accepted] = moved[accepted], moved_normals[accepted]
                 log_ratios[accepted] = moved_ratios[accepted]
                 log_proposals[accepted] = moved_proposals[accepted]
@@ -192,7 +193,7 @@ def draw_bodies(
                 num_moved += share
                 walk = min(walk * np.exp(share - _ACCEPTED), _WALK)
             if _correlate(start, parameters_from_theta(theta)) < _FORGOTTEN:
-                ancestors = np.arange(num_samples)
+                ancestors = np.arange(few)
                 break
             if exponent < 1.0 and num_moved >= _MOVED:
                 break

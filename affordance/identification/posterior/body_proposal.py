@@ -82,7 +82,7 @@ class Proposal:
         means, covariances = self.kinds.means.copy(), self.kinds.covariances.copy()
         for k, share in enumerate(belongs.T):
             total = share.sum()
-            if total**2 < _FEWEST * (share**2).sum():
+            if total**2 <= _FEWEST * (share**2).sum():
                 continue
             means[k] = share @ theta / total
             away = theta - means[k]

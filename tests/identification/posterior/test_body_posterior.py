@@ -9,6 +9,7 @@ from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta, theta_from_parameters
 from affordance.identification.posterior.marginals import describe_bodies, summarise
+from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 
 _VARIANCE = 0.2
@@ -141,6 +142,25 @@ def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
     reported = np.median([bodies.effective_size for bodies in runs])
     assert independent < 250.0
     assert independent / 3.0 < reported < 3.0 * independent
+
+
+def test_annealing_begins_with_samples_of_every_kind(monkeypatch):
+    """Of two kinds so far apart that no move leads from one to the other; of many samples few are moved."""
+    for name, value in (("_ENOUGH", 9.0), ("_ADAPTING", 1000), ("_MAX_REFITS", 1), ("_MAX_ROUNDS", 2)):
+        monkeypatch.setattr(body_posterior, name, value)  # never enough by weights
+    kinds = SolidPrior.for_hand().kinds
+    means = kinds.means[:2].copy()
+    means[:, 0] = np.log([0.1, 10.0])
+    solid = SolidPrior(Normals(means, 0.01 * kinds.covariances[:2]), np.array([0.4, 0.6]))
+    nothing = PayloadLikelihood(
+        compute_statistics(_empty_samples(), 10), _hold(np.zeros(10), np.random.default_rng(0)).prior, np.ones(2)
+    )
+    for num_samples in (1000, 4000):
+        bodies = draw_bodies(
+            nothing, solid, find_mode(nothing, solid), np.random.default_rng(num_samples), num_samples
+        )
+        assert bodies.pi.shape == (1000, 10)
+        assert np.mean(bodies.pi[:, 0] > 1.0) == pytest.approx(0.6, abs=0.08)  # five standard errors
 
 
 def test_effective_size_of_equal_independent_samples_is_their_number(rng):
