@@ -24,7 +24,7 @@ from affordance.objects.inertia import Geometry
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel
 
-# With degree 6 in one variable a worth of hammering came out 11 % low, from 12 on it no longer grows (docs/next.md).
+# With degree 6 in one variable worths came out up to six tenths low, from 12 on they no longer grow (docs/next.md).
 # Degree of the polynomial by the number of variables, folds of the samples, and share of the largest singular value
 # below which a direction of the percept says nothing about materials.
 _DEGREES, _FOLDS, _SEEN = {0: 0, 1: 12, 2: 6}, 4, 1e-3

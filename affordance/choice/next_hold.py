@@ -61,7 +61,7 @@ class RankedHold(NamedTuple):
     Attributes:
         name: Name of the object.
         worth: Expected fall of the cost over all tasks and uses, in the unit of the cost.
-        worth_se: Standard error of the worth.
+        worth_se: Standard error of the worth, as of independent samples; of evenly spread ones it is less.
         worths: Worth for each task, once.
         information: Information about materials, [nat].
         p_best_after: Probability of being the best that each task's choice is expected to have then.

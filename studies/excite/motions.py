@@ -85,7 +85,7 @@ class MotionConfig:
         seconds: Lengths of the motions, [s].
         seed: Root of every random draw.
         num_draws: Number of motions from which a search starts.
-        num_changes: Number of changes it tries.
+        num_changes: Number of changes that it tries of each of the best.
     """
 
     data: str

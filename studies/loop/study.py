@@ -174,8 +174,8 @@ def describe_robot(
     """Describes what was found on a robot.
 
     Returns: Content of metrics.json: for the criterion in which options differ most the shares of right choices and
-        the regret by level, over both tasks, and the coverage of predicted masses after all pieces; and details: the
-        same by task and criterion, with 95 % intervals.
+        the regret by level, over both tasks, the share of recordings that taught, and the coverage of predicted
+        masses after all pieces; and details: right choices and regret by task and criterion, with 95 % intervals.
     """
     best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
     right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
