@@ -95,7 +95,9 @@ class PayloadLikelihood:
         a, b, d, c0, c1 = values[:, 1:].reshape(len(pi), 5, -1).swapaxes(0, 1)
         determinant = 1.0 + a + d + np.maximum(a * d - b**2, 0.0)
         explained = ((1.0 + d) * c0**2 - 2.0 * b * c0 * c1 + (1.0 + a) * c1**2) / determinant
-        log_likelihood: Array = -0.5 * (values[:, 0] + (np.log(determinant) - explained).sum(axis=1))
+        # A sum of squares, of which rounding leaves nothing where a load is millions of times too heavy.
+        squares = np.maximum(values[:, 0] - explained.sum(axis=1), 0.0)
+        log_likelihood: Array = -0.5 * (squares + np.log(determinant).sum(axis=1))
         return log_likelihood
 
     def linearise(self, pi: Array) -> Quadratic:

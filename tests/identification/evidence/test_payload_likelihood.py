@@ -1,5 +1,7 @@
 """The closed form against the density of all samples at once, as a multivariate normal distribution."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -147,6 +149,18 @@ def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(sample
         )
         brute.append(logsumexp(likelihood.compute_log_likelihood(pi + phantoms)) - np.log(40_000))
     assert ours[1] - ours[0] == pytest.approx(brute[1] - brute[0], abs=0.03)
+
+
+def test_loads_that_are_far_too_heavy_are_never_more_probable():
+    """Where gains are uncertain, all but a rounding error of their signals is explained by gains near zero."""
+    rng = np.random.default_rng(7)
+    Y, pi = 5.0 * rng.standard_normal((4, 3, 10)), rng.standard_normal(10)
+    prior = replace(_KNOWN_GAINS, gain_covariance=np.tile(1e-4 * np.eye(2), (3, 1, 1)))
+    samples = _build_samples(Y, Y @ pi + 0.02 * rng.standard_normal((4, 3)))
+    likelihood = PayloadLikelihood(compute_statistics(samples, 1), prior, np.full(3, 5e-4))
+    scales = np.logspace(4.0, 14.0, 101)
+    found = likelihood.compute_log_likelihood(np.vstack([pi, scales[:, None] * pi]))
+    assert (found[1:] < found[0]).all()
 
 
 def test_distances_are_f_distributed_with_the_errors_that_a_variance_was_estimated_from():
