@@ -81,7 +81,7 @@ class IdentificationSettings:
         block: Length of the blocks that measure the correlation of errors, [s].
         max_rate: Rate to which faster runs are decimated after filtering, [Hz].
         repeat_tolerance: Largest difference of a joint angle between two runs of one motion, [rad].
-        num_samples: Number of samples of the posterior.
+        num_samples: Number of samples of the posterior; at most 4000 where they are annealed.
         unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the whole.
         seed: Seed of the samples.
     """
