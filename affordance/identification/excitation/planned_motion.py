@@ -51,12 +51,10 @@ class MotionLimits(NamedTuple):
     def find_excess(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> float:
         """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10).
 
-        More than 1 breaks a limit; infinite if the tip is too low.
+        More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre.
         """
         q, v, vdot = motion.motion
         tip = robot.chain.compute_motion(q, v, vdot)
-        if tip.p_WT[:, 2].min() < self.height:
-            return np.inf
         middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
         arm, Y = robot.compute_arm_torques(q, v, vdot), robot.compute_payload_regressors(q, v, vdot)
         shares = [
@@ -65,6 +63,7 @@ class MotionLimits(NamedTuple):
             np.abs(vdot) / self.vdot_max,
             *(np.abs(arm + Y @ pi) / self.tau_max for pi in bodies),
             find_tip_speed(robot, motion) / self.tip_speed,
+            1.0 - (tip.p_WT[:, 2] - self.height),
         ]
         return float(max(np.max(share) for share in shares))
 

@@ -82,3 +82,11 @@ def test_excess_names_what_is_broken(robot, limits, rng):
     weak = limits._replace(tau_max=np.abs(torque).max(axis=0) + 1e-3)
     assert weak.find_excess(robot, motion, np.zeros((1, 10))) <= 1.0
     assert weak.find_excess(robot, motion, 3.0 * bodies) > 1.0
+
+
+def test_the_least_height_of_the_tip_is_approached_by_what_is_left_of_a_metre(robot, limits, rng):
+    motion = draw(FourierFamily(robot, limits, 8.0), 1, rng)[0]
+    lowest = robot.chain.compute_motion(*motion.motion).p_WT[:, 2].min()
+    for left in (0.005, -0.005):
+        limited = limits._replace(height=lowest - left)
+        assert limited.find_excess(robot, motion, PAYLOAD[None]) == pytest.approx(1.0 - left)
