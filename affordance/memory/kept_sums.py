@@ -1,4 +1,4 @@
-"""Sums of evidence that are kept beside the trials of a ledger, so that a belief is recalled at once.
+"""Sums of evidence over the trials of a ledger, stored with them so that a belief is recalled at once.
 
 They can be computed anew at any time. All changes are made in the transaction that changes the trials.
 """

@@ -1,4 +1,4 @@
-"""What is seen of a tool before it is touched: its geometry, and its materials.
+"""Geometry and materials of a tool as they are seen before it is touched.
 
 A tool's materials are recognised if it is detected at all, and at least four fifths of its pixels lie in areas that
 show mostly the material they show, by the renderer's label of every pixel: as many as in the least pure area that the

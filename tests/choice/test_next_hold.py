@@ -111,7 +111,7 @@ def test_who_knows_everything_stops_and_who_sees_a_tie_says_so(question):
 
 
 def test_an_object_that_is_known_by_itself_tells_little_more(question):
-    """What ten holds of a bar have told of it is no news, though its material's mean is as uncertain as before."""
+    """Ten holds of a bar leave little news of that bar, though its material's mean is as uncertain as before."""
     fresh, held = (
         advise(question, [OAK], felt=felt).ranked[0] for felt in ({}, {OAK.name: feel_density(OAK, 563.0, 1.0)})
     )

@@ -1,4 +1,4 @@
-"""What is predicted is written, is compared with what people can show, and is not simulated again by a run."""
+"""Predictions are written, compared with what people can show, and not simulated again by a run."""
 
 import json
 

@@ -27,7 +27,7 @@ SECTIONS = find_sections()
 
 
 class CounterExamples(NamedTuple):
-    """What contradicts the claims of a section.
+    """Simulations that contradict the claims of a section.
 
     Attributes:
         runs: Numbers of a small run, by what is changed in it; nothing is in "as shipped".

@@ -184,7 +184,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 
 def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_path):
-    """What was learned in one experiment is what is chosen by in the other: the memories are found, not made anew."""
+    """Memories of one experiment are found and chosen by in the other, and are not made anew."""
     reaching = take_two_tools(load_choice_experiment("reach"))
     gained = collect_experience(reaching.experience, tmp_path, repeats=1, jobs=1)
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))

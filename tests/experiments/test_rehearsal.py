@@ -1,4 +1,4 @@
-"""What a protocol says is tried out when it is read: what cannot be done is one line, before any observer runs."""
+"""Protocols are tried out when they are read: one line says what cannot be done, before any observer runs."""
 
 import time
 

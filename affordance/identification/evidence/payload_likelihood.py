@@ -170,7 +170,7 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_pairs(self) -> Array:
-        """What the log likelihood needs of a load, as factors of products of two coefficients of the load.
+        """Factors by which products of two coefficients of a load enter the log likelihood.
 
         The first coefficient is one, so that these products hold the coefficients themselves. With M = L^T A^T K A L
         and c = L^T A^T K (x - A g) they give (x - A g)^T K (x - A g), summed over channels, and then, channel by
