@@ -120,7 +120,8 @@ class PayloadLikelihood:
             covariance: Known covariance C of what is expected of the load, shape (10, 10).
         """
         each, _ = self._linearise_channels(pi)
-        H = self.linearise(pi).precision
+        H = each.sum(axis=0)
+        H = 0.5 * (H + H.T)
         inverse = np.linalg.pinv(H, rcond=SEEN, hermitian=True)
         M = Quadratic(H, np.zeros(NUM_PARAMETERS)).widen(covariance).precision
         shares = np.einsum("ij,cji->c", inverse @ M @ inverse, each)
