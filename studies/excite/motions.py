@@ -277,7 +277,7 @@ def describe_motions(found: Mapping[str, Mapping[str, NDArray[Any]]], seconds: t
     The floor is the least standard deviation that identification states, among lengths that all rules have.
 
     Args:
-        found: What was found by rule, for the first of the lengths or for all.
+        found: Arrays found by each rule, for the first of the lengths or for all.
         seconds: Lengths of the motions, [s].
     """
     rules: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""How often identification is right about itself: mistakes found, false alarms, and what the seed moves."""
+"""Verdicts of identification on itself: mistakes found, false alarms, and shifts of intervals with the seed."""
 
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is assumed beyond the paper, the ranges it could lie in, and samples of all of it."""
+"""Assumptions beyond the paper, the ranges in which they could lie, and samples of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,18 +21,18 @@ type Setting = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class Assumption:
-    """Something the paper does not give.
+    """Assumption that the paper does not state.
 
     Attributes:
         name: Key of the assumption in the file.
-        label: In words, with its unit.
-        source: Where default and range come from.
-        default: What the simulations use.
+        label: Description in words, with its unit.
+        source: Source of default and range.
+        default: Value that the simulations use.
         low: Lower end of its range; 0 where it is a choice, as is high.
         high: Upper end.
-        is_log: Whether the range is sampled evenly in its logarithm.
-        choices: What there is to choose from; empty for a range.
-        weights: How often each is chosen, of any sum.
+        is_log: True if the range is sampled evenly in its logarithm.
+        choices: Values of a choice; empty for a range.
+        weights: Relative frequency of each choice, of any sum.
     """
 
     name: str

@@ -29,17 +29,17 @@ _NUM_RODS = 4
 
 @dataclass(frozen=True)
 class World:
-    """Everything that a setting says.
+    """Objects, tasks and rules that one setting defines.
 
     Attributes:
-        settings: What all simulations share.
+        settings: Settings shared by all simulations.
         rods: Objects of Simulation I, the decoy last.
         learning: Objects of Simulation II, the decoy last.
         novel: The tool of Simulations III and IV.
         reach: The path of Simulation III.
         hammer: The blow of Simulation IV.
-        plans_least_work: Whether blows are planned by least work.
-        rule: How is chosen, "one sample" or "expectation".
+        plans_least_work: True if blows are planned by least work.
+        rule: Rule of choice, "one sample" or "expectation".
     """
 
     settings: Settings

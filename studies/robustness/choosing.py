@@ -172,7 +172,7 @@ def _choose_by_expectation(choice: Choice, experience: Experience, seed: tuple[i
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
-    """The same motions, compared by another measure."""
+    """Returns a cost of the same motions that compares them by another measure."""
     if isinstance(model, BlowCost):
         return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
     assert isinstance(model, MotionCost)  # what Reach builds

@@ -1,4 +1,4 @@
-"""How often claims hold over the settings, and what each assumption alone moves (first-order effects).
+"""Share of the settings in which claims hold, and first-order effect of each assumption on a claim.
 
 The first-order index of an assumption is the share of a claim's variance, holds or not, that it explains by itself:
 Var(E[y | x]) / Var(y), estimated from the settings as they are, by bins of x (Saltelli et al. 2008, Global
@@ -25,14 +25,14 @@ _LEAST_OUTCOMES = 5
 
 
 class Effects(NamedTuple):
-    """What was found of one claim.
+    """Robustness of one claim over the settings.
 
     Attributes:
-        evaluated: In how many settings it could be judged.
-        holds: In which share of these it holds.
+        evaluated: Number of settings in which the claim could be judged.
+        holds: Share of these in which the claim holds.
         ci95: Wilson's interval of the share.
         indices: First-order index of each assumption, (D,); zero where there is nothing to explain.
-        null_level: What the largest of them reaches by chance.
+        null_level: Level that the largest index exceeds by chance in one of twenty permutations.
     """
 
     evaluated: int
@@ -43,12 +43,12 @@ class Effects(NamedTuple):
 
     @property
     def strongest(self) -> int:
-        """Which assumption has the largest index."""
+        """Position of the assumption with the largest index."""
         return int(self.indices.argmax())
 
     @property
     def is_above_chance(self) -> bool:
-        """Whether the largest index is more than chance gives."""
+        """True if the largest index exceeds the level of chance."""
         return bool(self.indices.max() > self.null_level)
 
 

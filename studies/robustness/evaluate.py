@@ -42,12 +42,12 @@ from studies.robustness.learning import collect_experience_at_rest, learn_at_res
 
 
 class Outcome(NamedTuple):
-    """What a setting gives.
+    """Outcome of one setting.
 
     Attributes:
-        numbers: What was measured, by experiment; of those that could not be run, nothing.
+        numbers: Measured numbers by experiment; without the experiments that could not be run.
         outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
-        reasons: Why an experiment could not be run, by its name; empty if it could.
+        reasons: Reason why an experiment could not be run, by its name; empty if it could.
         cpu_s: Processor time, by part, [s].
         held: Objects of Simulations I and II as observers hold them, by experiment.
         interpolation_error: Largest error of interpolated motions, all holds simulated, [m]; not a number if they
@@ -86,14 +86,14 @@ def evaluate_setting(
     """Evaluates a setting.
 
     Args:
-        setting: What it assumes.
+        setting: Values of the assumptions.
         seed: Root of its random draws.
-        models: Gives materials, path and nail.
+        models: Folder of materials, path and nail.
         settings: Settings of the simulations.
-        num_observers: How many observers learn, hold and choose.
-        simulates_contact: Whether contact is simulated, without which the force of the blow is not judged; blows of
+        num_observers: Number of observers that learn, hold and choose.
+        simulates_contact: True to simulate contact, without which the force of the blow is not judged; blows of
             least work have none.
-        proves: Whether all holds are simulated too, and compared with those interpolated.
+        proves: True to simulate all holds as well and compare them with the interpolated ones.
     """
     world = build_world(setting, models, settings)
     clock = _Clock()

@@ -71,14 +71,14 @@ INTERPOLATION_BOUND = TOLERANCE
 
 @dataclass(frozen=True)
 class Robustness(Experiment):
-    """The study of robustness.
+    """Robustness study: claims evaluated over a sample of settings.
 
     Attributes:
-        assumptions: What is varied.
-        claims: What is asked of every setting, by experiment and key.
-        models: Gives materials, path, nail and arm.
+        assumptions: Assumptions that are varied.
+        claims: Claims judged in every setting, by experiment and key.
+        models: Folder of materials, path, nail and arm.
         seed: Root of every random draw.
-        settings: Settings of the simulations, of which a setting replaces what it says.
+        settings: Settings of the simulations; a sampled setting replaces those that it varies.
         num_observers: Number of observers of each setting.
     """
 
@@ -95,7 +95,7 @@ class Robustness(Experiment):
 
     @property
     def files_read(self) -> tuple[Path, ...]:
-        """Materials, path and nail, which a setting changes."""
+        """Files of materials, path and nail, which a setting changes."""
         return tuple(self.models / name for name in ("materials.yaml", "paths/reach.yaml", "nail.yaml"))
 
     def count_repeats(self, observers: int) -> int:
@@ -107,9 +107,9 @@ class Robustness(Experiment):
 
         Args:
             index: Number of the setting; None for that of the simulations.
-            proves: Whether all holds are simulated too.
+            proves: True to simulate all holds as well, as a proof of their interpolation.
 
-        Returns: What it assumes, and what it gives.
+        Returns: Values of the assumptions, and the outcome.
         """
         if index is None:
             setting, seed = list_defaults(self.assumptions), self.seed
@@ -190,7 +190,7 @@ class Robustness(Experiment):
         }
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """What is varied, in words."""
+        """Lists the facts of the report: assumptions in words, and numbers that the text quotes."""
         return {
             "num_assumptions": len(self.assumptions),
             "labels": {each.name: each.label for each in self.assumptions},
@@ -199,7 +199,7 @@ class Robustness(Experiment):
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """The map of claims by assumptions, and the table of settings."""
+        """Shows the map of claims by assumptions, and the table of settings."""
         return Outputs(
             figures={"robustness": partial(self._draw, numbers)},
             writers={"settings.csv": partial(self._write_settings, _drop_default(arrays))},
@@ -277,7 +277,7 @@ def _list_quantiles(values: Array) -> dict[str, Any]:
 
 
 def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
-    """How often experiments could not be run, by why."""
+    """Counts by reason the experiments that could not be run."""
     counts: dict[str, int] = {}
     for reason in map(str, reasons):
         if reason:

@@ -50,8 +50,8 @@ class Motions(NamedTuple):
         heights: A height over time, (R, N), [m].
         error: Largest error of motions when they were compared last, [m]; zero if all were simulated. Those along
             a line are nodes thereafter.
-        num_simulated: How many of those that differ were simulated.
-        num_distinct: How many differ.
+        num_simulated: Number of distinct motions that were simulated.
+        num_distinct: Number of distinct motions.
     """
 
     heights: Array
@@ -116,8 +116,8 @@ def _interpolate_line(
 
     Args:
         motions: Simulates the motion of a candidate.
-        scaled: Where candidates lie on the line, (P,), from -1 to 1.
-        num_true: How many candidates come first that are nodes because they are true.
+        scaled: Position of each candidate on the line, (P,), from -1 to 1.
+        num_true: Number of leading candidates that are true beliefs, which are always nodes.
         tolerance: Largest error of a motion in the middle of a gap, [m].
 
     Returns: Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all
@@ -198,12 +198,12 @@ def _scale(points: Array) -> Array:
 
 
 def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether points are spread along each direction of a singular value decomposition."""
+    """Returns for each direction of a singular value decomposition whether points are spread along it."""
     return spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
 
 
 def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
-    """Chebyshev polynomials of all points, (P, B), by rising total degree, and their number up to each degree."""
+    """Builds Chebyshev polynomials of all points by rising total degree, (P, B), and their number up to each."""
     num_axes = scaled.shape[1]
     each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
     columns: list[Array] = []

@@ -1,4 +1,4 @@
-"""What observers learn by holding objects, felt at rest: by the thousand, without simulating the holds.
+"""Learning from objects held at rest: thousands of observers, without simulating the holds.
 
 Beliefs change as in a simulated trial but for the posture, which there sinks under an object that is misjudged.
 """
@@ -48,7 +48,7 @@ def learn_at_rest(
 
 
 def collect_experience_at_rest(hold: StaticHold, world: World, config: ExperienceConfig, count: int) -> Experience:
-    """What observers learn of the objects of Simulation II, each in an order of its own."""
+    """Collects what observers learn from the objects of Simulation II, each held in an order of its own."""
     orders = [draw_order(config, repeat) for repeat in range(count)]
     observers = learn_at_rest(hold, world, config.tools, orders, config.seed)
     return Experience(
