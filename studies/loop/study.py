@@ -37,6 +37,8 @@ _HAMMERS, _KITCHEN = "tools.yaml", "uncommon.yaml"
 _SAMPLES = 1000
 # Of `rank_seconds`: numbers of options and of samples of the belief.
 _TIMED_OPTIONS, _TIMED_SAMPLES = 10, 10_000
+# After all pieces a robot chooses well if so many choices are right, or if no more is lost.
+_RIGHT, _REGRET = 0.95, 0.01
 
 
 @dataclass(frozen=True)
@@ -205,12 +207,17 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
     """Summarises all robots by the worst of them, for claims."""
     each = list(robots.values())
     return {
+        "settled": float(np.mean([_chooses_well(robot) for robot in each])),
         "least_right": min(robot["right"]["after_5"] for robot in each),
         "largest_regret": max(robot["regret"]["after_5"] for robot in each),
         "largest_rise": max(robot["regret"][level] - robot["regret"]["before"] for robot in each for level in LEVELS),
         "least_coverage": min(robot["coverage_mass"] for robot in each),
         "largest_coverage": max(robot["coverage_mass"] for robot in each),
     }
+
+
+def _chooses_well(robot: Mapping[str, Any]) -> bool:
+    return bool(robot["right"]["after_5"] >= _RIGHT or robot["regret"]["after_5"] <= _REGRET)
 
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:

@@ -97,6 +97,14 @@ def test_numbers_and_figure_of_a_small_study():
     assert [axes.get_title() for axes in figure.axes[:2]] == ["reach, compared by work", "reach, compared by grip"]
 
 
+@pytest.mark.parametrize(("right", "regret", "settled"), [(0.95, 0.2, 1.0), (0.5, 0.01, 1.0), (0.94, 0.011, 0.5)])
+def test_robot_chooses_well_if_it_is_right_or_loses_little(right, regret, settled):
+    """The share of settled robots counts one whose other numbers are beyond doubt along with the one under test."""
+    good = {"right": dict.fromkeys(LEVELS, 1.0), "regret": dict.fromkeys(LEVELS, 0.0), "coverage_mass": 0.9}
+    other = {"right": dict.fromkeys(LEVELS, right), "regret": dict.fromkeys(LEVELS, regret), "coverage_mass": 0.9}
+    assert study.summarise_robots({"good": good, "other": other})["settled"] == settled
+
+
 def test_trials_of_the_timed_ledger_differ_and_recall_their_materials():
     trials = make_trials(0, 12)
     assert len({trial.id for trial in trials}) == 12
