@@ -64,7 +64,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
-    """Spares garbage collection what was imported: it would look at all of it again, tens of milliseconds a time."""
+    """Freezes imported objects, so that each garbage collection saves the tens of milliseconds of looking at them."""
     gc.collect()
     gc.freeze()
 
@@ -104,7 +104,7 @@ def fine(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def vectors(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of figures, files of vectors are written, and pictures stay empty."""
+    """Writes figures as vector files, and leaves pictures empty."""
 
     def save(figure: Figure, path: Path, **options: object) -> None:
         Path(path).touch() if "dpi" in options else save_finely(figure, path, **options)
@@ -180,7 +180,7 @@ def hammering_plan(hammering: ChoiceExperiment, tmp_path_factory: pytest.TempPat
 
 @pytest.fixture(scope="session")
 def own_model(arm: Arm) -> ArmModel:
-    """For fixtures of modules; what a test sets, others find."""
+    """Model of our arm that all tests share, with the state and payload that the last of them set."""
     return ArmModel(arm)
 
 

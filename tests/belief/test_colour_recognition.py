@@ -108,7 +108,7 @@ def test_looks_kept_carry_their_beliefs():
 
 
 def test_brightness_has_an_error_of_its_own():
-    """By normal densities in CIELAB whose covariance is longer along the way that a colour goes as light grows."""
+    """Probabilities agree with normal densities in CIELAB whose covariance is longer along changes of brightness."""
     measured, sd, lightness_sd = (0.80, 0.61, 0.10), 0.7, 4.0
     known = [BRASS, tuple(0.9 * np.array(measured)), tuple(1.05 * np.array(measured)), BEECH]
     scales = 0.98 * np.array([0.99, 1.0])

@@ -119,7 +119,7 @@ def test_belief_cannot_be_changed_in_place(pair):
 
 @pytest.mark.parametrize("distance", [0.5, 3.0, 6.0])
 def test_p_value_is_that_of_the_chi_squared_distance_of_what_was_measured(pair, rng, distance):
-    """Of y = R rho + e: Mahalanobis' distance of y from R m, of covariance R C R^T + V."""
+    """The p-value of y = R rho + e is that of Mahalanobis' distance of y from R m, of covariance R C R^T + V."""
     R, V = 1e-3 * rng.normal(size=(4, 2)), np.diag([0.1, 0.2, 0.3, 0.4])
     covariance = R @ pair.covariance @ R.T + V
     off = np.linalg.cholesky(covariance) @ np.array([0.6, 0.0, 0.8, 0.0]) * distance

@@ -27,7 +27,7 @@ KAPPA_TRIED = 0.25
 
 
 def show(name):
-    """What an object looks like."""
+    """Appearance of an object's parts."""
     colours, length = OBJECTS[name]
     return [
         PartAppearance(RGB[colour], (length, 0.02, 0.02), (length * k, 0.0, 0.0)) for k, colour in enumerate(colours)
@@ -128,7 +128,7 @@ def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed, monkeypatch
 
 
 def enumerate_paths(memory, lifts):
-    """All ways in which a few lifts can be judged: the kinds of all objects at the end, and how probable that is."""
+    """All sequences in which a few lifts can be judged: kinds of all objects at the end, and their probability."""
     if not lifts:
         yield describe(memory), 1.0
         return
@@ -143,7 +143,7 @@ def enumerate_paths(memory, lifts):
 
 
 def describe(memory):
-    """Who is of which kind, and what the kinds weigh."""
+    """Kinds of every object's colours, and mean densities of the kinds."""
     memberships = tuple(tuple(m.kind for m in known.memberships) for known in memory.kinds.objects)
     return memberships, tuple(memory.kinds.belief.untruncated_mean.round(3))
 
@@ -215,7 +215,7 @@ def test_a_thing_of_its_own_is_right_the_second_time_and_its_material_stays(monk
 
 @pytest.mark.parametrize(("family", "odd"), [(30.0, 700.0), (700.0, 30.0), (8500.0, 720.0), (720.0, 8500.0)])
 def test_large_surprise_is_right_at_the_second_lift(monkeypatch, family, odd):
-    """An order of magnitude up or down, felt to a tenth; and the family stays what it was."""
+    """A density ten times higher or lower, felt to 10 %, is learned at once, and the family's stays the same."""
     add_odd(monkeypatch)
     memory = start()
     for name, _ in itertools.product(["rod", "long rod"], range(3)):
@@ -231,7 +231,7 @@ def test_large_surprise_is_right_at_the_second_lift(monkeypatch, family, odd):
 @pytest.mark.parametrize("pick", Pick)
 @pytest.mark.parametrize("scale", [0.2, 5.0, 1000.0])
 def test_gate_knows_no_scale_of_densities(scale, pick, monkeypatch):
-    """Of the same lifts of things many times as dense the same is believed, though the first prior stays."""
+    """Probabilities and relative means stay the same if all densities are scaled; the first prior is flat."""
     monkeypatch.setattr("affordance.belief.kinds_gate._SETTLED", 1e-14)
     ends = []
     for factor in (1.0, scale):
@@ -252,7 +252,7 @@ def test_gate_knows_no_scale_of_densities(scale, pick, monkeypatch):
 
 
 def test_evidence_that_a_member_is_odd_does_not_pile_up(monkeypatch):
-    """A third too heavy, lift after lift: it stays a member, ever more surely, and leaves no trace of its own."""
+    """An object a third too heavy stays a member in 12 lifts, ever more surely, and leaves no density of its own."""
     add_odd(monkeypatch)
     memory = teach_family(start())
     p_new = []
@@ -347,7 +347,7 @@ def test_learners_start_with_their_memories():
 
 
 def test_a_thing_of_its_own_is_recalled_as_it_was_left(monkeypatch):
-    """Its own density, and as surely: that of its kind would have the scatter about the kind's mean on top."""
+    """The density of an odd object and its variance are recalled without the scatter about the kind's mean."""
     add_odd(monkeypatch)
     memory = teach_family(start())
     for _ in range(3):
@@ -360,7 +360,7 @@ def test_a_thing_of_its_own_is_recalled_as_it_was_left(monkeypatch):
 
 
 def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
-    """Of an object of two colours each is that of all hypotheses that agree on the colour, whatever the other is."""
+    """Probabilities of a colour's kinds, each summed over the kinds of the object's other colour, add up to one."""
     memory = start()
     for name in ("rod", "bolt", "long rod", "rod", "bolt"):
         R, y, V = draw_lift(rng, name)
@@ -379,7 +379,7 @@ def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
 
 
 def test_belief_about_things_never_lifted_has_one_density_a_colour(monkeypatch):
-    """Of the most populous kind of each, whichever place that has among the kinds."""
+    """A colour has the density of its most populous kind, whichever place that has among the kinds."""
     add_odd(monkeypatch)
     memory = lift(teach_family(start()), "hollow rod", weigh_alone(700.0))
     memory = lift(memory, "bolt", weigh_alone(3000.0))

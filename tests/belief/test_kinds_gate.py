@@ -107,7 +107,7 @@ def test_evidence_is_the_integral_of_likelihood_times_belief(mean, sd):
 
 @pytest.mark.parametrize("true", [1500.0, 2000.0, 2500.0, 700.0])
 def test_errors_that_grow_with_torque_hardly_change_what_is_judged(true, hold):
-    """Their size is taken at the posterior mean of each hypothesis; beside quadrature over densities that know it."""
+    """Log odds with errors sized at each hypothesis's posterior mean agree to 0.1 with quadrature over densities."""
     noise = WeberNoise(0.07, 0.097)
     Phi = np.zeros((NUM_PARAMETERS, 1))
     Phi[0] = 600e-6  # the test object of Linear+

@@ -21,7 +21,7 @@ def show(length, colour):
 
 @pytest.fixture(scope="module")
 def memory():
-    """After three lifts of each object, each felt to 150 kg/m^3."""
+    """Memory after three lifts of each object, each felt to 150 kg/m^3."""
     memory = KindMemory(KindSettings(GateSettings(0.25)))
     for length, colour, density in OBJECTS * 3:
         felt = Likelihood(np.array([[150.0**-2]]), np.array([density * 150.0**-2]), 0.0)

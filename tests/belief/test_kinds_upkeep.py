@@ -29,7 +29,7 @@ def populate(kinds, memberships):
 
 
 def test_a_lift_of_two_colours_teaches_the_kinds_it_was_judged_to_be_of(rng):
-    """Against the same lift with the object's own deviations as unknowns of their own, marginalised in moments."""
+    """Mean and covariance agree with inference in moments in which the object's two deviations are unknowns too."""
     belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], np.diag([300.0, 200.0, 400.0]) ** 2)
     R, y, sd = rng.normal(size=(4, 2)), rng.normal(size=4) * 3000.0, 250.0
     taught = teach(belief, [2, 0], Likelihood(R.T @ R / sd**2, R.T @ y / sd**2, 0.0), PRIOR.deviation_sd)

@@ -1,4 +1,4 @@
-"""What is written of a memory comes back to the last bit, and learns on as if it had not been away."""
+"""A memory comes back from its file to the last bit, and learns on as if it had never been written."""
 
 import json
 from dataclasses import replace

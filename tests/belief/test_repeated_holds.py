@@ -47,7 +47,7 @@ def hold_all(memory):
 
 
 def condition_jointly(deviation_sd):
-    """The same by brute force: one normal distribution of both means and of the own densities of all objects."""
+    """Mean and covariance of both materials by brute force, from one normal distribution with all own densities."""
     colours = (OAK, STEEL)
     places = [(number, colour) for number, (shown, _) in enumerate(OBJECTS) for colour in shown]
     size = len(colours) + len(places)

@@ -380,7 +380,7 @@ def test_samples_however_far_in_the_tail_are_found(distance, rng):
 
 @pytest.mark.parametrize("name", CASES)
 def test_even_samples_have_the_distribution_of_independent_ones(name, rng):
-    """Of two that are correlated, and one that is not."""
+    """Samples of two correlated coordinates and an independent one pass Kolmogorov and Smirnov's test at 0.001."""
     mean, covariance = np.array([*CASES[name][0], 2000.0]), np.zeros((3, 3))
     covariance[:2, :2], covariance[2, 2] = CASES[name][1], 3000.0**2
     samples = draw_samples(mean, covariance, rng, 3000, is_even=True)

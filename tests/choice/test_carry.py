@@ -56,7 +56,7 @@ def test_what_is_carried_stays_level_on_its_path(arm: Arm) -> None:
 
 
 def test_what_is_carried_stays_level_in_simulation(arm: Arm) -> None:
-    """The same task by the controller of the trials, which knows the densities, in Drake's plant."""
+    """Path and tilt stay within their tolerances in Drake's plant, with a controller that knows the densities."""
     task = load_task(MODELS, "carry")
     assert isinstance(task, Carry)
     carrying = task.begin(ArmModel(arm))

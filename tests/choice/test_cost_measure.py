@@ -46,7 +46,7 @@ def powers(own_model, reach):
     ],
 )
 def test_cost_is_the_integral_that_its_measure_names(reach, powers, measure, integrand):
-    """The midpoint rule at 50 nodes beside that at every control period, which errs by a hundredth of it."""
+    """Cost at 50 nodes agrees to 0.2 % with the midpoint rule at every control period, and other measures do not."""
     expected = reach.motion.control_period * integrand(*powers).sum()
     costs = reach.measured_by(measure).compute(WOODEN.parameters[None])
     assert costs.cost[0] == pytest.approx(expected, rel=2e-3)

@@ -1,4 +1,4 @@
-"""What could be done where a task cannot: by less weight, or an easier task; and why it cannot."""
+"""Advice on infeasible tasks: the reason, and less weight or an easier task that would make them feasible."""
 
 import numpy as np
 import pytest

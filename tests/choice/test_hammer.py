@@ -27,7 +27,7 @@ TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 @pytest.mark.parametrize("grip", HELD)
 @pytest.mark.parametrize("force", [180.0, 427.0])
 def test_speed_gives_the_tip_the_energy_that_nail_and_contact_take(planned, own_model, hammer, grip, force):
-    """By the mass matrix of Drake at the posture of the swing that has this speed."""
+    """Kinetic energy at the end of the swing, with Drake's mass matrix, is the energy that nail and contact take."""
     (speed,) = planned[grip].find_speed(PI[grip][None], force)
     target, nail = planned[grip].target, hammer.nail
     swing = plan_strike(planned[grip], hammer, own_model, PI[grip], DEFAULT_SETTINGS, force=force).swing
@@ -97,7 +97,7 @@ def test_tool_too_heavy_for_a_joint_is_infeasible(planned):
 
 @pytest.mark.parametrize("density", [6500.0, 7850.0, 9000.0])
 def test_blow_becomes_infeasible_where_the_swing_itself_breaks_a_torque_limit(hammer, own_model, density):
-    """Wherever that lies between the swings of the table."""
+    """The swing at the first infeasible force reaches a torque limit to 2 %, also between the swings of the table."""
     wood, steel = (part.looks_like.colour for part in HELD["wood"].components)
     held = HELD["wood"].with_densities({wood: 720.0, steel: density})
     strong = dataclasses.replace(hammer, force=2.2 * hammer.force)
@@ -223,7 +223,7 @@ def test_crossover_is_where_the_map_changes_sides(hammer, own_model):
 
 @pytest.mark.parametrize("grip", HELD)
 def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, grip):
-    """Whose whole range of speeds is a few of the steps that serve our arm."""
+    """Interpolated work is exact to 0.5 % on an arm whose whole range of speeds is a few steps of the table."""
     models = make_slow_models(tmp_path)
     task, model = load_hammer(models / "nail.yaml"), ArmModel(load_arm(models / ARM.name))
     planned = task.build_cost(model, HELD[grip].components, DEFAULT_SETTINGS)
@@ -236,7 +236,7 @@ def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, g
 
 
 def test_blows_aim_no_higher_than_falling_short_asks_for():
-    """With an aim of 1.00 the lowest simulated peak is 0.988 times the demand: docs/decisions/0013-nail.md."""
+    """An aim of 1.00 gives a lowest simulated peak of 0.988 times the demand (docs/decisions/0013-nail.md)."""
     assert 1.0 <= 0.988 * AIM < 1.01
 
 

@@ -1,4 +1,4 @@
-"""Worth of a hold, against closed forms and quadratures, and where there is none."""
+"""Worth of a hold against closed forms and quadratures, and holds without any worth."""
 
 import numpy as np
 import pytest

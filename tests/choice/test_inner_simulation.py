@@ -31,7 +31,7 @@ def compute_work(choice, wood, steel):
 
 
 def test_object_of_one_density_costs_the_same_in_both_grips(choice):
-    """Turned around it is the same object."""
+    """The stick of one density is the same object turned end for end, and takes the same work."""
     works = compute_work(choice, 3000.0, 3000.0)
     assert works[0] == pytest.approx(works[1], rel=1e-9)
 
@@ -74,7 +74,7 @@ def test_different_objects_of_one_material_differ_by_their_own_deviations():
 
 
 def test_error_of_seeing_is_that_of_one_look():
-    """In either grip it is the same misjudged object: masses agree, and first moments mirror each other."""
+    """Both grips have the errors of the same look: masses agree, and first moments mirror each other."""
     options = list_options(STICK, VisionError(size=0.05, position=0.01), seed=3)
     choice = plan_choice(options, REACH)
     pi = choice.draw_parameters(believe(720.0, 7850.0, 1.0), np.random.default_rng(0), 200)
@@ -149,7 +149,7 @@ def test_colours_that_may_be_of_several_materials_are_ranked(memory, colours):
 
 
 def test_density_of_an_ambiguous_look_is_expected_from_those_given():
-    """Of two woods 3/255 to either side it is the mean, whatever they weigh."""
+    """A colour 3/255 from either of two woods has the mean of their given densities, 800 kg/m^3."""
     options = recolour(list_options(STICK), shift(WOOD, 3), STEEL)
     memory = believe(700.0, 7850.0, 50.0)
     memory = MaterialMemory((WOOD, STEEL), memory.belief).add_colours([shift(WOOD, 6)], DEFAULT_SETTINGS.prior)
@@ -160,7 +160,7 @@ def test_density_of_an_ambiguous_look_is_expected_from_those_given():
 
 
 def test_steel_measured_beside_its_colour_is_steel():
-    """What was measured beside a known colour gets that one's density, no longer the broad prior."""
+    """A part 3/255 from the colour of steel takes the density of steel instead of the broad prior."""
     options = recolour(list_options(STICK), WOOD, shift(STEEL, 3))
     choice = plan_choice(options, REACH)
     memory = MaterialMemory.from_densities({WOOD: 700.0, STEEL: 7850.0})
@@ -179,7 +179,7 @@ def test_two_things_of_ambiguous_colours_share_one_order_of_materials():
 
 
 def test_densities_left_out_are_expected_from_those_given():
-    """By the regression line of two densities that covary."""
+    """The density that is not given follows from the regression line of two correlated densities."""
     covariance = np.array([[300.0**2, 0.8 * 300.0 * 900.0], [0.8 * 300.0 * 900.0, 900.0**2]])
     memory = MaterialMemory((WOOD, STEEL), DensityBelief.from_moments(np.array([700.0, 7850.0]), covariance))
     mass = plan_choice(list_options(STICK), REACH).compute_parameters(memory, np.array([[1000.0]]))[0, 0, 0]

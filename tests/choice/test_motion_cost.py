@@ -8,7 +8,7 @@ from affordance.plant.arm_model import ArmModel
 
 
 def test_costs_are_torques_of_control_periods_times_mean_velocities_over_them():
-    """By hand, with a torque beside the time at which its period ends.
+    """Work and effort equal sums by hand; each torque is logged at the time at which its period ends.
 
     Joint 1: period 1 has 3 N m at 1 rad/s in the mean, period 2 has -5 N m at 3 rad/s; joint 2: 2 N m at 4 rad/s, and
     7 N m at 2 rad/s. Each lasts 0.5 s.

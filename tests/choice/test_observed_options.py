@@ -24,9 +24,9 @@ def test_options_are_the_grips_as_seen():
 
 
 def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():
-    """Its parts are seen a fraction of a millimetre beside its axis, and no straighter than they are seen.
+    """Either grip is best with a probability of 0.5; the stick's parts are seen a fraction of a millimetre off axis.
 
-    What is left beside sampling is that one half may look a percent larger than the other.
+    Apart from sampling errors, one half may look a percent larger than the other.
     """
     settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
     options = list_options(STICK, seed=1, feature_source=settings.feature_source)

@@ -1,4 +1,4 @@
-"""By how much work changes if parts sit elsewhere."""
+"""Change of a task's work if parts of the tool are displaced."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def test_each_part_is_moved_along_each_axis_both_ways():
 
 
 def test_change_is_the_largest_relative_one():
-    """Of a work that is the place of the second part along the tool: 2 mm of 225 mm, seen from the wooden grip."""
+    """A work that is the distance from the wooden grip to the second part, 225 mm, changes by 2 mm / 225 mm."""
 
     def compute_work(held):
         return float(held.components[1].X_TE[0, 3])
@@ -32,7 +32,7 @@ def test_change_is_the_largest_relative_one():
     assert measure_change(compute_work, STICK, grip) == pytest.approx(0.002 / 0.225)
     changes = measure_changes(compute_place, [STICK, HAMMER], jobs=1, description="test")
     assert list(changes) == ["stick", "hammer"]
-    # By the steel end the second part is the near one: 75 mm, of which 2 mm are more.
+    # Seen from the steel end the second part is at 75 mm, of which its displacement is 2 mm.
     assert changes["stick"] == pytest.approx(0.002 / 0.075)
 
 
@@ -41,7 +41,7 @@ def compute_place(held):
 
 
 def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():
-    """Of the stick by its steel end, in the direction that moved it most from an outstretched arm."""
+    """Displaced parts change the work of reaching with the stick by its steel end by less than 3 %."""
     grip = STICK.grips[1]
     changed = [tool for k, tool in enumerate(list_shifted(STICK)) if k in (2, 4, 8, 10)]
     works = [Reaching(REACH).compute_work(DEFAULT_SETTINGS, {}, tool.gripped_by(grip)) for tool in (STICK, *changed)]
@@ -49,7 +49,7 @@ def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():
 
 
 def test_tools_with_which_a_task_at_its_limit_cannot_be_done_do_not_count():
-    """As where a part sits 2 mm further out, so that the arm would have to be faster than it can."""
+    """Displacements for which no swing is fast enough are left out; the others give a change of 2 mm / 225 mm."""
     grip = STICK.grips[0]
     limit = compute_place(STICK.gripped_by(grip))
 

@@ -6,7 +6,7 @@ from helpers.children import PATIENCE
 
 
 def test_only_its_own_lines_are_printed(children):
-    """Neither Meshcat's port nor what fontconfig thinks of the system's files."""
+    """Meshcat's port and fontconfig's messages are not printed, and standard error stays empty."""
     child = children([sys.executable, "-m", "affordance", "doctor"])
     out, err = child.communicate(timeout=PATIENCE)
     assert child.returncode == 0

@@ -1,4 +1,4 @@
-"""``affordance excite``: what is said and written, and one line for bad input."""
+"""``affordance excite``: its output and files, and one line for bad input."""
 
 import functools
 import json

@@ -119,7 +119,7 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path, capsys):
 
 
 def test_an_object_that_is_another_teaches_nothing(folder, tmp_path, capsys):
-    """The load is ten times as heavy as any stick of that size."""
+    """A load ten times as heavy as any stick of its size leaves no memory."""
     empty, loaded = _name(folder, "empty", "heavy")
     tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.sqlite"
     words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick"]
@@ -175,7 +175,7 @@ def test_without_any_tip_there_is_a_line(folder, tmp_path):
 
 
 def test_libraries_that_take_long_to_import_are_left_out(children):
-    """Together they took longer than the identification itself."""
+    """Libraries that take longer to import than identification takes are not imported."""
     slow = {"cv2", "jinja2", "joblib", "matplotlib", "pandas", "sqlalchemy", "xarray"}
     slow |= {f"scipy.{name}" for name in ("interpolate", "optimize", "signal", "spatial", "stats")}
     program = "import sys, affordance.commands.identify_payload; print(*sys.modules)"

@@ -98,7 +98,7 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
 
 
 def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
-    """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression it follows."""
+    """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3; an expression's SD follows."""
     text = find_protocol("linear_plus_plus").read_text(encoding="utf-8")
     for many, few in (("repetitions: 30", "repetitions: 1"), ("repetitions: 40", "repetitions: 16"), ("120", "4")):
         text = text.replace(many, few)

@@ -1,4 +1,4 @@
-"""Which tool to take by which end: table, reasons, sentence, JSON and picture, and one line for bad input."""
+"""Ranking of tools and grips: table, reasons, sentence, JSON and picture, and one line for bad input."""
 
 import json
 from dataclasses import replace
@@ -28,7 +28,7 @@ ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 
 @pytest.fixture
 def known(tmp_path: Path) -> list[str]:
-    """Words that name the memory of one who knows steel and oak."""
+    """Options that name the memory of an observer who knows steel and oak."""
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
     return ["--memory", str(path)]
 

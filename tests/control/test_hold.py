@@ -44,7 +44,7 @@ def test_arm_comes_back_as_optimal_control_in_continuous_time_says(model, arm, r
 
 
 def test_posture_that_cannot_be_reached_is_come_as_near_as_the_goals_weights_say(model, arm):
-    """Joints too slow to be back at the end of the horizon: what is left is the least in angle and rate together.
+    """Joints too slow to return within the horizon end with the least weighted error of angle and rate.
 
     Each joint is one of its own, and goes at its limit: bounded least squares of scipy, over the accelerations.
     """

@@ -17,7 +17,7 @@ def task(model, arm):
 
 
 def test_goal_is_the_place_on_the_path_when_the_horizon_ends(task, model, arm, rng):
-    """How far C q is from d is how far F is, for angles near those at which the arm would have coasted by then."""
+    """C q - d is the distance of F from its place on the path, to 1e-9 m near the angles of an arm that coasts."""
     x = np.concatenate([arm.home + 0.1 * rng.standard_normal(7), 0.3 * rng.standard_normal(7)])
     model.set_state(x)
     goal = task.compute_goal(model, x, NOW, HORIZON)

@@ -1,4 +1,4 @@
-"""Where tasks start: data of their files, and how the posture there was chosen."""
+"""Start postures of tasks: data of their files, and the rule by which they were chosen."""
 
 import dataclasses
 
@@ -33,7 +33,7 @@ def test_all_tasks_start_in_the_same_posture():
 
 
 def test_start_is_the_only_posture_nearest_to_the_middle_of_all_ranges(model):
-    """Of those in which the hand points straight ahead and level; found from postures drawn at random."""
+    """Searches from random postures find none nearer to the middle with the hand straight ahead and level."""
     arm = model.arm
     lower, upper = arm.limits.q_lower, arm.limits.q_upper
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)

@@ -1,4 +1,4 @@
-"""Which point of a real tool strikes."""
+"""Striking point of a real tool."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_tool_strikes_with_its_face_where_that_is_clear_of_the_hand(model, name)
 
 @pytest.mark.parametrize("name", HAMMERS)
 def test_face_looks_at_the_nail_when_it_strikes(model, name):
-    """It may look up at the start; a face that is square to the blow and looks away would strike through the head."""
+    """The face's normal is along the blow at impact to 1e-4, though the face may look up at the start."""
     task = load_hammer(MODELS / "nail.yaml")
     held = HAMMERS[name].gripped_by(next(grip for grip in HAMMERS[name].grips if grip.name == "handle"))
     target = task.find_target(model, held.components)

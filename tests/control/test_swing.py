@@ -89,7 +89,7 @@ def test_controller_of_minimum_acceleration_follows_the_swing_exactly(model, tar
 
 
 def test_no_nearby_swing_has_less_acceleration(model, target):
-    """Steps along what the strike leaves free, put back onto it by Newton's method, cost more."""
+    """Small steps that keep the strike, restored by Newton's method, raise the integral of squared acceleration."""
     D, n = 0.8, 7
     swing = plan_swing(model, target, speed=1.0, duration=D)
 

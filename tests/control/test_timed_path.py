@@ -36,7 +36,7 @@ def test_path_runs_through_its_points_from_rest_to_rest():
 
 
 def test_timing_along_a_line_is_that_of_minimum_jerk():
-    """Of all ways to cover a distance from rest to rest this one has a speed of 30 u^2 (1 - u)^2 distances a time."""
+    """Speed along a line is that of minimum jerk from rest to rest, 30 u^2 (1 - u)^2 distances per duration."""
     path = TimedPath(((0.0, 0.6, 0.0),), duration=1.5, tolerance=0.01).build_trajectory()
     for u in (0.1, 0.25, 0.5, 0.9):
         speed = path.EvalDerivative(1.5 * u)[1, 0]
@@ -52,7 +52,7 @@ def test_path_of_the_experiment_is_read():
 
 @pytest.mark.parametrize("num_points", [2, 3])
 def test_path_turns_no_corner(num_points):
-    """At each of its inner points, where the length along the chords says it is, it goes on as it came."""
+    """Velocity is continuous at every inner point, which the path passes at the time of its chord length."""
     path = load_path(MODELS / "paths" / "reach.yaml")
     path = TimedPath(path.points[:num_points], path.duration, path.tolerance)
     curve = path.build_trajectory()

@@ -1,4 +1,4 @@
-"""What all our systems share."""
+"""Properties of the base class of all systems."""
 
 import timeit
 
@@ -15,7 +15,7 @@ def build(base):
 
 
 def test_derivatives_of_a_system_without_continuous_state_can_be_asked_for():
-    """By whoever calls the method that is only there to be found; a placeholder of other arguments would raise."""
+    """The placeholder method can be called by its C++ name, and writes derivatives of size 0."""
     system, context, derivatives = build(SampledSystem)
     system.DoCalcTimeDerivatives(context, derivatives)
     assert derivatives.size() == 0
@@ -23,7 +23,7 @@ def test_derivatives_of_a_system_without_continuous_state_can_be_asked_for():
 
 
 def test_no_override_is_searched_for_at_every_evaluation():
-    """Without the attribute an evaluation takes a hundred times as long; the least of several turns is compared."""
+    """An evaluation takes less than half of a LeafSystem's time, by the least of 15 repeats; 1 % is usual."""
     times = []
     for base in (SampledSystem, LeafSystem):
         system, context, derivatives = build(base)
@@ -33,5 +33,5 @@ def test_no_override_is_searched_for_at_every_evaluation():
 
 
 def test_method_is_bound_from_cpp():
-    """Only such a one is remembered not to be an override."""
+    """The method is bound from C++, as only such a method is cached as being no override."""
     assert type(SampledSystem.__dict__["DoCalcTimeDerivatives"]) is type(LeafSystem.AllocateContext)

@@ -1,4 +1,4 @@
-"""What libraries of the system write to the terminal."""
+"""Output of the system's libraries on the terminal."""
 
 import os
 

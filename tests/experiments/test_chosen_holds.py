@@ -50,7 +50,7 @@ def test_numbers_are_those_of_the_order_that_was_chosen(lived):
 
 
 def test_experience_is_shared_and_leaves_what_was_felt(lived, tmp_path):
-    """As if the observer had lived it, to rounding, errors of measurement included.
+    """Shared experience gives the arrays of an observer who lived it, errors of measurement included, to 1e-9.
 
     Beliefs begin after the experience instead of before it.
     """

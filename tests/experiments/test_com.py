@@ -78,7 +78,7 @@ def test_decoy_rises_and_the_honest_objects_stay(folder):
 
 
 def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
-    """Measured within what so rough a sense allows: far from probable, yet no 5-sigma outlier."""
+    """The p-value of the decoy is below 0.001 and those of the others above 0.05; no sample is rejected."""
     numbers = read_numbers(folder)
     assert numbers["p_value_test"][2] < 1e-3 < 0.05 < min(numbers["p_value_test"][:2])
     assert numbers["trials_outlier_test"][:2] == [0, 0]
@@ -156,7 +156,7 @@ def test_experience_narrows_the_belief_about_both_materials(experiment):
 
 
 def test_experience_is_kept_for_other_experiments(experiment, folder, tmp_path):
-    """The same observers, gained or found, have the same memories."""
+    """Experience found in its folder has the same memories as experience gained anew, to the last bit."""
     found = collect_experience(experiment.experience, folder.parent / "experience", repeats=1, jobs=1)
     gained = collect_experience(experiment.experience, tmp_path, repeats=1, jobs=1)
     np.testing.assert_array_equal(found.precision, gained.precision)
@@ -164,7 +164,7 @@ def test_experience_is_kept_for_other_experiments(experiment, folder, tmp_path):
 
 
 def test_nothing_is_learned_in_the_test_pass(experiment):
-    """Who is unsure would learn a lot; the objects move alike in whichever order they are held."""
+    """Objects move alike in either order of the test pass, though an unsure observer would learn a lot."""
     held = shorten(experiment, 0.3)
     first, second, decoy = held.tools
     turned = with_tools(held, (second, first, decoy))

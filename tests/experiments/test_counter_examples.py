@@ -1,6 +1,6 @@
 """Every claim can fail: something that the program simulates, changed in one thing, does not meet it.
 
-What is changed are settings by name, objects, a wider or narrower category of kinds, a blow that is planned wrongly,
+Changes are settings by name, objects, a wider or narrower category of kinds, a blow that is planned wrongly,
 a detector that is slow or out of scale: no number is made up. Each claim is judged as shipped too, by few observers.
 Claims of `make trust` are about the program itself, and are not here.
 """
@@ -31,7 +31,7 @@ class CounterExamples(NamedTuple):
 
     Attributes:
         runs: Numbers of a small run, by what is changed in it; nothing is in "as shipped".
-        by: What is changed where a claim is not met, by the claim's key.
+        by: Name of the run whose change contradicts a claim, by the claim's key.
         not_met: Claims that even the program as shipped does not meet, with so few observers or at all.
     """
 
@@ -163,7 +163,7 @@ ALL = {
                 for learner in ("kinds_map", "kinds_drawn")
                 for key in ("brass_stays", "second_lift")
             },
-            # What kinds are for.
+            # The purpose of kinds.
             "density_brass_stays": "as shipped",
             "density_second_lift": "as shipped",
         },

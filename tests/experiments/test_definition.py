@@ -1,4 +1,4 @@
-"""What an experiment has by default: a class needs no more than its own steps."""
+"""Defaults of an experiment: a class needs no more than its own steps."""
 
 import dataclasses
 from pathlib import Path

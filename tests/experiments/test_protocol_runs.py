@@ -177,7 +177,7 @@ def test_first_block_that_is_not_measured_is_what_simulations_share():
 
 
 def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs(tmp_path):
-    """With the same numbers the prose of the original serves; one that is missing is found at once."""
+    """A copy with the same numbers keeps the original's prose; a missing number is refused when the file is read."""
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "protocols" / "weight.yaml"
     text = path.read_text(encoding="utf-8")

@@ -117,7 +117,7 @@ def test_other_measure_of_effort_agrees_or_not(experiment, plan, numbers):
 
 
 def test_those_who_know_the_materials_choose_alike(experiment, plan, tmp_path):
-    """After six trials a sampled density and the expectation lead to the grip that is cheaper in truth."""
+    """After six trials a sampled density and the expectation lead to the grip that is truly cheaper."""
     experience = collect_experience(experiment.experience, tmp_path, repeats=1, jobs=1)
     arrays = experiment.run_observer(experiment.select_shared(plan), experience, 0)
     assert arrays["flips"].shape == (7,)
@@ -192,9 +192,9 @@ def make_rollout(work, effort, error, limited):
 
 
 def test_numbers_are_those_of_made_up_arrays(experiment, plan):
-    """Of the stick the grip by wood is made the right one, of the hammer that by steel.
+    """Made-up arrays, by which wood is right for the stick and steel for the hammer, give the numbers by hand.
 
-    Before experience the stick is a matter of chance and the hammer is not.
+    Before experience the choice with the stick is at chance level, and that with the hammer is not.
     """
     simulated = {
         **plan.simulated,
@@ -237,7 +237,7 @@ def test_numbers_are_those_of_made_up_arrays(experiment, plan):
 
 
 def tell(section):
-    """All that a section says, in one text."""
+    """Full text of a section."""
     figures = [figure.caption for figure in section.figures]
     return "\n".join([section.summary, *figures, *(table.caption for table in section.tables), *section.remarks])
 

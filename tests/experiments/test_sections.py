@@ -1,4 +1,4 @@
-"""Every bound of every section decides: it has numbers that contradict it and nothing else.
+"""Every bound of every section is needed: some numbers contradict it and nothing else.
 
 Numbers are in tests/experiments/counterexamples/, a file for each section file. That a simulation can give such
 numbers is tested in test_counter_examples.py.
@@ -85,14 +85,14 @@ def test_claim_is_met_by_numbers_that_meet_it_and_by_no_counterexample(name, key
 
 @pytest.mark.parametrize(("name", "key", "place", "how"), BOUNDS)
 def test_each_bound_is_needed(name, key, place, how):
-    """Some numbers contradict this bound alone: they would pass if it were taken away."""
+    """Some numbers contradict this bound alone: the claim without the bound is met by them."""
     without = remove_bound(CLAIMS[name, key], place, how)
     assert any(is_met(without, numbers) for numbers in list_counterexamples(name, key))
 
 
 @pytest.mark.parametrize(("name", "key"), CLAIMS)
 def test_each_counterexample_shows_what_it_contradicts(name, key):
-    """Exactly one criterion fails, so that the report marks the one that does."""
+    """Each counterexample fails exactly one criterion, so that the report marks the one that it contradicts."""
     for numbers in list_counterexamples(name, key):
         (result,) = judge_claims([CLAIMS[name, key]], numbers)
         assert sum(not criterion.met for criterion in result.criteria) == 1, numbers

@@ -35,7 +35,7 @@ class MadeUp:
 
 @pytest.fixture
 def made_up(monkeypatch):
-    """Two such experiments, "one" and "other"."""
+    """Two made-up experiments, "one" and "other"."""
     monkeypatch.setattr(
         suite,
         "load_experiment",
@@ -95,13 +95,13 @@ def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch)
 
 
 def refuse_other(self, jobs):
-    """A plan of which only one of the experiments can be done."""
+    """Plans the experiment "one" and refuses the experiment "other"."""
     if self.name == "other":
         raise BadValueError("nail.yaml", "blow", "cannot be carried out")
 
 
 def test_experiment_that_cannot_be_planned_is_left_out_and_named(made_up, tmp_path, monkeypatch, caplog):
-    """Before anything is run, and by the report that stands there afterwards."""
+    """The log names an infeasible experiment before any is run, and the report names it afterwards."""
     monkeypatch.setattr(MadeUp, "plan", refuse_other)
     result = suite.run_suite(["other", "one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
     assert result.left_out == {"other": "nail.yaml: blow: cannot be carried out"}
@@ -125,7 +125,7 @@ def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(ma
 
 
 def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path, monkeypatch):
-    """And the section of an experiment that cannot be done any more."""
+    """A later run that succeeds names nothing as left out; the section of an infeasible experiment is removed."""
     arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
     section = tmp_path / "other" / "section.json"
     with monkeypatch.context() as patch:
@@ -156,7 +156,7 @@ def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path, mo
 
 
 def test_what_the_import_of_the_arm_could_not_fit_is_not_planned_again(made_up, tmp_path, monkeypatch):
-    """Unless a file was changed since."""
+    """Experiments that the import found infeasible are not planned again unless a file was changed."""
     models = tmp_path / "models"
     shutil.copytree(MODELS, models)
     write_lacks(models, {"path": "stick by wood leaves the path by 0.05 m"})
@@ -188,7 +188,7 @@ def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_
 
 
 def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_path, monkeypatch, caplog):
-    """Alone it is an error, as nothing would be left."""
+    """An experiment that lacks a library is left out with a message, and is an error if it runs alone."""
     run = suite.run_experiment
 
     def fail_for_one(experiment, plan, folder, *, repeats, jobs):

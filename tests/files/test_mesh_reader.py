@@ -59,7 +59,7 @@ MATERIAL = "newmtl m\nKd 1 0 0\n"
 
 @pytest.mark.parametrize("place", ["../outside.mtl", "{}/outside.mtl", "link.mtl", "pipe.mtl"])
 def test_materials_are_read_beside_the_mesh_only(write, tmp_path, place):
-    """Colours of a material beside it are taken; of one elsewhere nothing is read."""
+    """Colours of a material file in the mesh's own folder are taken; a file elsewhere is not read."""
     write("near.mtl", MATERIAL)
     near = write("a.obj", f"mtllib near.mtl\n{TRIANGLE.replace('f ', 'usemtl m' + chr(10) + 'f ')}")
     assert read_triangles(near).colours.tolist() == [[1.0, 0.0, 0.0]]

@@ -84,7 +84,7 @@ def test_names_of_another_number_than_entries_leave_no_file(tmp_path):
 
 
 def test_names_that_no_array_is_along_make_no_dimension(tmp_path):
-    """Or a data frame of the file would have all its rows once for each of them."""
+    """Names along which no array lies add no dimension, so that a data frame has 12 rows instead of 24."""
     names = ["small", 'größer, "odd"']
     lifts = LabelledArray(("observer", "lift"), np.zeros((3, 4)), "1", "place of the object among the names")
     write_trajectories(tmp_path / "t.nc", Trajectories({"tool": lifts}, {"object": names}))

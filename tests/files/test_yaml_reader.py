@@ -61,7 +61,7 @@ def test_entries_are_counted_while_they_are_read(write, monkeypatch):
 
 
 def test_keys_are_not_compared_each_with_each(write, monkeypatch):
-    """Of 30000 keys that took half a minute."""
+    """Reading 300 keys takes fewer than 3000 comparisons; by pairs, 30000 keys took half a minute."""
     compared = []
 
     class Key(str):

@@ -1,4 +1,4 @@
-"""How often the cheaper grip is chosen, by observers whose beliefs are made up."""
+"""Share of choices of the cheaper grip, by observers with made-up beliefs."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -70,7 +70,7 @@ def test_each_choice_is_by_what_is_believed_at_that_moment(choices, rule):
 
 
 def test_flips_are_those_of_each_moment(monkeypatch):
-    """Where nothing is usable, and the other measure of effort would choose otherwise if wood is heavy."""
+    """Flips are those of each moment's belief also where no option is usable and none is chosen."""
 
     def rank_nothing(choice, memory, rng, num_samples):
         wood, steel = memory.belief.untruncated_mean
@@ -92,7 +92,7 @@ def test_each_tool_is_chosen_about_by_itself(choices):
 
 
 def test_choices_of_an_observer_are_those_of_seed_and_number(choices):
-    """Of who believes that both are about as heavy, which is chosen is a matter of chance."""
+    """Choices between equal densities depend on seed and number of the observer, and go either way."""
     rho = np.full((2, 40, 2), 3000.0)
     unsure = Experience(
         (WOOD, STEEL), np.broadcast_to(1e-6 * np.eye(2), (2, 40, 2, 2)), 1e-6 * rho, np.zeros((2, 39))

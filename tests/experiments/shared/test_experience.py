@@ -1,4 +1,4 @@
-"""What observers learn: short holds."""
+"""Experience of observers, by short holds."""
 
 import dataclasses
 
@@ -35,14 +35,14 @@ def test_looks_are_listed_once_in_the_order_of_the_components():
 
 
 def test_observers_of_another_seed_hold_the_objects_in_another_order():
-    """Of 40 pairs of orders drawn from eight, about five agree by chance."""
+    """Fewer than 20 of 40 pairs of orders agree for two seeds; five would by chance, of eight orders."""
     configs = [ExperienceConfig((FIRST, SECOND), seed=seed) for seed in (0, 1)]
     orders = [[draw_order(config, repeat) for repeat in range(40)] for config in configs]
     assert sum(one == other for one, other in zip(*orders, strict=True)) < 20
 
 
 def test_memory_is_carried_from_trial_to_trial():
-    """The loop by hand, with a runner of its own."""
+    """Memories equal those of a loop written out in the test, to the last bit."""
     config = ExperienceConfig((FIRST, SECOND), seed=3, duration=0.2, num_trials=4)
     gained = gain_experience(config, 1)
     runner, memory = (
@@ -79,7 +79,7 @@ def test_memory_of_a_learner_with_kinds_is_kept_whole(learner):
 
 
 def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own():
-    """With errors of one size, what a trial adds to shift and precision has the density it felt as its ratio.
+    """Felt densities, ratios of increments of shift and precision, differ in all trials of all observers and seeds.
 
     The object weighs what the prior says, so that nothing moves, and is as dense as its material.
     """

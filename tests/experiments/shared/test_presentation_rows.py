@@ -1,4 +1,4 @@
-"""lifts.csv: a row a presentation, what it says is what was done, and people's rows can be read like ours."""
+"""lifts.csv has a row for each presentation, true to the simulation, and people's rows are read likewise."""
 
 import csv
 import json
