@@ -25,13 +25,13 @@ from studies.active.kinds import compare_information
 
 TASKS = ("reach",)
 _RULES = ("value", "information", "random")
-# What tells nothing of the tools: in the workshop, and in the paper's world.
+# Stock of which no tool is made: in the workshop, and in the paper's world.
 _IRRELEVANT = ("rod of alloy_steel", "rod of ductile_iron", "rod of aluminium", "rod of brass", "block of brass")
 
 
 @functools.cache
 def choose_actively(*, is_perverse: bool = False) -> Numbers:
-    """Returns the numbers of the study; if perverse, what is said to be worth most is of materials of no tool."""
+    """Returns the numbers of the study; if perverse, stock of materials of no tool is given the highest worth."""
     return study.describe_rules({rule: _live(rule, is_perverse and rule == "value") for rule in _RULES})
 
 
@@ -60,7 +60,7 @@ def _live(rule: str, is_perverse: bool, tasks: tuple[str, ...] = TASKS) -> dict[
 
 @functools.cache
 def compare_worths(*, is_linear: bool = False) -> Numbers:
-    """Returns worths against brute force in two cases, hammering and what tells nothing; by a line if linear."""
+    """Returns worths against brute force in two cases, hammering and uninformative stock; by a line if linear."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(worlds, "load_tools", _load_few)
         patch.setattr(worlds, "build_workshop", functools.cache(worlds.build_workshop.__wrapped__))
@@ -104,7 +104,7 @@ def _mix_up(workshop: worlds.Workshop, rng: np.random.Generator, means: Any = No
 
 
 def repeat(*, is_anew: bool = False) -> Numbers:
-    """Returns the calibration after ten holds; a deviation is counted anew at each if so."""
+    """Returns the calibration after ten holds; if anew, each hold counts a deviation of its own."""
     found = _hold_again()
     return repeats.describe_repeats(dict.fromkeys(found, found["repeat_z_anew"]) if is_anew else found)
 
@@ -140,7 +140,7 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
 
 
 def time_advice(num_samples: int = 4000) -> Numbers:
-    """Returns the time of an advice by so many samples, for one of six candidates."""
+    """Returns the time of an advice with a number of samples, for one of six candidates."""
     workshop = study.worlds.build_workshop(TASKS)  # what is built once is not timed
     few = workshop._replace(candidates=dict(itertools.islice(workshop.candidates.items(), 6)))
     with pytest.MonkeyPatch.context() as patch:

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-# How long a child may take before it is ended, [s].
+# Time after which a child is ended, [s].
 PATIENCE = 300.0
 
 Start = Callable[..., subprocess.Popen[str]]

@@ -88,12 +88,12 @@ def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
 
 
 def believe_denser() -> Numbers:
-    """Simulation I by those who believe in densities of 20,000 kg/m^3."""
+    """Simulation I by observers who believe in densities of 20,000 kg/m^3."""
     return hold("weight", change_settings(DEFAULT_SETTINGS, {"prior.mode": 20_000.0}))
 
 
 def compare_pictures(other: Settings) -> Numbers:
-    """What one kind of features gives beside another, with other settings in place of the other kind."""
+    """Numbers that compare true features with pictures, under other settings for the pictures."""
     numbers = {
         source.value: hold("weight", settings)
         for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other))
@@ -120,14 +120,14 @@ def _plan(is_other: bool) -> tuple[World, Choice, Choice]:
 
 @functools.cache
 def _learn(settings: Settings) -> Experience:
-    """What the objects of Simulation II teach, felt at rest."""
+    """Experience with the objects of Simulation II, felt at rest."""
     world = dataclasses.replace(_build({}), settings=settings)
     config = ExperienceConfig(world.learning[:2], 0, settings, HOLD_DURATION)
     return collect_experience_at_rest(StaticHold(load_arm(settings.arm)), world, config, _LEARNERS)
 
 
 def choose(*, is_other: bool = False, changes: Changes | None = None) -> dict[str, Numbers]:
-    """Simulations III and IV: choices, and what both tasks together say."""
+    """Choices of Simulations III and IV, and numbers about both tasks together."""
     world, reach, hammer = _plan(is_other)
     experience = _learn(change_settings(world.settings, changes or {}))
     numbers: dict[str, dict[str, Any]] = {
@@ -170,7 +170,7 @@ def _find_travel(world: World, hammer: Choice) -> float:
 
 
 def strike(*, aim: float = blow_cost.AIM) -> Numbers:
-    """A blow with contact, by one of the grips, planned for a force that is so many times the demanded one."""
+    """A blow with contact, by one of the grips, planned for a multiple of the demanded force."""
     world, _, hammer = _plan(False)
     held, true = world.novel.list_gripped(), list_densities([world.novel])
     with pytest.MonkeyPatch.context() as patch:

@@ -61,7 +61,7 @@ _TAP = 200.0
 
 
 def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
-    """The study of robustness over so many settings, in none of which an experiment can be run.
+    """The study of robustness with a number of settings, in none of which an experiment can be run.
 
     Args:
         count: Number of settings.
@@ -88,7 +88,7 @@ def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes
     """An arm with the four simulations, which are loaded and not run.
 
     Args:
-        is_weak: Whether its joints bear a hundredth of what they do.
+        is_weak: True if joints have a hundredth of their torque limits.
         heavier: Mass of a link, over the one in the file that Pinocchio reads.
         changes: Settings of the hold whose speed is measured.
     """
@@ -140,7 +140,7 @@ def _weaken(folder: Path) -> Path:
 def _compare_with_pinocchio(folder: Path, patch: pytest.MonkeyPatch, heavier: float) -> float:
     """Largest difference between an arm and Pinocchio's, whose file may have a heavier link."""
     pytest.importorskip("pinocchio")
-    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio bears it only once
+    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio accepts it only once
     path = write_urdf(folder, changes={grey: ""})
     other = path.with_name("other.urdf")
     text = path.read_text(encoding="utf-8")
@@ -162,8 +162,8 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
     """The study of the UR10e on generated currents.
 
     Args:
-        is_wrong: Whether joints lose nothing to friction, gains rise by a tenth half-way, and something is left in
-            the hand that is said to be empty.
+        is_wrong: True if joints lose nothing to friction, gains rise by a tenth half-way, and something is left in
+            the hand that counts as empty.
     """
     robot, rng = _build_robot(), np.random.default_rng(4)
     truth = Truth(
@@ -179,7 +179,7 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
         factor = np.where(np.arange(len(loaded.times)) < len(loaded.times) // 2, 1.0, 1.1)[:, None]
         empty, loaded = (dataclasses.replace(run, signal=factor * run.signal) for run in (empty, loaded))
     with pytest.MonkeyPatch.context() as patch:
-        # Beliefs and windows are details, of which no claim is.
+        # Beliefs and windows are details that no claim is about.
         patch.setattr(ur10e, "identify", Mock())
         patch.setattr(ur10e, "_measure_drift", Mock())
         return flatten({"ur10e": ur10e.study_ur10e(Ur10eData(robot, empty, loaded), _IDENTIFICATION).numbers})
@@ -189,8 +189,8 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
     """The study of payloads put into generated torques.
 
     Args:
-        is_white: Whether errors are independent, and large.
-        believes_white: Whether they are taken for independent throughout.
+        is_white: True if errors are independent, and large.
+        believes_white: True if errors are taken for independent throughout.
     """
     robot, rng = _build_robot(), np.random.default_rng(5)
     truth = Truth(
@@ -220,7 +220,7 @@ def weigh(*, scale: float = 1.0) -> Numbers:
 
 
 def cover(*, overconfident: float = 1.0) -> Numbers:
-    """Coverage of drawn truths by those who take errors for so many times smaller than they are."""
+    """Coverage of drawn truths with errors taken for smaller than they are, by a factor."""
     robot = _build_robot()
     run = generate_run(robot, None, truth=Truth(), rng=np.random.default_rng(6))
     likelihood = simulated_truths.PayloadLikelihood
@@ -236,7 +236,7 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
 
 
 def see_sizes(*, size_error: float = 0.2) -> Numbers:
-    """Coverage of densities of objects whose sizes are seen wrongly by those who take them for nearly right."""
+    """Coverage of densities of objects whose sizes are seen wrongly but taken for nearly right."""
     robot = _build_robot()
     run = generate_run(robot, None, truth=Truth(), rng=np.random.default_rng(6))
     world = simulated_truths.World(robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION)
@@ -248,10 +248,10 @@ def see_sizes(*, size_error: float = 0.2) -> Numbers:
 def judge_itself(
     *, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 800, only: Collection[str] = ()
 ) -> Numbers:
-    """What identification says of itself on a generated pair.
+    """Numbers by which identification judges itself on a generated pair.
 
     Args:
-        is_blind: Whether nothing makes it doubt.
+        is_blind: True if no doubts are found.
         noise_sd: Noise of the pair whose windows are judged, [N m].
         num_samples: Samples by which edges of intervals are found.
         only: Names of the numbers that are wanted; none for all.
@@ -284,7 +284,7 @@ def judge_itself(
 
 
 def time_identification(*, num_samples: int = 300) -> Numbers:
-    """How long a sample, a belief of so many samples and a run take."""
+    """Times of a sample, of a belief with a number of samples, and of a run."""
     robot, rng = _build_robot(), np.random.default_rng(7)
     pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
     empty, loaded = (
@@ -304,7 +304,7 @@ def time_identification(*, num_samples: int = 300) -> Numbers:
 
 
 def _list_numbers(result: ToolsResult) -> Numbers:
-    """Lists what the claims of the study of tools are about."""
+    """Lists the numbers that claims of the study of tools are about."""
     return {**tools_numbers.list_metrics(result), **tools_numbers.list_facts(result)}
 
 
@@ -324,17 +324,17 @@ class _Workshop:
         return self._names[half]
 
     def read_truth(self, name: str) -> TrueInertia:
-        """What a tool weighs."""
+        """True inertia of a tool."""
         tool = self.tools[name]
         return TrueInertia(tool.mass, tool.p_TTcm, compute_central_inertia(tool.parameters))
 
 
 @functools.cache
 def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
-    """First touch of the workshop's tools, by drawings and by what stands for pictures of them.
+    """First touch of the workshop's tools, by drawings, and by drawings of another scale in place of pictures.
 
     Args:
-        is_numb: Whether nothing is felt.
+        is_numb: True if no torque is felt.
         seen_scale: Sizes seen over true ones.
     """
     workshop = _Workshop()
@@ -369,7 +369,7 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
 
 
 def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
-    """A tool beside one that is so many times as dense, and longer by so many metres."""
+    """Comparison of tools with data that are denser by a factor and longer by a number of metres."""
     workshop = _Workshop()
     truths = {name: workshop.read_truth(name) for name in HAMMERS}
     found = {
@@ -388,7 +388,7 @@ def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
 
     Args:
         noise: Noise over the highest.
-        is_still: Whether the robot stops at each posture, which is what the authors' method takes it to do.
+        is_still: True if the robot stops at each posture, as the authors' method assumes.
     """
     tool = HAMMERS["claw hammer"]
     recording = record_tool(tool.parameters, np.random.default_rng(0))

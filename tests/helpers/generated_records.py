@@ -9,7 +9,7 @@ from studies.tools.record_file import Recording
 
 
 def record_tool(pi: Array, rng: np.random.Generator) -> Recording:
-    """What a sensor feels: F = m (a_com + g), and its torque, by Newton and Euler rather than by a regressor."""
+    """Wrench at the sensor, F = m (a_com + g) and its torque, by Newton and Euler rather than by a regressor."""
     count = 200
     R = Rotation.random(count, random_state=1).as_matrix()
     w, alpha, a = (scale * rng.standard_normal((count, 3)) for scale in (0.3, 0.5, 0.5))

@@ -62,15 +62,15 @@ def build_robot(folder: Path) -> RobotChain:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a generated signal is made of.
+    """Parameters of a generated signal.
 
     Attributes:
-        gain: Of each joint.
-        load_friction: mu of each joint.
-        friction: Coulomb, viscous and offset, times gain, [N m].
-        noise_sd: Of the error, times gain, [N m].
-        agreement: Over which errors agree, [s]; 0 for white noise.
-        file_error: How far the links' inertias are from the robot's file, as a fraction.
+        gain: Gain of each joint.
+        load_friction: Load friction mu of each joint.
+        friction: Coulomb friction, viscous friction and offset, times gain, [N m].
+        noise_sd: Standard deviation of the error, times gain, [N m].
+        agreement: Time over which errors agree, [s]; 0 for white noise.
+        file_error: Relative difference of the links' inertias from those of the robot's file.
     """
 
     gain: float = 1.0
@@ -138,7 +138,7 @@ def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.rando
 
 
 def rename(run: Run, **changes: object) -> Run:
-    """The run with other things said of it."""
+    """The run with another description."""
     return replace(run, description=replace(run.description, **changes))  # type: ignore[arg-type]
 
 

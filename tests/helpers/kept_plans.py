@@ -18,7 +18,7 @@ from affordance.exceptions import AffordanceError
 from affordance.plant.arm import Arm
 from affordance.plant.serial_chain import build_chain
 
-# What a test may put in the place of: then nothing is kept.
+# Functions that a test may replace; nothing is kept then.
 _SOLVERS = (MinimumAccelerationMpc.solve, swing._solve)
 
 

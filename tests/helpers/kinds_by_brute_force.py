@@ -1,4 +1,4 @@
-"""What a learner with kinds should believe, computed anew from all lifts so far, in moments and without short cuts.
+"""Beliefs of a learner with kinds, computed anew from all lifts so far, in moments and without short cuts.
 
 Lifts are measurements y = R rho + e of an object's densities, e ~ N(0, V). Nothing here knows of information form,
 of indices that shift, or of an update: every question is answered from the list of lifts and of what was decided,
@@ -74,7 +74,7 @@ def list_present(lifts):
 
 
 def find_most_populous(lifts, colour, born):
-    """Of a colour's kinds the one that most objects are of, of equals the oldest; None if there is none."""
+    """Kind of a colour that most objects are of, the oldest of equals; None if there is none."""
     present, colour_of = list_present(lifts)
     kinds = [kind for kind in present if colour_of[kind] == colour]
     return max(kinds, key=lambda kind: (len(present[kind]), -born[kind])) if kinds else None

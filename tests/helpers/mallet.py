@@ -1,4 +1,4 @@
-"""A mallet of two boxes, of materials of the workshop, and what is weighed of its features."""
+"""A mallet of two boxes, of materials of the workshop, and inertial parameters of its features."""
 
 import numpy as np
 
@@ -22,7 +22,7 @@ def make_tool(*parts):
 
 
 def weigh(features):
-    """Ten parameters by the true densities of the nearest colours."""
+    """Ten inertial parameters of features, by the true densities of the nearest colours."""
     densities = []
     for part in features:
         gaps = {m.density: np.abs(np.subtract(m.colour, part.colour)).sum() for m in MATERIALS.values()}
@@ -31,7 +31,7 @@ def weigh(features):
     return build_inertia_map(shapes, poses, range(len(features)), len(features)) @ densities
 
 
-# A handle beside a head: nothing is hidden.
+# A handle next to a head: nothing is hidden.
 FACE = StrikingFace("face", np.array([0.0, 0.04, 0.0]), np.array([0.0, 1.0, 0.0]))
 HANDLE, HEAD = make_tool(
     ((0.2, 0.024, 0.02), (0.03, 0, 0), "oak"), ((0.03, 0.08, 0.03), (0.145, 0.01, 0), "brass")

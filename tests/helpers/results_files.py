@@ -1,4 +1,4 @@
-"""What every experiment leaves behind, and its section with other numbers."""
+"""Files that every experiment leaves behind, and its section with other numbers."""
 
 import json
 import re
@@ -12,7 +12,7 @@ from affordance.experiments.runner import describe, describe_faults, describe_fe
 
 DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 COMMON = {"seed": (), "repeats": (), "run_shown": (), "wall_s": ()}
-# Entries of every study's metrics.json, and of every experiment's, beside the numbers.
+# Entries of every study's metrics.json, and of every experiment's, in addition to the numbers.
 OF_STUDY = {"versions", "commit", "finished"}
 OF_RUN = {*COMMON, *OF_STUDY, "config", "setup", "inputs"}
 
@@ -31,7 +31,7 @@ def check_keys(numbers, *headings):
 
 
 def read_numbers(folder):
-    """Returns what stands in the metrics.json of a folder."""
+    """Returns the content of the metrics.json of a folder."""
     return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 

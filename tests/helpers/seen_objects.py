@@ -30,5 +30,5 @@ def detect_parts(features, prior, memory=None) -> ObjectBelief:
 
 
 def know(config, density=8500.0, precision=1e-2) -> MaterialMemory:
-    """What is known of the first material of an experiment."""
+    """Memory of the first material of an experiment, with a density and a precision."""
     return MaterialMemory(config.colours[:1], DensityBelief(np.array([[precision]]), np.array([precision * density])))

@@ -1,4 +1,4 @@
-"""What takes long to compute is computed once, whichever of the processes that run tests needs it first."""
+"""Slow computations are made once, by the first of the processes that run tests and need them."""
 
 import fcntl
 import os
@@ -17,9 +17,9 @@ def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
     """Returns what a function returns; it is called by the first process that asks, and kept for the others.
 
     Args:
-        tmp_path_factory: That of pytest.
-        name: Of what is kept, one for each function.
-        compute: Its result must be picklable.
+        tmp_path_factory: Fixture of pytest.
+        name: Name by which the result is kept, one for each function.
+        compute: Function whose result can be pickled.
     """
     folder = find_shared_folder(tmp_path_factory)
     path = folder / f"{name}.pickle"

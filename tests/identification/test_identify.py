@@ -23,7 +23,7 @@ _CURRENT = Truth(gain=0.1, load_friction=0.06, friction=(2.0, 1.0, 0.5), noise_s
 
 
 def _record(robot, rng, truth=_TORQUE, **more):
-    """The same motion with an empty hand, then with the load."""
+    """A pair of runs of one motion, with an empty hand and with the load."""
     empty, loaded = (generate_run(robot, pi, truth=truth, rng=rng, **more) for pi in (None, PAYLOAD))
     return Runs(loaded, (empty,))
 
@@ -129,7 +129,7 @@ def test_what_the_controller_took_out_is_put_back(robot, rng):
 
 @pytest.fixture(scope="module")
 def identify_with_all_nuisances(robot):
-    """Motor torques of an arm whose joints lose so much to friction by load, and what is believed of the load."""
+    """Function that returns motor torques of an arm with a load friction, and the belief about the load."""
 
     @functools.cache
     def identify_once(load_friction):

@@ -59,7 +59,7 @@ def test_probability_is_the_weight_of_bodies_within_both_tolerances(belief):
 
 @pytest.mark.parametrize("seed", range(6))
 def test_plausibility_is_that_of_the_nearest_right_payload(belief, seed):
-    """By brute force: the least distance of many payloads within the tolerances."""
+    """Plausibility agrees to 0.03 with the least distance of 400,000 payloads drawn within the tolerances."""
     rng = np.random.default_rng(seed)
     setting = PayloadSetting(2.0, np.zeros(3))
     root = rng.standard_normal((4, 4)) * 0.05 * np.array([[1.0], [0.2], [0.2], [0.2]])

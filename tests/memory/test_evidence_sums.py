@@ -65,7 +65,7 @@ def test_a_size_that_is_seen_wrongly_does_not_average_out():
 
 
 def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
-    """Errors of the mean, over their told standard deviations, have the size 1: after one hold and after eight."""
+    """Errors of the mean over their stated SDs have a root mean square of 1, after one hold and after eight."""
     rng = np.random.default_rng(5)
     for count in (1, 8):
         errors = []

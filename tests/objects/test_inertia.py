@@ -70,7 +70,7 @@ def test_unit_inertia_of_ellipsoid_agrees_with_monte_carlo_integration(rng):
 
 
 def test_parameters_of_a_pseudo_inertia_are_its_moments(rng):
-    """Against a cloud of point masses."""
+    """Parameters of a pseudo-inertia agree to 1e-12 with sums over a cloud of point masses."""
     masses, points = rng.uniform(0.1, 1.0, 20), rng.normal(size=(20, 3))
     homogeneous = np.hstack([points, np.ones((20, 1))])
     pi = parameters_from_pseudo_inertia(np.einsum("i,ij,ik->jk", masses, homogeneous, homogeneous))

@@ -54,7 +54,7 @@ def test_data_set_needs_no_materials_of_its_own():
 
 
 def test_no_two_materials_are_of_one_colour():
-    """Or what was learned of one would be taken for knowledge of the other."""
+    """No two materials have the same colour, as knowledge of one would count for the other."""
     for one, other in itertools.combinations(load_materials().values(), 2):
         assert not is_same_colour(one.colour, other.colour), (one.name, other.name)
 

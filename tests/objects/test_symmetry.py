@@ -1,4 +1,4 @@
-"""Whether shape alone says which grip to take."""
+"""Symmetry of a tool, by which shape alone does not tell its grips apart."""
 
 import dataclasses
 

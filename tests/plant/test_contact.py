@@ -17,7 +17,7 @@ UPRIGHT = np.array([0.0, 0.0, 1.0])
 
 
 def measure_curvature_radius(semi_axes, support, normal):
-    """From the heights of the surface under its tangent plane, by second differences."""
+    """Radius of curvature from heights of the surface under its tangent plane, by second differences."""
     A = np.diag(1.0 / np.square(semi_axes))
     along = np.linalg.svd(normal[None])[2][1:]
     step = 1e-3 * min(semi_axes)
@@ -46,7 +46,7 @@ def test_radius_is_that_of_the_surface(rng, semi_axes):
 
 @pytest.mark.parametrize(("radius", "shape"), [(0.075, Sphere), (np.inf, Cylinder)])
 def test_face_touches_at_its_point_and_nowhere_before(rng, radius, shape):
-    """Its shape reaches just as far along the normal as the point does."""
+    """The collision shape is upright on the face, and ends at its point to 1e-12 m along the normal."""
     normal = rng.standard_normal(3)
     normal /= np.linalg.norm(normal)
     face = ContactFace(rng.standard_normal(3), normal, radius)
@@ -68,7 +68,7 @@ def test_face_touches_at_its_point_and_nowhere_before(rng, radius, shape):
 @pytest.mark.parametrize("depth", [1e-5, 3e-4])
 @pytest.mark.parametrize("speed", [0.0, 0.2, 3.0])
 def test_force_is_that_of_the_stated_stiffness_and_dissipation(hammer, radius, depth, speed):
-    """Hunt and Crossley's k x (1 + d v), in a plant with tool and nail, by Drake's own contact results."""
+    """Force is Hunt and Crossley's k x (1 + d v), in a plant with tool and nail, by Drake's own contact results."""
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
     tool = plant.AddRigidBody("tool", plant.AddModelInstance("tool"), SpatialInertia.SolidCubeWithDensity(1.0, 0.1))

@@ -65,9 +65,9 @@ def test_numbers_follow_from_nail_and_wood(nail):
 
 
 def test_tip_speed_is_that_of_the_energy_lost_to_friction_and_stored_in_the_contact(nail):
-    """The work of the resistance from the depth it is set to to the demanded one, integrated numerically.
+    """Kinetic energy is the work of the nail's resistance from the set to the demanded depth, integrated numerically.
 
-    And that of the contact's force from nothing to the same peak.
+    The work of the contact's force from zero to the same peak is added.
     """
     depths = np.linspace(nail.depth_set, nail.depth_demanded, 10_001)
     work = np.trapezoid(nail.stiffness * depths, depths)
@@ -84,7 +84,7 @@ def test_force_below_that_of_the_set_nail_needs_no_speed(nail):
 
 @pytest.mark.parametrize("mass", [0.2, 0.6, 1.5])
 def test_free_mass_meets_the_demanded_peak(nail, mass):
-    """But for what a nail of a few grams takes at the first touch."""
+    """A free mass meets the demanded peak to 1 %, apart from the share that a nail of a few grams has in its mass."""
     speed = float(nail.compute_tip_speed(np.array(nail.force_demanded), np.array(mass)))
     _, states, resistance = drive(nail, mass, speed, 0.03)
     assert resistance.max() == pytest.approx(nail.force_demanded, rel=nail.mass / mass + 0.01)
@@ -101,7 +101,7 @@ def test_nail_goes_in_and_stays_in(nail):
 
 
 def test_momentum_of_the_ram_is_the_impulse_of_the_resistance(nail):
-    """All of it and what rebounds, but for what the nail takes at the first touch."""
+    """Momentum of the ram is the impulse to 12 %, its rebound and the nail's share at first touch."""
     mass, speed = 0.6, 3.0
     times, _, resistance = drive(nail, mass, speed, 0.03)
     impulse = np.trapezoid(resistance, times)
@@ -144,7 +144,7 @@ def test_nail_is_at_rest_when_it_has_come_its_way(nail):
 
 
 def test_nail_weighs_what_shank_and_head_weigh(nail):
-    """A cylinder and a ball, by Drake's own."""
+    """Mass of the nail is that of Drake's own cylinder and ball."""
     shank = SpatialInertia.SolidCylinderWithDensity(nail.density, nail.diameter / 2.0, nail.length, [0.0, 0.0, 1.0])
     head = SpatialInertia.SolidSphereWithDensity(nail.density, nail.head_radius)
     assert nail.mass == pytest.approx(shank.get_mass() + head.get_mass(), rel=1e-12)

@@ -1,4 +1,4 @@
-"""How near postures are to rank loss, and the words for it."""
+"""Nearness of postures to rank loss, and messages about it."""
 
 import re
 
@@ -17,7 +17,7 @@ PATH = load_path(MODELS / "paths" / "reach.yaml")
 
 
 def test_mobility_is_how_far_the_point_moves_at_least(model, rng):
-    """By finite differences of its place: over unit steps of the joints, in the direction that is moved least."""
+    """Mobility is, to 1 %, the least displacement of the point per unit step of the joints, by finite differences."""
     q = model.arm.find_posture(dict(PATH.start))
 
     def find_place(q):
@@ -63,7 +63,7 @@ def test_nothing_is_said_of_a_posture_that_is_free(model):
 
 
 def test_path_that_leads_near_rank_loss_is_named_with_place_joint_and_measure(model):
-    """Straight ahead, until the arm is all but outstretched: still within the tolerance."""
+    """A path straight ahead to an all but outstretched arm is refused, with its place, joint and mobility."""
     outward = Reach(TimedPath(((0.19, 0.26, 0.12),), duration=2.0, tolerance=0.02, start=PATH.start))
     reason = outward.build_cost(model, STICK.components, DEFAULT_SETTINGS).infeasible_reason
     assert re.fullmatch(
@@ -74,7 +74,7 @@ def test_path_that_leads_near_rank_loss_is_named_with_place_joint_and_measure(mo
 
 
 def test_path_straight_back_can_be_followed(model):
-    """From the outstretched arm it could not."""
+    """A path straight back by 0.2 m can be followed from the bent start, as it could not from an outstretched arm."""
     back = Reach(TimedPath(((-0.2, 0.0, 0.0),), duration=2.0, tolerance=0.02, start=PATH.start))
     for tool in STICK.list_gripped().values():
         cost = back.build_cost(model, tool.components, DEFAULT_SETTINGS)

@@ -28,7 +28,7 @@ def run(weight, faults, tool=2, seed=(1,), duration=1.0, **changes):
 
 
 def assert_frequency(count, total, probability):
-    """Within four and a half standard errors of a binomial count."""
+    """Asserts that a count is within four and a half standard errors of its binomial expectation."""
     assert abs(count - total * probability) < 4.5 * np.sqrt(total * probability * (1 - probability))
 
 

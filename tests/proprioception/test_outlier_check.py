@@ -52,7 +52,7 @@ def test_torque_no_object_can_cause_is_impossible_whichever_way(held):
 def test_uncertain_geometry_allows_for_more(held):
     hold, geometry = held
     tau = hold.tau_arm.copy()
-    tau[2] = 2.0  # this joint bears nothing of an object that lies where it was seen
+    tau[2] = 2.0  # this joint carries no load of an object that lies where it was seen
     assert check_torque(tau, hold.tau_arm, hold.Y, geometry, NOISE) is SampleStatus.IMPOSSIBLE
     aside = np.zeros((1, 10, 1))
     aside[0, 3] = 0.05 * geometry.Phi[0]  # five centimetres to the side

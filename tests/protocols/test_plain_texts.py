@@ -1,4 +1,4 @@
-"""No text of a protocol is a template: what looks like one is refused before anything runs."""
+"""No text of a protocol is a template: text that looks like one is refused before anything runs."""
 
 import pytest
 

@@ -86,7 +86,7 @@ def test_new_protocol_is_sound_and_kept(tmp_path):
 
 
 def test_new_protocol_predicts_and_runs(tmp_path, capsys):
-    """With two observers and a few lifts; a run leaves numbers, figure and section."""
+    """A new protocol is predicted and run with two observers and few lifts, leaving numbers, figure and section."""
     path, _ = write_protocol("mine", tmp_path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("repetitions: 10", "repetitions: 2").replace("repetitions: 20", "repetitions: 8"))
@@ -185,7 +185,7 @@ def test_schema_beside_the_shipped_protocols_is_that_of_the_program():
 
 
 def list_places(content, place=()):
-    """Every place of a parsed file."""
+    """Paths of all values of a parsed file."""
     entries = (
         content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
     )
@@ -202,7 +202,7 @@ def list_places(content, place=()):
     ],
 )
 def test_protocol_spoilt_anywhere_is_read_or_refused_in_one_line(name, wrong):
-    """Some changes leave it right, as another title; none ends in anything but our own error."""
+    """A protocol spoilt at any place is read, as with another title, or refused in one line of our own error."""
     path = find_protocol(name)
     content = read_yaml(path)
     refusals = []

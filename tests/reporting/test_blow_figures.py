@@ -55,7 +55,7 @@ def test_blows_are_drawn_from_the_first_touch_in_millimetres_and_milliseconds(re
     demanded = lines["demanded peak (427 N)"]
     assert (demanded.get_ydata()[0], demanded.get_linestyle()) == (427.0, ":")
     assert max(line.get_ydata().max() for line in travel.get_lines()) == pytest.approx(12.0)
-    # All of both blows is seen, and not much more; the contact's peak is said, for it is not seen.
+    # The axes show all of both blows and little more; the contact's peak lies outside and is stated in the legend.
     assert forces.get_xlim()[0] < 0.0
     assert 6.0 < forces.get_xlim()[1] < 12.0
     assert forces.get_ylim()[1] < 1000.0

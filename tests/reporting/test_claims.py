@@ -110,7 +110,7 @@ def test_empty_list_meets_nothing(how):
 )
 @pytest.mark.parametrize("zero", [0.0, np.float64(0.0), 0])
 def test_what_comes_of_no_number_meets_nothing(value, bounds, zero):
-    """Neither a division by zero nor a list without entries says that a claim holds, wherever it stands."""
+    """A division by zero or a list without entries never meets a claim, wherever it stands."""
     numbers = {"x": 3.0, "zero": zero, "some": [1.0, 2.0], "two": [np.inf, 1.0], "none": []}
     assert not judge(value, bounds, numbers).met
 

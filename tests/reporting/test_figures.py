@@ -58,7 +58,7 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
 
 
 def test_heights_around_the_goal_are_enlarged_however_few_observers():
-    """Of two observers the intervals reach twelve times as far as they are apart."""
+    """Two observers' heights are enlarged to -1.5 to 1.5, with intervals twelve times as wide as their distance."""
     curve = np.sin(np.linspace(0, 3, 31)) / np.sin(np.linspace(0, 3, 31)).max()
     heights = np.stack([[-0.05 * curve, size * 0.01 * curve, 0.14 * curve] for size in (0.1, 1.9)])
     figure = draw_heights(

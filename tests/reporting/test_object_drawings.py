@@ -57,7 +57,7 @@ def test_ellipse_is_the_outline_of_the_rotated_ellipsoid(rpy_deg):
 
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0])
 def test_limits_contain_all_of_a_tool_with_a_tilted_head_and_a_grip_in_the_middle(turn_deg):
-    """And they leave no more than 3 cm on any side."""
+    """Limits contain every point of the tool, with a margin between 0 and 3 cm on each side."""
     handle = place((0.15, 0.015, 0.015), (0.15, 0.0, 0.0))
     head = place((0.09, 0.07, 0.03), (0.31, 0.03, 0.01), (20.0, -30.0, 50.0))
     knob = place((0.06, 0.01, 0.02), (-0.02, -0.02, 0.0), (0.0, 0.0, 40.0))

@@ -38,7 +38,7 @@ def whole(poses):
 
 
 def find_hue(colour):
-    """Where of a picture's colours, (..., 3), the hue and saturation are about those of a colour."""
+    """Function that marks pixels, (..., 3), whose hue and saturation are about those of a colour."""
     wanted = colorsys.rgb_to_hsv(*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)))
 
     def matches(pixel):

@@ -34,7 +34,7 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
 
 
 def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight, scenes):
-    """Meshcat would end the process, and with it this test."""
+    """Garbage collection in another thread finds no Meshcat, which would end the process and this test."""
     write_replay(tmp_path / "replay.html", weight.settings.arm, scenes, title="")
     collector = threading.Thread(target=gc.collect)
     collector.start()
@@ -66,7 +66,7 @@ def read_recording(path):
 
 @pytest.fixture
 def blows(scenes):
-    """The same scenes, with a nail each that goes in by 12 mm within 10 ms, shown ten times slower."""
+    """Scenes with a nail each that goes in by 12 mm within 10 ms, shown ten times slower."""
     nail = load_hammer(MODELS / "nail.yaml").nail
     return [
         scene._replace(
@@ -92,7 +92,7 @@ def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_pa
 
 
 def test_nail_goes_in_between_rows_of_the_log(tmp_path, weight, blows):
-    """Half a second of the replay is that from one row to the next."""
+    """The nail goes in during the half second of the replay that lies between two rows of the log."""
     path = tmp_path / "replay.html"
     write_replay(path, weight.settings.arm, blows, title="")
     times, places = read_recording(path)["/drake/arm/nail_0/nail_0", ".position"]

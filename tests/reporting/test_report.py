@@ -38,7 +38,7 @@ def folder(tmp_path):
 
 
 class Page(html.parser.HTMLParser):
-    """What a page names and points to, and whether its tags are closed."""
+    """Identities, links and table rows of a page, with a check that its tags are closed."""
 
     VOID = ("meta", "img", "br", "link", "input")
 

@@ -5,7 +5,7 @@ from affordance.identification.evidence.fitted_arm import build_link_scale
 
 
 def test_scale_of_inertias_has_their_units(robot):
-    """With m and L the errors of a mass and of a length they are m, m L and m L^2: a heavier link's are larger."""
+    """Errors of mass, first and second moments scale as m, m L and m L^2, and are largest for the heaviest link."""
     scale = build_link_scale(robot).reshape(-1, 10)
     length = scale[:, 1] / scale[:, 0]
     assert_allclose(length, length[0])

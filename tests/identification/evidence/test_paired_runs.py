@@ -19,7 +19,7 @@ def empty(robot, rng):
 
 
 def _shift(run, seconds):
-    """The same motion, begun later: clocks start together, motion does not."""
+    """The run with its motion delayed on the same clock."""
     times = run.times
     q = np.column_stack([np.interp(times - seconds, times, column) for column in run.q.T])
     return replace(run, q=q, v=None, source="loaded")

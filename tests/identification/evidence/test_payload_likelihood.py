@@ -136,7 +136,7 @@ def test_the_residual_is_what_the_best_friction_leaves(samples, rng):
 
 
 def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(samples, rng):
-    """Against phantoms drawn from what is known of them, in the mean of likelihoods."""
+    """The log ratio of two bodies' likelihoods agrees to 0.03 with means over phantoms drawn from their prior."""
     prior, variance = _build_prior(rng, gain_sd=0.3, phantom_sd=0.05), np.array([20.0, 40.0, 60.0])
     likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
     bodies = 0.3 * rng.standard_normal((2, 10))
@@ -152,7 +152,7 @@ def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(sample
 
 
 def test_loads_that_are_far_too_heavy_are_never_more_probable():
-    """Where gains are uncertain, all but a rounding error of their signals is explained by gains near zero."""
+    """Loads 1e4 to 1e14 times too heavy are never more probable, though gains near zero explain all but rounding."""
     rng = np.random.default_rng(7)
     Y, pi = 5.0 * rng.standard_normal((4, 3, 10)), rng.standard_normal(10)
     prior = replace(_KNOWN_GAINS, gain_covariance=np.tile(1e-4 * np.eye(2), (3, 1, 1)))

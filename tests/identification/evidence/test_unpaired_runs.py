@@ -44,7 +44,7 @@ def test_an_error_is_not_fitted_within_half_a_second_of_it(empty, fit):
 
 
 def test_what_is_left_after_a_fitted_arm_is_a_difference(robot, gains, empty):
-    """The arm's own model is in both, and cancels; its prediction is what is taken off."""
+    """Subtracting a fitted arm's prediction cancels the arm's own model, and leaves noise below 0.3 N m."""
     run = generate_run(robot, None, truth=Truth(noise_sd=0.1), rng=np.random.default_rng(2), duration=10.0)
     arm = fit_empty_arm(robot, [empty], [empty.signal], gains, DEFAULT_SETTINGS)
     evidence = subtract_arm(robot, arm, run, prepare(run, DEFAULT_SETTINGS), DEFAULT_SETTINGS)

@@ -11,7 +11,7 @@ _GRIPPER = 0.7 * PAYLOAD
 
 
 def test_a_tare_takes_the_gripper_and_the_offset_off(robot):
-    """What is left of the signal is the wrench of gripper and load; the gripper's part is the phantom's."""
+    """Offsets of 4 N and 4 N m are removed to 0.1, and the phantom is the gripper within four standard deviations."""
     runs = []
     for seed, load in enumerate((_GRIPPER, _GRIPPER + PAYLOAD)):
         truth, rng = Truth(noise_sd=0.05, friction=(0.0, 0.0, 4.0)), np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""What is expected of a payload on the generated robot, and limits of its motion."""
+"""Expectation of a payload on the generated robot, and limits of its motion."""
 
 import numpy as np
 import pytest

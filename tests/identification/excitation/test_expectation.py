@@ -37,7 +37,7 @@ def test_what_is_predicted_is_what_identification_states(expectation, limits, rn
 
 @pytest.mark.parametrize("load_friction", [0.0, 0.1])
 def test_prediction_agrees_with_dense_algebra(expectation, motion, load_friction):
-    """All unknowns of all samples in one regression, nothing integrated out."""
+    """The prediction agrees with a regression of all unknowns on all samples, with nothing integrated out."""
     kind = SignalKind.MOTOR_TORQUE
     gains = replace(
         expectation.gains,

@@ -1,4 +1,4 @@
-"""What four more seconds would bring: a line where something was not seen, none where all was."""
+"""Benefit of four more seconds of motion: a line where something was not seen, none where all was."""
 
 import re
 

@@ -33,7 +33,7 @@ def test_density_is_that_of_the_t_distributions_and_the_prior(proposal):
 
 @pytest.mark.parametrize("num", [4000, 8000])
 def test_samples_are_those_of_the_density(proposal, num):
-    """Weighted by the density of the prior over theirs, they have the prior's moments; by either way to draw them."""
+    """Samples weighted by the prior's density over their own have the prior's moments, by either way to draw them."""
     theta = proposal.draw(np.random.default_rng(2), num)
     weights = np.exp(proposal.prior.compute_log_density(theta) - _compute_log_density(proposal, theta))
     assert theta.shape == (num, 10)

@@ -154,7 +154,7 @@ def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
 
 
 def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):
-    """Against bodies drawn from the prior, weighted by the density of signals whose gains are integrated out."""
+    """Mean and SD agree with bodies drawn from the prior, weighted by the likelihood with gains integrated out."""
     gain_sd, sd = 1.0, 4.0
     seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
     placed = seen.place(np.eye(4))

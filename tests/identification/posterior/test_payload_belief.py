@@ -18,7 +18,7 @@ from affordance.identification.posterior.solid_prior import SolidPrior
 
 
 def build_belief(bodies, weights, **known):
-    """What a run of two joints left of a body, with what else is known of it."""
+    """Belief about a body after a run of two joints, with other knowledge of it."""
     two = np.ones(2)
     return PayloadBelief(
         source="run.csv",

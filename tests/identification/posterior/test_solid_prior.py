@@ -64,7 +64,7 @@ def draw_handled(rng):
 
 
 def test_prior_is_that_of_solids_a_hand_could_hold():
-    """Each kind by itself, by solids that Drake assembles."""
+    """Means and covariances of each of four kinds agree with those of solids that Drake assembles."""
     rng, num = np.random.default_rng(5), 700
     prior = SolidPrior.for_hand()
     assert_allclose(prior.shares, 0.25)
@@ -94,7 +94,7 @@ def test_density_and_moments_are_those_of_what_is_drawn(rng):
 
 
 def test_a_weighed_body_is_of_the_kind_that_weighs_as_much(rng):
-    """By the share of light and heavy draws near the mass."""
+    """Shares of the kinds agree to 0.03 with those of light and heavy draws whose mass is near the weighed one."""
     solid, mass = _build_two_kinds(), 2.0
     theta = solid.draw_theta(rng, 400000)
     near = theta[np.abs(theta[:, 0] - np.log(mass)) < 0.02]
@@ -110,7 +110,7 @@ def test_a_weighed_body_is_of_the_kind_that_weighs_as_much(rng):
 
 
 def test_a_common_factor_is_removed_as_bayes_rule_says_for_each_kind(rng):
-    """Bodies without the factor are those of the prior, if those with it are."""
+    """Bodies of the prior with the common factor have the prior's moments when the factor is removed."""
     solid, sd = _build_two_kinds(), 0.4
     felt = solid.with_common_factor(sd).draw_theta(rng, 20000)
     body = theta_from_parameters(solid.remove_common_factor(parameters_from_theta(felt), sd, rng))

@@ -1,4 +1,4 @@
-"""Every format, from files as their programs write them."""
+"""Recordings of every format, read from files as their programs write them."""
 
 from pathlib import Path
 
