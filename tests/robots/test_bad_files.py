@@ -1,4 +1,4 @@
-"""Every mistake in a robot's file, or in what is said of it, is one line that names file or option and place."""
+"""Every mistake in a robot's file or options is answered by one line that names file or option and place."""
 
 import math
 import re
@@ -24,7 +24,7 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
 
 
 def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_path: Path) -> None:
-    """As over the neck of this robot Drake would end the program, whatever its arm."""
+    """Limits of the neck, with which Drake would end the program whatever the arm, are left out and named."""
     good = 'type="revolute"><parent link="torso"/><child link="head"/>'
     path = write_urdf(tmp_path)
     text = path.read_text()
@@ -37,7 +37,7 @@ def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_pa
 
 
 def test_a_joint_without_end_has_no_limits_whatever_its_file_says(tmp_path: Path) -> None:
-    """By the rules of URDF; where one bound of another joint is left out, it is 0."""
+    """A continuous joint has infinite limits; a bound that another joint's file leaves out is 0, as in URDF."""
     path = write_urdf(tmp_path, changes={'lower="-2.5" upper="2.4"': 'upper="2.4"'})
     *others, last = extract_arm(path, TIP).arm.links
     assert (last.lower, last.upper) == (-math.inf, math.inf)
@@ -51,7 +51,7 @@ def test_infinite_limits_are_none(tmp_path: Path) -> None:
 
 
 def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
-    """As simulators' own elements have them."""
+    """Undeclared XML prefixes, as simulators' own elements have them, are read."""
     block = '<gazebo reference="torso"><sensor:camera a:b="1" xml:lang="en"/></gazebo>'
     path = write_urdf(tmp_path, changes={"<gazebo/>": block})
     assert len(extract_arm(path, TIP).arm.links) == 4
@@ -60,7 +60,7 @@ def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
 
 
 def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> None:
-    """As CAD programs write it; nor does a robot need a name."""
+    """A fixed joint with a zero axis, as CAD programs write it, and a robot without a name are read."""
     fixed = '<parent link="right_4"/><child link="right_tool"/><origin xyz="0.1 0 0" rpy="0.1 -0.2 0.05"/><axis xyz="'
     changes = {f"{fixed}0 1 0": f"{fixed}0 0 0", '<robot name="two_arms">': "<robot>"}
     imported = extract_arm(write_urdf(tmp_path, changes=changes), TIP)
@@ -68,7 +68,7 @@ def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> 
 
 
 def test_a_robot_without_masses_is_refused(tmp_path: Path) -> None:
-    """As many files for planning are, which say where links are and no more."""
+    """A file that states where links are and no masses, as many files for planning do, is refused."""
     path = write_urdf(tmp_path)
     path.write_text(re.sub(r"<inertial>.*?</inertial>", "", path.read_text()))
     assert refuse(path).endswith(
@@ -135,7 +135,7 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_file_that_takes_in_others_is_refused(tmp_path: Path) -> None:
-    """Drake would look for them anywhere, and on the network."""
+    """A file that includes others is refused, as Drake would look for them anywhere, and on the network."""
     path = tmp_path / "a.sdf"
     for uri in ("package://drake_models/ur3e/ur3e_cylinder.sdf", "file:///etc/passwd", "model://x"):
         path.write_text(SDF.replace("<link", f"<include><uri>{uri}</uri></include><link", 1))

@@ -66,7 +66,7 @@ def test_frames_that_drake_makes_are_no_tips(tmp_path: Path) -> None:
 
 
 def test_a_fingertip_is_answered_with_the_hand(tmp_path: Path) -> None:
-    """Whether it slides, follows, or has joints enough to be taken for an arm."""
+    """A fingertip is answered with the hand, whether it slides, follows, or has joints enough for an arm."""
     tree = build_tree(read_robot(write_urdf(tmp_path)))
     for finger in ("right_finger", "right_thumb"):
         assert "which is on a finger of right_4, must be a link that no finger moves: right_4?" in refuse(
@@ -105,7 +105,7 @@ def test_too_few_joints_are_named_where_no_posture_is_found(tmp_path: Path) -> N
 
 
 def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp_path: Path) -> None:
-    """As by a turntable that carries the arm, or a file that says 0 for every joint."""
+    """Torque limits of 0, of a turntable or of every joint, are given as options or left out below the base."""
     good = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
     path = write_urdf(tmp_path)
     text = path.read_text()

@@ -1,4 +1,4 @@
-"""Changes are said where they are made, and what an import found out is remembered for as long as it holds."""
+"""Changes are reported where they are made, and findings of an import are kept for as long as they hold."""
 
 from pathlib import Path
 

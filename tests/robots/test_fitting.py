@@ -1,4 +1,4 @@
-"""Tasks are changed to what an arm can do, in the order that is said, and every change is written down."""
+"""Tasks are changed to what an arm can do, in the documented order, and every change is written down."""
 
 import re
 from pathlib import Path
@@ -146,7 +146,7 @@ def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatc
 def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_named(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By damping of a light wrist, as URDFs have it, which no plan shows; without it our arm meets the force."""
+    """With a wrist damped as URDFs have it the blow misses 427 N by over 15 %; `--damping none` is the way out."""
     hold_one_object(monkeypatch, name="crooked stick", grip="steel")
     monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
     for joint in ("forearm_rotation", "wrist_flexion", "wrist_deviation"):

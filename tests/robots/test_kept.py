@@ -1,4 +1,4 @@
-"""Importing once, what is said of it, and the folder that is written: whole or not at all."""
+"""Importing once: its messages, and its folder, which is written whole or not at all."""
 
 import argparse
 import shutil
@@ -118,7 +118,7 @@ def test_the_command_lists_ends_of_limbs_without_a_tip(tmp_path: Path) -> None:
 def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A robot's file often has 0, or a number that no motor gives."""
+    """Given torque limits are reported, and a warning names placeholders, such as 0 or more than motors give."""
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     words = [str(path), "--tip", "right_tool", "--effort", "1000", "right_j4=900", "--tasks", "keep"]
     assert command.run(parse(*words, "--out", str(tmp_path / "models"))) == 0
@@ -196,7 +196,7 @@ def test_a_hold_by_our_own_arm_is_the_same_to_the_last_bit(ours: Path) -> None:
 
 
 def test_tasks_that_our_own_arm_can_do_stay_as_they_are(ours: Path, tmp_path: Path) -> None:
-    """With the paper's tool; all of them take twenty seconds."""
+    """Tasks with the paper's tool are not changed for our own arm; fitting all tools takes twenty seconds."""
     models = tmp_path / "models"
     shutil.copytree(ours, models)
     novel = models / "tools" / "novel.yaml"

@@ -1,4 +1,4 @@
-"""What is drawn of an arm: meshes where they are available, as files that Drake draws, else capsules."""
+"""Drawings of an arm: meshes where they are available, as files that Drake draws, else capsules."""
 
 from pathlib import Path
 

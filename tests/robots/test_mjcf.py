@@ -1,4 +1,4 @@
-"""What an MJCF model says of joints and torques, as MuJoCo compiles it, and files that it includes."""
+"""Joints and torque limits of an MJCF model, as MuJoCo compiles it, and files that it includes."""
 
 from pathlib import Path
 

@@ -29,7 +29,7 @@ def find_wheel() -> Path | None:
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_urdf_arm_agrees_with_pinocchio_whatever_is_frozen(tmp_path: Path, seed: int) -> None:
     pytest.importorskip("pinocchio")
-    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio bears it only once
+    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio accepts it only once
     path = write_urdf(tmp_path, changes={grey: ""})
     assert compute_parity(path, ImportOptions("right_tool"), seed).largest < EXACT
 
@@ -124,7 +124,7 @@ def test_rotors_and_damping_are_what_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_models_that_share_names_keep_what_is_theirs(tmp_path: Path) -> None:
-    """As two arms of one kind in a world, the second with a heavier hand and stronger joints."""
+    """Two arms of one kind in a world have their own values, the second a heavier hand and stronger joints."""
     model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
     twin = model.replace('name="swinger"', 'name="other"').replace("<mass>0.5</mass>", "<mass>0.7</mass>")
     twin = twin.replace("<effort>30</effort>", "<effort>35</effort>")

@@ -34,7 +34,7 @@ def run(folder, notes):
 
 
 def list_runs(notes):
-    """Which process ran which repeats."""
+    """Numbers of the repeats that each process ran."""
     runs = [path.name.split("_") for path in notes.iterdir()]
     return {pid: {int(repeat) for other, repeat in runs if other == pid} for pid, _ in runs}
 

@@ -40,7 +40,7 @@ def test_changes_since_are_told(repository):
 
 
 def test_program_that_no_repository_keeps_has_none(repository, tmp_path_factory, monkeypatch):
-    """Installed into an environment that lies in somebody's repository."""
+    """A program installed into an environment within somebody's repository has no commit."""
     installed = repository / ".venv" / "program"
     installed.mkdir(parents=True)
     (installed / "it.py").write_text("x = 1\n", encoding="utf-8")

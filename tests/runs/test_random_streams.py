@@ -21,7 +21,7 @@ def test_streams_are_no_trials():
 
 
 def test_a_trailing_zero_adds_nothing_to_a_seed():
-    """Why streams must differ though what stands behind them does."""
+    """A trailing zero leaves a seed's numbers the same, so that the numbers of streams must differ."""
     assert np.random.default_rng([0, Stream.SHOWN]).random() == np.random.default_rng([0, Stream.SHOWN, 0]).random()
 
 

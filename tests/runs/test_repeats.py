@@ -87,7 +87,7 @@ def test_processes_that_were_ended_serve_no_others_and_are_gone(tmp_path, in_two
 
 
 def sleep_and_name(number):
-    """The later it is asked for, the sooner it is done."""
+    """Sleeps for a time that is shorter for later numbers."""
     time.sleep(0.05 * (5 - number))
     return number, os.getpid()
 
@@ -153,7 +153,7 @@ ONLY_REPORT = [name for name in SOURCES if name.split("/")[0] in ("commands", "r
 
 
 def test_key_stays_where_only_what_reports_changes(program):
-    """A caption must not throw away the repeats of a night."""
+    """The key does not change with a caption, which would otherwise discard the repeats of a night."""
     assert len(ONLY_REPORT) > 10
     key = compute_key("", MODELS)
     for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/weight.yaml"):
@@ -217,7 +217,7 @@ def test_key_stays_where_a_file_is_added_that_nothing_reads(tmp_path):
 
 
 def test_key_of_an_experiment_is_of_what_it_reads(weight, tmp_path):
-    """What the configuration holds anyway, as its objects, is not read again from the folder."""
+    """Objects and tasks held by the configuration are not read from the folder for the key; the arm's files are."""
     copy = tmp_path / "models"
     shutil.copytree(MODELS, copy)
     key = compute_key(weight, list_arm_files(copy / "arm.dmd.yaml"))

@@ -26,14 +26,14 @@ def believe(tool, density):
 
 @pytest.mark.parametrize("believed", [300.0, 1500.0, 2500.0])
 def test_force_in_closed_form_agrees_with_the_simulation(runner, lifted, believed):
-    """To 1 %, as is asked; what was found is a hundredth of that."""
+    """The clamp's force in simulation agrees with the closed form to 0.1 %, where 1 % is required."""
     _, clamp = run_clamp_and_release(runner, lifted, believe(lifted, believed), duration=0.1, seed=(0,))
     mass = lifted.mass * believed / lifted.components[0].material.density
     assert clamp.force == pytest.approx(GRAVITY * mass, rel=1e-3)
 
 
 def test_force_is_the_believed_weight_for_an_object_held_by_its_end_too(runner, weight):
-    """Its moment turns the hand in the clamp; that it is pushed upward by its weight remains."""
+    """The clamp's force is the believed weight to 0.1 %, though the object's moment turns the hand."""
     rod = weight.tools[3]
     _, clamp = run_clamp_and_release(runner, rod, believe(rod, 4000.0), duration=0.1, seed=(0,))
     assert clamp.force == pytest.approx(GRAVITY * rod.mass * 4000.0 / 8500.0, rel=1e-3)
@@ -64,7 +64,7 @@ def test_after_release_the_hand_sinks_rises_or_stays_as_the_object_was_believed(
 
 
 def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
-    """Before release the arm feels its own push, which says nothing of the object."""
+    """Samples count from release on, as before it the arm feels its own push."""
     memory = start_memory(Learner.KINDS_MAP, (0,))
     record, _ = run_clamp_and_release(runner, lifted, memory, duration=1.0, seed=(0, 1))
     period = runner.settings.sample_period
@@ -75,7 +75,7 @@ def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
 
 
 def test_an_open_clamp_changes_no_hold(lifted, weight):
-    """To the last bit: with and without one."""
+    """A hold with an open clamp is the same to the last bit as one without."""
     records = []
     for has_clamp in (False, True):
         runner = TrialRunner(weight.settings)

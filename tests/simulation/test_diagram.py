@@ -61,7 +61,7 @@ def test_belief_of_the_controller_is_another_connection(weight):
 
 
 def list_drawn(path):
-    """Every group, system and connection of a picture: what it is called, says and is coloured; not where it stands.
+    """Groups, systems and connections of a picture, with their names, texts and colours, but without places.
 
     Places depend on the fonts and the version of graphviz of the machine that drew it.
     """
@@ -74,14 +74,14 @@ def list_drawn(path):
 
 
 def test_committed_picture_is_up_to_date(trial, tmp_path):
-    """If this fails: make diagrams, look at the picture, commit it."""
+    """The committed picture is up to date; else run make diagrams, look at the picture and commit it."""
     save_diagram(trial.diagram, tmp_path, "weight")
     assert (DIAGRAMS / "weight.dot").read_text(encoding="utf-8") == describe_diagram(trial.diagram)
     assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
 
 
 def test_systems_stand_in_the_parts_of_the_papers_figure_2(trial):
-    """Everything of vision, proprioception and control by its own module; what is left is the world."""
+    """Systems of vision, proprioception and control stand in the group of their module's folder, others in World."""
     graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
     found = {part.graph_attr["label"]: set(part.nodes()) for part in graph.subgraphs()}
     by_folder = {"vision": "Visual", "proprioception": "Proprioceptive", "control": "Control"}

@@ -20,7 +20,7 @@ BEECH, STEEL = (part.looks_like.colour for part in FIRST.components[1:])
 
 
 def list_numbers(value):
-    """Every number of a record, of the memory in it too, in one order."""
+    """All numbers of a record and of the memory in it, in one order."""
     if isinstance(value, MaterialMemory):
         return [*value.colours, *list_numbers(value.belief.precision), *list_numbers(value.belief.information_vector)]
     if isinstance(value, ComponentFeatures):
@@ -43,7 +43,7 @@ def recall(trial, simulator):
 
 
 def test_memory_changes_by_an_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
-    """The Simulator advanced by hand: nobody hands the memory over."""
+    """Memory changes by an event of the Diagram at the end, with the Simulator advanced by hand."""
     before = MaterialMemory().add_colours(weight.colours, weight.settings.prior)
     trial, simulator = set_up(runner, before, weight.tools[2])
     for time in (0.05, 0.1, 0.25, 0.4, DURATION):
@@ -68,7 +68,7 @@ def test_event_comes_once_in_a_presentation(runner, weight):
 
 
 def test_evidence_is_counted_once(runner, weight):
-    """What was learned stands in the memory, and so no longer in the statistic of the estimator."""
+    """Evidence that the memory has learned from is removed from the statistic of the estimator."""
     trial, simulator = set_up(runner, MaterialMemory(), weight.tools[2])
     estimator = trial.estimator.GetMyContextFromRoot(simulator.get_context())
     simulator.AdvanceTo(DURATION)
@@ -105,7 +105,7 @@ def test_every_presentation_adds_what_it_taught_alone(weight):
 
 @pytest.mark.parametrize("faults", [Faults(), Faults(delay_samples=2, drop_probability=0.3, bias_sd=1.0)])
 def test_presentations_in_one_context_are_separate_trials_with_the_memory_handed_on(weight, faults):
-    """To the last bit: motions, torques, evidence, counts and memories, whatever was held before."""
+    """Motions, torques, evidence, counts and memories are those of separate trials to the last bit."""
     runner = TrialRunner(dataclasses.replace(weight.settings, faults=faults))
     tools = (FIRST, DECOY, SECOND, FIRST)
     observer = Observer(runner, MaterialMemory(), duration=DURATION)
@@ -120,7 +120,7 @@ def test_presentations_in_one_context_are_separate_trials_with_the_memory_handed
 
 
 def test_record_stays_what_it_was_when_the_next_object_is_held(runner):
-    """Logs are cleared and filled anew: a record must not look into them."""
+    """A record keeps its numbers when logs are cleared and filled anew."""
     observer = Observer(runner, MaterialMemory(), duration=0.2)
     first = observer.hold(FIRST, (1,))
     before = list_numbers(first)
@@ -150,7 +150,7 @@ def test_only_colours_that_are_to_be_remembered_are(runner, weight):
 
 
 def test_hold_without_shapes_is_that_with_shapes(runner, weight):
-    """To the last bit: in the home posture nothing touches anything."""
+    """A hold is the same to the last bit with and without shapes, as nothing touches anything at home."""
     for tool in (weight.tools[0], weight.tools[-1], SECOND):
         memory = MaterialMemory()
         without = runner.run_hold(tool, memory, duration=DURATION, seed=(3,))

@@ -23,7 +23,7 @@ def compute_sd(record):
 
 
 def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
-    """At 0 nothing was felt, at the time of the first sample not yet; the last entry has heard of every sample."""
+    """The entries at 0 and at the first sample are the visual prior; the last has the evidence of every sample."""
     record = run(weight, MaterialMemory(), duration=0.7)
     times = [entry.time for entry in record.posteriors]
     np.testing.assert_allclose(times, [*(PERIOD * np.arange(8)), 0.7], atol=1e-6)

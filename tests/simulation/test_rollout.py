@@ -33,7 +33,7 @@ def tool():
 
 @pytest.fixture(scope="module")
 def rollout(tool):
-    """Integrated more exactly than in the experiments, so that what is left is not the integrator's."""
+    """Rollout integrated more exactly than in the experiments, so that no error of the integrator remains."""
     densities = {WOOD: 720.0, STEEL: 7850.0}
     return roll_out(tool, REACH, densities, dataclasses.replace(DEFAULT_SETTINGS, accuracy=1e-8))
 
@@ -50,7 +50,7 @@ def compute_energies(arm, tool, record):
 
 
 def test_joints_do_the_work_that_kinetic_and_potential_energy_gain(arm, tool, rollout):
-    """In every control period: a held torque does tau . (q_k - q_k-1), whatever the arm did in between."""
+    """Energy gained in every control period is tau . (q_k - q_k-1), to 1e-5 of the largest work of a period."""
     record = rollout.record
     energies = compute_energies(arm, tool, record)
     work = (record.tau[1:] * np.diff(record.q, axis=0)).sum(axis=1)

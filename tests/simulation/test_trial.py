@@ -66,7 +66,7 @@ def weigh(tool, mass):
 
 
 def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, caplog, hold, arm):
-    """It is no failure of the solver, which finds a plan; the record names the joints, and a line says by how much.
+    """A mass 1 % too large is reported with its joint and its torque limit, though the solver finds a plan.
 
     The largest mass that can be held is found by the torques of the arm at rest; a percent decides.
     """
@@ -106,7 +106,7 @@ def test_logged_motion_is_consistent(runner, weight):
 
 
 def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight, arm):
-    """With a row a tick, each row's torque was constant over the tick before it: its work is tau . (q_k - q_k-1)."""
+    """Energy gained in every tick is tau . (q_k - q_k-1) to 1e-6 of the largest work, with a row logged a tick."""
     settings = dataclasses.replace(weight.settings, log_period=weight.settings.control_period, accuracy=1e-8)
     tool = weight.tools[0]
     record = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=0.5, seed=(0,))
@@ -177,7 +177,7 @@ def test_what_was_felt_without_error_gives_the_density_exactly(weight):
 
 
 def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
-    """What the joints feel of a known torque in the Diagram that is run, over 5000 seeds."""
+    """Felt torques have the SDs of threshold and Weber fraction, without bias or correlation, over 5000 seeds."""
     trial = runner.get_diagram(weight.duration)
     context = trial.diagram.CreateDefaultContext()
     tau = np.array([0.0, 20.0, -1.0, 5.0, 0.5, -2.0, 0.1])
@@ -198,7 +198,7 @@ def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
 
 @pytest.mark.parametrize("duration", [0.1, 0.15, 0.25, 1.0, 3.0])
 def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight, duration, hold):
-    """White noise of a known size: what an arm that does not move learned says of how many samples."""
+    """Precision learned at rest under white noise is that of one sample a period, from the first to the last."""
     sd, tool, density = 1.0, weight.tools[0], weight.tools[0].components[0].material.density
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd))
     runner = TrialRunner(settings)
@@ -224,7 +224,7 @@ def test_seed_decides_what_the_controller_believes(weight, changes):
 
 
 def test_eye_joints_and_controller_draw_numbers_of_their_own_in_every_trial(weight, monkeypatch):
-    """No two of their generators start alike."""
+    """The nine generators of eye, joints and controller in three trials all start with different numbers."""
     starts, build = [], np.random.default_rng
 
     def build_and_note(seed):

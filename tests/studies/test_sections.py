@@ -1,4 +1,4 @@
-"""Every section of the studies and of the package can be filled in as far as its templates go."""
+"""Every section of the studies and of the package can be filled in as far as its templates allow."""
 
 from pathlib import Path
 

@@ -86,7 +86,7 @@ def test_only_distinct_files_are_counted(monkeypatch):
 @QUICKLY
 @given(data=st.data())
 def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
-    """But for the angles of its start, of which any may be left out and most may be asked for."""
+    """A nail file spoilt in any line but the angles of its start, which may be left out or changed, is refused."""
     lines = (MODELS / "nail.yaml").read_text(encoding="utf-8").splitlines()
     joints = dict(load_hammer(MODELS / "nail.yaml").start)
     keys = [

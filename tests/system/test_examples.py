@@ -1,4 +1,4 @@
-"""Every example prints what stands at its top."""
+"""Every example prints the output that is stated at its top."""
 
 import runpy
 import textwrap

@@ -1,4 +1,4 @@
-"""What docs/learning.md shows works as it says."""
+"""The example of docs/learning.md runs, and the systems and ports that it names are those of the Diagram."""
 
 import re
 

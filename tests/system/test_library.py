@@ -154,17 +154,17 @@ def build_load(size):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        # What ended the process, or never ended.
+        # Calls that ended the process, or never ended.
         (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=NAN), "duration: is nan, must be from 0.1 to 3600 s"),
         (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=-1.0), "duration: is -1.0, must be from 0.1 to 3600 s"),
         (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=1e9), "duration: is 1000000000.0, must be from 0.1"),
         (lambda: build_load(46.0), "components: weigh 4.08e[+]08 kg, must weigh at most 10000 kg; lengths are in m"),
-        # What returned the prior for a posterior.
+        # Calls that returned the prior for a posterior.
         (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=0.05), "duration: is 0.05, must be from 0.1 to 3600 s, a"),
         (lambda: Settings(sample_period=NAN), "Settings: sample_period: is nan, must be from 0.0001 to 60"),
         (lambda: WeberNoise(weber_fraction=NAN), "WeberNoise: weber_fraction: is nan, must be from 0 to 1"),
         (lambda: WhiteNoise(sd=NAN), "WhiteNoise: sd: is nan, must be from 1e-12 to 10000"),
-        # What was taken as it was.
+        # Calls that were accepted without a check.
         (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
         (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
         (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e\\+12"),
@@ -209,7 +209,7 @@ def build_load(size):
         ),
         (lambda: MaterialMemory.from_densities([8500]), "densities: is of type list, must be a mapping"),
         (lambda: NOVICE.density("brass"), "material: is 'brass', of which nothing was met; colours met are none"),
-        # What was meant otherwise.
+        # Calls that were meant otherwise.
         (
             lambda: RUNNER.run_hold(RODS, NOVICE, duration=1.0),
             "tool: is of type tuple, must be of type Tool; load_tools",

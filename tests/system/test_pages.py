@@ -46,7 +46,7 @@ def test_results_of_another_number_of_observers_are_refused(tmp_path):
 
 
 def test_results_are_of_one_program():
-    """Every folder of results that a page shows was run at a seed and by a version that are kept."""
+    """Every folder of results that a page shows was made by a version of the program that is kept."""
     for folder, entry in fill_numbers.read_kept().items():
         assert entry["run"].get("affordance"), folder
 

@@ -14,7 +14,7 @@ CONTROL_PERIOD = BY_PROGRAM.control_period
 
 @pytest.fixture
 def calls(monkeypatch):
-    """How often each way of planning was called, by its name."""
+    """Number of calls of each way of planning, by its name."""
     counts = {}
 
     def count(owner, name):
@@ -34,7 +34,7 @@ def calls(monkeypatch):
 
 @pytest.mark.parametrize("name", ["weight", "com", "reach", "hammer"])
 def test_trials_are_those_of_the_default(name, calls):
-    """To 1e-6 rad; and with the setting no plan is made by the closed form."""
+    """Motions agree to 1e-6 rad with the default's, and the setting makes no plan by the closed form."""
     run = dict(list_runs(duration=DURATION, num_tools=1))[name]
     default = run(DEFAULT_SETTINGS)
     calls.update(solve_free=0, solve=0)

@@ -1,4 +1,4 @@
-"""What the README and the pages of first use show works as it says."""
+"""Examples, commands, links and targets of the README and of the pages of first use work as they are shown."""
 
 import re
 import shlex

@@ -1,4 +1,4 @@
-"""What SECURITY.md promises: a stranger's file is refused in one line, or does no harm; nothing is written beside.
+"""Promises of SECURITY.md: a stranger's file is refused in one line or harmless, and writes nothing elsewhere.
 
 Each file is given to the command that a user would give it to. Details are tested where they belong: tests/files,
 tests/reporting/test_expressions.py, tests/protocols/test_plain_texts.py, tests/identification/test_run_*.py.
@@ -50,7 +50,7 @@ def with_objects(objects):
     return change(PROTOCOL[start:end], objects, groups)
 
 
-# A protocol, and what is said of it.
+# Protocols, and messages that refuse them.
 PROTOCOLS = {
     "template": (change("mine: an odd one in a family", SHELL), "report.title: is "),
     "template in a key": (change("odd_one: {draw", '"{% x": {draw'), "must be plain text without '{%'"),
@@ -82,14 +82,14 @@ PROTOCOLS = {
     "device": (with_objects("  file: /dev/zero\n"), "/dev/zero: cannot be read: it is a device"),
     "table that is none": (change("# published: mine.csv", "published: /dev/stdin"), "/dev/stdin: "),
 }
-# Tools with a mesh, and what is said of it.
+# Tools with a mesh, and messages that refuse them.
 MESHES = {
     "promises": ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {10**12}\nend_header\n", f"promises {10**12}"),
     "pieces": ("a.obj", "v 0 0 0\n" * 3 + "o a\nf 1 2 3\n" * 10_001, "has 10001 pieces"),
     "indices": ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file"),
     "device": ("/dev/zero", "", "must be one of .obj, .ply, .stl"),
 }  # fmt: skip
-# A robot, and what is said of it.
+# Robots, and messages that refuse them.
 ROBOTS = {
     "entities": ("a.urdf", change("<robot", ENTITIES + "<robot", build_urdf()), "line 1: defines the entity 'a'"),
     "entity of a file": (
@@ -109,7 +109,7 @@ ROBOTS = {
     ),
     "links": ("a.urdf", f"<robot>{'<link/>' * 5000}</robot>", "has 5000 links and joints, must have at most 1000"),
 }
-# A file that `identify` reads, by option, and what is said of it.
+# Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
     "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
     "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not netCDF 3 of numbers"),
@@ -217,7 +217,7 @@ NAMES = {
 
 @pytest.mark.usefixtures("vectors")
 def test_names_are_shown_as_they_are_and_do_nothing(tmp_path):
-    """In the page, its links and the pictures: names, titles, captions and remarks of a protocol."""
+    """Names, titles, captions and remarks of a protocol are shown as text in the page, its links and the pictures."""
     text = PROTOCOL.replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
     for name, hostile in NAMES.items():
         text = text.replace(f"name: {name},", f'name: "{hostile}",').replace(f"[{name}]", f'["{hostile}"]')
@@ -261,6 +261,6 @@ def test_links_of_an_imported_arm_are_shown_as_they_are(tmp_path):
 
 
 def test_protocol_that_is_a_pipe_is_refused(tmp_path, refuse):
-    """Reading it would wait for ever."""
+    """A protocol that is a pipe is refused, as reading it would never end."""
     os.mkfifo(tmp_path / "mine.yaml")
     assert "cannot be read: it is a device, a pipe or a socket" in refuse("predict", tmp_path / "mine.yaml")

@@ -78,7 +78,7 @@ def test_port_of_the_trial_shows_what_was_seen():
 
 
 def test_geometry_seen_is_no_noise_of_the_joints():
-    """What was seen inexactly says less of densities than the same seen exactly, as much as Y cov Y^T says."""
+    """Uncertain geometry lowers the precision of densities, as its covariance Y cov Y^T says."""
     tool = STICK.gripped_by(STICK.grips[0])
     seen = take_features(tool)
     exact = [dataclasses.replace(part, deformations=np.zeros((0, 4, 4))) for part in seen]
@@ -114,7 +114,7 @@ def test_picture_that_shows_nothing_names_the_object(monkeypatch):
 
 @pytest.mark.parametrize(("name", "tool"), [("weight", "rod_10cm"), ("reach", "stick"), ("hammer", "stick")])
 def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path, name, tool):
-    """Also where it is taken before anything is run, to plan."""
+    """A picture that shows nothing ends the experiment and is kept, also where it is taken for planning."""
     monkeypatch.setattr(CameraSensor, "detect_parts", blind)
     arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "changes": {"feature_source": "pixels"}}
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""The study of arms: what it says of numbers, and how its arms are named."""
+"""The study of arms: claims, tables and texts by made-up numbers, and the names of its arms."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ SAG = {"arm_mass": 2.0, "object_mass": 0.4, "predicted": 0.02, "simulated": 0.02
 
 
 def invent(**changes: Any) -> dict[str, Any]:
-    """What might be found of a robot."""
+    """Made-up findings about a robot."""
     sag = {**SAG, "limited": 0.0, "real_time_factor": 12.0}
     found = {
         "required": True,

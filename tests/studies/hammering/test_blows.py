@@ -70,12 +70,12 @@ def test_yielding_nail_is_driven_as_deep_by_the_same_energy(findings, plan):
 def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(
     experiment, plan, study, is_coarse, monkeypatch
 ):
-    """As it is where so little is demanded that the steel end is the cheaper one."""
+    """A crossover above a small demanded force, for which the steel end is cheaper, is checked on either side."""
     monkeypatch.setattr(blows, "_compare_swings", lambda *arguments: {})
     simulate = blows._simulate
 
     def simulate_stiff(*arguments, nail=None, **changes):
-        """A nail that yields is another test's."""
+        """Simulates a blow, except that a nail that yields is left to another test."""
         return plan.simulated["stick"]["wood"] if nail else simulate(*arguments, **changes)
 
     monkeypatch.setattr(blows, "_simulate", simulate_stiff)
@@ -103,7 +103,7 @@ def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan
 
 
 def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, is_coarse, monkeypatch, caplog):
-    """As a light arm stalls on a nail that yields, though it can deal the demanded blow."""
+    """Blows that stall on a yielding nail, as those of a light arm do, are left out of the study and named."""
 
     def stall(*arguments, nail=None, **changes):
         if nail is not None:

@@ -36,7 +36,7 @@ def draw_the_map(**changes):
 
 
 def get_cells(axes):
-    """What is drawn in every cell, by label; the ratio has none."""
+    """Values drawn in every cell, by label; the mesh without a label is the ratio."""
     cells = {}
     for collection in axes.collections:
         if collection.get_array() is not None and collection.get_array().size == 12:

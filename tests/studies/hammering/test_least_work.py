@@ -26,7 +26,7 @@ def model():
 
 
 def find_least_acceleration(self):
-    """In place of a search of seconds: the swing it would begin with."""
+    """Returns the swing with which a search of seconds would begin."""
     return self.measured
 
 
@@ -74,7 +74,7 @@ def test_search_that_does_not_converge_is_named(model, planned, monkeypatch):
 
 
 def test_swings_of_least_work_strike_with_the_speeds_of_their_table(model, planned):
-    """By Drake's Jacobian where they end; the faster, the shorter."""
+    """Speeds by Drake's Jacobian at the end are those of the table to 1e-9; durations are inversely proportional."""
     hammer, blows = planned
     found = least_work.plan_least_work(blows, hammer, model, HELD.parameters, DEFAULT_SETTINGS)
     for swing, speed in zip(found.swings, found.speeds, strict=True):

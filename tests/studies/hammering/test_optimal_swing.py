@@ -147,9 +147,9 @@ def test_no_swing_takes_less_work_than_the_energy_it_gains(own_model, swing, lea
 
 
 def test_torques_of_the_swing_carry_it_out_in_another_library(peer, found):
-    """Open loop: Pinocchio's arm, driven by nothing but the torques, goes where the swing does.
+    """Pinocchio's arm, driven open loop by nothing but the torques, follows the swing to 1e-5.
 
-    Afresh every tenth of a second: with inertias as small as some of the arm's, errors grow tenfold in as long.
+    Integration begins afresh each tenth of a second, in which errors grow tenfold with the arm's small inertias.
     """
     data = peer.createData()
     torque = CubicSpline(found.times, found.tau)
@@ -165,7 +165,7 @@ def test_torques_of_the_swing_carry_it_out_in_another_library(peer, found):
 
 
 def test_no_nearby_motion_takes_less_effort(own_model, target, swing):
-    """Steps along what strike and joints leave free, put back onto the strike by Newton's method, cost more."""
+    """Steps that keep strike and joint limits, restored by Newton's method, raise the effort."""
     limits = own_model.arm.limits
     strong = dataclasses.replace(own_model.arm, limits=limits._replace(tau_max=np.full(7, 1e3)))
     search = SwingSearch(ArmModel(strong), target, swing, PI, num_pieces=2)

@@ -20,7 +20,7 @@ def test_above_the_demanded_force_it_is_half_way_to_the_last_one():
 
 
 def test_force_above_is_one_both_grips_can_give():
-    """What can be done with both again beyond a force that cannot does not count."""
+    """The force above lies below the first force that a grip cannot give, even if both grips can give more beyond."""
     blocked = (FORCES > 500.0) & (FORCES < 600.0)
     last = FORCES[FORCES < 500.0].max()
     assert pick([450.0], ~blocked)[1] == pytest.approx(np.sqrt(450.0 * last))

@@ -81,7 +81,7 @@ def test_what_is_remembered_can_be_read(observed):
 
 
 def test_honest_objects_teach_what_they_teach_with_one_density(weight):
-    """Simulations II to IV, one observer: densities, and how often the right grip is chosen."""
+    """Densities agree to 10 % and shares of right grips to 0.1 in Simulations II to IV, for one observer."""
     com = load_hold_experiment("com")
     com = shorten(com, 0.5, repetitions=2)
     found = {}
@@ -99,7 +99,7 @@ def test_honest_objects_teach_what_they_teach_with_one_density(weight):
 
 def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     def pretend(com, models, folder, *, repeats, jobs):
-        """Honest objects, with two observers of one learner who were right half of the time."""
+        """Numbers about honest objects, with two observers of one learner who were right half of the time."""
         arrays = {
             "density_median": np.ones((2, 3, 2)),
             "mass_error": np.full((2, 2), 0.04),

@@ -34,7 +34,7 @@ def list_tools(group):
 
 
 def exert(group, mass, factor):
-    """Forces of one who goes by the family for the training objects, and by a share of its excess for the test."""
+    """Forces of an observer who expects family weights for training objects and adds a share of the test's excess."""
     tools = list_tools(group)
     force = 9.81 * np.array([tool.mass for tool in group.tools])[tools]
     force[tools == TEST] = 9.81 * (0.9 + factor * (mass - 0.9))
@@ -101,7 +101,7 @@ def test_error_of_a_fraction_is_that_of_many_drawn_pairs_of_forces():
 
 
 def test_fit_finds_the_kappa_that_people_were_made_with():
-    """Against the closed form for a learned fraction that falls in a straight line."""
+    """The fitted kappa agrees with the closed form for a learned fraction that is linear in kappa."""
     kappas = np.linspace(0.1, 0.5, 9)
     fractions = np.column_stack([np.zeros(9), 1.5 - 3.0 * kappas])
     people = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]

@@ -1,4 +1,4 @@
-"""How often the correct grip is chosen: as the simulations count it; ties; and travels of the nail."""
+"""Share of choices of the correct grip, as the simulations count it; ties; and travels of the nail."""
 
 from types import SimpleNamespace
 

@@ -20,7 +20,7 @@ LEVELS = find_levels(ASSUMPTIONS, PLACES)
 
 
 def test_index_is_what_the_assumption_alone_explains():
-    """Of y = [x0 < 2/5] all; of an exclusive or of two next to nothing; of a mixture its analytical share."""
+    """The index of x0 is 1 for [x0 < 2/5], about 0 for an exclusive or of two, and analytical for a mixture."""
     x, kind = PLACES[:, 0], LEVELS[:, 6]
     low = x < 0.4
     assert compute_indices(low[None].astype(float), LEVELS)[0, 0] == pytest.approx(1.0, abs=1e-12)
@@ -32,7 +32,7 @@ def test_index_is_what_the_assumption_alone_explains():
 
 
 def test_what_levels_explain_by_chance_is_taken_off(rng):
-    """By hand of four settings; and of outcomes that nothing moves more than half of the indices are zero."""
+    """Shares explained by chance are subtracted, by hand for four settings; most indices of random outcomes are 0."""
     levels = np.array([[0], [0], [1], [1]])
     # Of the sum of squares 3/4 the two groups explain 1/4, a third: as one of three degrees of freedom does.
     assert compute_indices(np.array([[1.0, 1.0, 1.0, 0.0]]), levels)[0, 0] == pytest.approx(0.0, abs=1e-12)

@@ -40,7 +40,7 @@ JUDGED = [
 
 @pytest.fixture(scope="module", autouse=True)
 def _shorter_holds():
-    """A third as long: drops and lifts come in their first second."""
+    """Holds of a third of the duration, as drops and lifts come in their first second."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(holding, "HOLD_DURATION", 1.1)
         yield
@@ -48,12 +48,12 @@ def _shorter_holds():
 
 @pytest.fixture(scope="module")
 def defaults(_shorter_holds, tmp_path_factory):
-    """What the simulations' own setting gives, with as many observers as they have."""
+    """Outcome of the simulations' own setting, with as many observers as they have."""
     return compute_once(tmp_path_factory, "robustness_default", lambda: LOADED.evaluate(None))
 
 
 def test_default_meets_all_that_the_simulations_meet(defaults):
-    """All claims, of protocols and headlines, by 200 observers: results of the simulations."""
+    """The default setting meets all claims of protocols and headlines that simulations of 200 observers meet."""
     setting, outcome = defaults
     assert setting == list_defaults(LOADED.assumptions)
     assert not any(outcome.reasons.values())
@@ -71,7 +71,7 @@ def test_default_meets_all_that_the_simulations_meet(defaults):
 
 
 def test_as_many_choose_as_in_the_simulations(defaults):
-    """The same claim is judged with the same number of choices: one of each of 200 observers."""
+    """Claims are judged with one choice of each of 200 observers, as in the simulations."""
     _, outcome = defaults
     assert LOADED.num_observers == DEFAULT_REPEATS == 200
     for name in ("reach", "hammer"):
@@ -84,7 +84,7 @@ def test_as_many_choose_as_in_the_simulations(defaults):
 
 
 def test_interpolated_motions_are_those_of_full_holds(defaults):
-    """Of every object that claims are about, by the simulations' own integrator; of two of all."""
+    """Interpolated heights agree to 1e-5 m with full holds of every judged object, for two observers of all."""
     _, outcome = defaults
     runner = TrialRunner(DEFAULT_SETTINGS)
     largest = {}
@@ -122,7 +122,7 @@ def test_setting_is_described_with_its_claims(defaults):
 
 
 def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
-    """The setting of the simulations comes first, and is none of the sample; holds are compared in some settings."""
+    """The simulations' setting is evaluated first, outside the sample; two settings are compared with full holds."""
     _, outcome = defaults
     evaluated, proven = [], []
 
@@ -172,7 +172,7 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
 
 
 def test_a_blow_that_cannot_be_simulated_leaves_the_force_unjudged(monkeypatch):
-    """All else about hammering is judged."""
+    """A blow that cannot be simulated leaves the force unjudged, and the correct grip judged."""
 
     def fail(*_):
         raise AffordanceError("it passes through the nail")

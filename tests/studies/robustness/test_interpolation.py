@@ -1,4 +1,4 @@
-"""Motions interpolated over what is believed: as accurate as is said, and simulated where that cannot be."""
+"""Motions interpolated over beliefs: accurate to the stated error, and simulated where that cannot be reached."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def test_motions_of_many_follow_from_those_of_a_few(believed):
 
 
 def test_error_is_that_of_motions_not_simulated_yet(believed):
-    """Measured, and not too small: the degree that stops the search has found it in motions new to it."""
+    """The stated error is at most the tolerance and over half of the true one, by motions new to the polynomial."""
     motions = interpolate_motions(Simulator(smooth), believed, TRUE)
     error = np.abs(motions.heights - Simulator(smooth).list_all(believed)).max()
     assert 0.0 < motions.error <= TOLERANCE
@@ -79,7 +79,7 @@ def test_all_are_simulated_where_motions_are_not_smooth(believed):
 
 
 def test_nodes_gather_where_the_arm_meets_a_limit(rng):
-    """Over one density, where a single polynomial would ring on both sides of the limit."""
+    """Nodes over one density gather at the arm's limit, on both sides of which a single polynomial would ring."""
     rods = rng.uniform(500.0, 3000.0, (200, 1))
     simulate = Simulator(lambda rho: 0.2 * max(0.0, rho[0] / 2000.0 - 0.4) + 0.05 * np.sin(rho[0] / 1000.0))
     motions = interpolate_motions(simulate, rods, np.array([2000.0]))
@@ -113,7 +113,7 @@ def test_beliefs_along_a_line_take_nodes_along_it():
 
 
 def test_a_limit_that_only_extreme_beliefs_meet_is_found(rng):
-    """Of the six most extreme beliefs one that is no node for a smooth motion: there a limit changes the motion."""
+    """A limit met by one of the six most extreme beliefs alone, no node of a smooth motion, is found."""
     believed = rng.multivariate_normal([700.0, 3500.0], [[6400.0, 0.0], [0.0, 22_500.0]], 200)
     plain = Simulator(lambda rho: 1e-4 * rho.sum())
     interpolate_motions(plain, believed)

@@ -1,4 +1,4 @@
-"""The page about robustness shows what a run gave."""
+"""The page about robustness shows the numbers of the kept run."""
 
 import json
 

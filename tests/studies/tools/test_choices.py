@@ -1,4 +1,4 @@
-"""Which end of a hammer, what the eye may take a grey for, and what the study says of it."""
+"""Choice of a hammer's end, materials that the eye may take for a grey, and the study's section about them."""
 
 import json
 
@@ -85,7 +85,7 @@ def test_paint_changes_what_is_shown_and_nothing_else():
 
 
 def test_objects_that_would_have_felt_otherwise_weigh_little(rng):
-    """Against the normal density, one joint at a time."""
+    """Weights agree with products of normal densities computed one joint at a time."""
     noise = WeberNoise(0.07, 0.1)
     pi = rng.uniform(0.1, 1.0, (5, 10))
     tau, tau_arm, Y = rng.standard_normal(2), rng.standard_normal(2), rng.standard_normal((2, 10))

@@ -98,7 +98,7 @@ def test_tool_that_is_left_out_teaches_nothing_about_itself(felt):
 
 
 def test_mean_ratio_is_the_mean_of_ratios_either_way_round():
-    """Half, and four fifths: not the exponential of the mean logarithm, which is the root of their product."""
+    """The mean of the ratios 1/2 and 4/5 is 0.65, not the root of their product, 0.63, as by the mean logarithm."""
     predictions = [Prediction(np.full(3, mass), np.zeros((3, 3))) for mass in (1.0, 1.0)]
     truths = [Truth(2.0, np.zeros(3)), Truth(0.8, np.zeros(3))]
     assert score(predictions, truths).mnre == pytest.approx((0.5 + 0.8) / 2.0)

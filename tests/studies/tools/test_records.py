@@ -42,7 +42,7 @@ def test_exact_record_gives_exact_parameters(recording, rng):
 
 
 def test_sign_of_gravity_matters(recording, rng):
-    """What a real sensor feels, m (a - g), fits no object if it is read as these records are."""
+    """A real sensor's m (a - g), read with the sign of these records, makes the mass wrong by more than half."""
     weight = PI[0] * np.array([0, 0, -9.81])
     r = np.einsum("nij,j->ni", recording.X_WS[:, :3, :3], PI[1:4] / PI[0])
     real = recording._replace(

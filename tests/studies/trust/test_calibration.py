@@ -44,7 +44,7 @@ def test_truths_lie_uniformly_in_posteriors_of_what_is_felt_at_rest(at_rest):
 
 @dataclasses.dataclass(frozen=True)
 class Overconfident(WeberNoise):
-    """Takes its errors for half of what they are."""
+    """Weber noise whose likelihood takes errors for half of their size."""
 
     def compute_likelihood(self, *arguments):
         noise = WeberNoise(0.5 * self.weber_fraction, 0.5 * self.threshold)
@@ -53,7 +53,7 @@ class Overconfident(WeberNoise):
 
 @dataclasses.dataclass(frozen=True)
 class OverconfidentWhite(WhiteNoise):
-    """Takes its errors for half of what they are."""
+    """White noise whose likelihood takes errors for half of their size."""
 
     def compute_likelihood(self, *arguments):
         return WhiteNoise(0.5 * self.sd).compute_likelihood(*arguments)
@@ -94,7 +94,7 @@ def is_calibrated(positions):
     ],
 )
 def test_loop_in_drake_is_calibrated(noise, calibrated, monkeypatch):
-    """And an estimator that takes its errors for half of what they are is not."""
+    """The loop in Drake is calibrated, and an estimator that takes its errors for half of their size is not."""
     monkeypatch.setattr(calibration, "DURATION", 0.5)
     positions = find_positions_of_what_was_felt(build_config(noise, moves=True), 30)
     assert is_calibrated(positions) is calibrated
@@ -150,7 +150,7 @@ def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error()
 
 @pytest.mark.parametrize("noise", [WeberNoise(0.0, 0.5), WHITE])
 def test_bound_follows_the_arm_as_it_moved(noise, monkeypatch):
-    """Without the part from the size of errors the loop's variance is the bound, found from its log alone."""
+    """The bound from the log alone, without the part from the size of errors, is the loop's variance to 1 %."""
     monkeypatch.setattr(calibration, "DURATION", 1.0)
     arrays = run_draws(build_config(noise, moves=True), 4)
     np.testing.assert_allclose(arrays["bound"], arrays["variance"], rtol=1e-2)

@@ -1,4 +1,4 @@
-"""What the first trial of Simulation I shows of the time within it."""
+"""Time course within the first trial of Simulation I."""
 
 import json
 

@@ -62,7 +62,7 @@ def test_points_sighted_lie_on_the_surface_and_on_their_rays(rng):
 
 
 def test_outline_distance_is_counted_in_pixels():
-    """Of a ball on the optical axis: its outline is a circle whose radius follows from a right triangle."""
+    """The outline of a ball on the optical axis is a circle of known radius, with distances right to 0.08 pixels."""
     ball = make_ellipsoid([0.05] * 3, [0.0, 0.0, 0.8])
     radius = CAMERA.focal_length * 0.05 / np.sqrt(0.8**2 - 0.05**2)
     for beside in (-2.0, -0.5, 0.0, 0.5, 2.0):

@@ -34,7 +34,7 @@ def test_views_find_volume_place_and_materials_of_each_part(features):
     assert abs(np.log(seen[0] / true[0])) < ERROR.log_volume_sd
     np.testing.assert_allclose(seen[1:4] / seen[0], true[1:4] / true[0], atol=2e-3)
     np.testing.assert_allclose(seen[4:7], true[4:7], rtol=0.2)
-    # The face that strikes, which the eye is told, is that of the head.
+    # The striking face, which is handed to the eye, is that of the head.
     (head,) = [part for part in features if part.strikes]
     assert head.X_TE[0, 3] > 0.1
     p_TQ, normal_T = head.strikes[0].express(head.X_TE)
@@ -43,7 +43,7 @@ def test_views_find_volume_place_and_materials_of_each_part(features):
 
 
 def test_deformations_are_the_error_that_is_stated(features):
-    """To first order: volume changes by its standard deviation, the centroid stays; then it moves."""
+    """The first deformation changes the volume by its SD with a fixed centroid; others move it by less than 2 cm."""
     (part, *_) = features
     error = ERROR
     X = part.X_TE
