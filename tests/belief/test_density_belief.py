@@ -57,7 +57,7 @@ def test_one_object_is_less_certain_than_its_material(pair):
 
 
 def test_marginalised_deviation_agrees_with_joint_inference(rng):
-    """Mean and deviation of two materials inferred together, then the deviation dropped."""
+    """Materials' means and covariance agree with joint inference of means and deviations, marginalised."""
     A, r, sd = rng.normal(size=(4, 2)), rng.normal(size=4), 0.7
     likelihood = Likelihood(A.T @ A / sd**2, A.T @ r / sd**2, 0.0)
     prior = DensityBelief.from_moments(np.array([1.0, 2.0]), np.diag([9.0, 16.0]))

@@ -113,7 +113,7 @@ def test_the_most_populous_kind_has_most_objects_and_of_equals_is_the_oldest():
 @pytest.mark.parametrize(("sd", "are_twins"), [(145.0, True), (152.0, False)])
 @pytest.mark.parametrize("correlation", [0.0, 0.6])
 def test_twins_are_more_probable_than_not(sd, are_twins, correlation):
-    """A difference of mean zero is within 100 with probability 1/2 where its SD is 100 / 0.6745 = 148.3."""
+    """Kinds are twins if the SD of their difference is below 100 / 0.6745 = 148.3: P(|difference| < 100) > 1/2."""
     variance = sd**2 / (2.0 * (1.0 - correlation))
     belief = DensityBelief.from_moments([5000.0, 5000.0], variance * np.array([[1, correlation], [correlation, 1]]))
     assert find_twins(Kinds((0, 0), belief, (), (FIRST, FIRST)), 100.0) == ((0, 1) if are_twins else None)

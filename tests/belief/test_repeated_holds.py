@@ -98,7 +98,7 @@ def test_many_holds_of_one_object_tell_no_more_of_its_material_than_its_deviatio
 
 
 def test_object_of_another_kind_begins_anew():
-    """Evidence of an object as one of a kind does not count against its evidence as one of another."""
+    """Evidence for an object as one of a kind does not count when the object is taken for another kind."""
     memory = start_memory(Learner.KINDS_MAP)
     assert isinstance(memory, KindMemory)
     for number in (0, 3, 0, 3):

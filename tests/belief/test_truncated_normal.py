@@ -129,7 +129,7 @@ def test_mass_of_pairs_of_zero_mean_is_sheppards():
 
 
 def test_mass_of_triples_of_zero_mean_is_known(rng):
-    """P = 1/8 + (sum of the arcsines of the correlations) / 4 pi."""
+    """The mass is 1/8 + (sum of the arcsines of the correlations) / 4 pi, to 1e-11."""
     chain = np.array([[1.0, 0.6, 0.0], [0.6, 1.0, -0.7], [0.0, -0.7, 1.0]])
     for covariance in [chain] + [draw_distribution(rng, 3, narrowest=0.03, farthest=0.0)[1] for _ in range(10)]:
         sds = np.sqrt(np.diag(covariance))
@@ -302,7 +302,7 @@ def test_one_bound_decides_where_coordinates_are_all_but_equal():
 
 
 def test_both_bounds_decide_where_coordinates_are_all_but_opposed():
-    """A total known well, and the split not at all: the mass lies along a line between the axes."""
+    """Mass and percentiles agree with a truncated normal on the line on which the sum of two coordinates is fixed."""
     mean, sds = np.array([300.0, 500.0]), np.array([400.0, 400.0])
     covariance = correlate(sds, -(1 - 1e-10))
     low, high = -mean[0] / sds[0], mean[1] / sds[1]

@@ -68,7 +68,7 @@ def test_many_tools_cost_what_each_costs_alone(planned, rng):
 
 
 def test_body_that_cannot_be_is_infeasible_and_leaves_the_others_as_they_are(planned):
-    """Large errors of geometry may give a sample a negative moment of inertia, and a negative mass at the tip."""
+    """A sample with a negative moment of inertia, as errors of geometry may give, changes no other sample's work."""
     bodies, cost = np.tile(PI["steel"], (3, 1)), planned["steel"]
     bodies[1, 4:7] = -1.0
     with np.errstate(all="raise"):

@@ -51,7 +51,7 @@ def test_exchanging_the_materials_exchanges_the_grips(choice):
 
 
 def test_samples_are_those_of_the_belief(choice):
-    """Masses of the sampled objects: their mean and spread follow from volumes and densities."""
+    """Masses of sampled objects have the mean and SD that follow from volumes and densities."""
     memory = believe(2000.0, 6000.0, 300.0)
     pi = choice.draw_parameters(memory, np.random.default_rng(0), 40_000)
     volume = STICK.components[0].shape.volume
@@ -91,7 +91,7 @@ def test_options_need_names_of_their_own(count):
 
 
 def test_simulated_motions_cost_what_inner_simulation_says(choice):
-    """The torques of ticks are those of their middles: what is planned is what is done.
+    """Works of simulated motions agree to 0.1 % with those of inner simulation, whose torques are those of mid-ticks.
 
     The full check, over more beliefs, tools and both tasks, is in studies/speed/inner_vs_full.py.
     """

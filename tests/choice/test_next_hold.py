@@ -178,7 +178,7 @@ def test_certainty_that_rests_on_one_object_is_said_and_a_check_proposed(questio
 
 
 def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question):
-    """The learner itself believes the mean of both, and is sure of it."""
+    """Two objects at odds leave a third hold worth while, though the learner itself is sure of the mean of both."""
     at_odds = {"bar of oak": feel_density(OAK, 7200.0), "second bar": feel_density(OAK, 580.0)}
     at_odds["rod of cast steel"] = feel_density(STEEL, 7200.0)
     memory = remember(at_odds.values())
@@ -193,7 +193,7 @@ def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question
 
 
 def test_evidence_for_an_odd_object_is_that_of_bayes_rule():
-    """Two objects of one material, both densities known exactly: normal densities of the two hypotheses."""
+    """The odds that an object is odd are the ratio of normal densities of two exactly known objects of a material."""
     felt = {"bar of oak": feel_density(OAK, 600.0, 1e-3), "second bar": feel_density(OAK, 1400.0, 1e-3)}
     parts = {name: measure_drawing(OAK) for name in felt}
     samples = HoldSamples(remember(felt.values()), parts, felt, DEFAULT_SETTINGS, np.random.default_rng(0))

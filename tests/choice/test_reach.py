@@ -129,7 +129,7 @@ def test_chunks_do_not_change_the_costs(model, motion):
         alone = cost_model.compute(pi[k : k + 1])
         assert costs.work[k] == pytest.approx(alone.work[0], rel=1e-12)
         assert costs.feasible[k] == alone.feasible[0]
-    # Heavier point masses at the grip load the arm more, until a joint cannot bear it.
+    # Heavier point masses at the grip load the arm more, until a joint exceeds its torque limit.
     assert costs.feasible[0]
     assert not costs.feasible[-1]
     assert (np.diff(costs.feasible.astype(int)) <= 0).all()

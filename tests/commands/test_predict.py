@@ -83,7 +83,7 @@ def predict(first, second, sd):
 
 
 def test_difference_that_people_could_not_show_is_none():
-    """0.06 N is little for people, who differ by 1.7 N, and would look like much for observers, of 0.1 N."""
+    """A difference of 0.06 N counts as none for people, who differ by 1.7 N, though observers differ by 0.1 N."""
     text = predict(9.0, 9.06, 1.7)
     assert "kinds_map and kinds_drawn are not told apart by any of these: they differ most in end_N" in text
     assert "times the spread between people; it would take" in text

@@ -37,7 +37,7 @@ def test_goal_at_rest_at_the_start_is_the_start(arm, model, carrying):
 
 
 def test_repeated_steps_to_the_goal_lead_to_position_and_orientation(arm, model, carrying, rng):
-    """Newton's method: where the linearisation is right, distance and angle shrink quadratically."""
+    """Newton's method from 0.1 rad away reaches position and orientation to 1e-6 in four steps."""
     q, still = carrying.q_start + 0.1 * rng.standard_normal(arm.num_joints), np.zeros(arm.num_joints)
     misses = [measure_miss(model, carrying, q, 0.7)]
     for _ in range(4):

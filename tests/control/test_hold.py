@@ -18,9 +18,9 @@ def test_goal_is_the_posture_at_rest_whatever_the_state(model, arm, rng):
 
 
 def test_arm_comes_back_as_optimal_control_in_continuous_time_says(model, arm, rng):
-    """A double integrator that plans anew all the time, displaced by d: q'' = -6 d / T^2 - 4 d' / T, in closed form.
+    """A displaced arm returns as q'' = -6 d / T^2 - 4 d' / T has it in closed form, to 3 % of the displacement.
 
-    On the way it is off by up to the whole displacement, and its hand by centimetres.
+    On the way angles are off by up to the whole displacement, and the hand by centimetres.
     """
     T, tick = 0.24, 0.002
     mpc = MinimumAccelerationMpc(arm.limits, MpcSettings(horizon=T, num_steps=120, goal_weight=1e10))

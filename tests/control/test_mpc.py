@@ -79,7 +79,7 @@ def test_free_plan_is_stationary_by_finite_differences(mpc, arm, rng, goal):
 
 
 def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, rng):
-    """Minimum-acceleration control of a double integrator: vdot(0) = 6 dq / T^2 - 4 v / T."""
+    """The first acceleration is that of minimum-acceleration control, 6 dq / T^2 - 4 v / T, to 2 %."""
     settings = MpcSettings(horizon=0.4, num_steps=400, goal_weight=1e12)
     mpc = MinimumAccelerationMpc(arm.limits, settings)
     x = draw_state(arm, rng, 0.1, 0.5)
@@ -127,7 +127,7 @@ def test_program_that_is_always_used_gives_the_same_plans_and_says_as_well_where
 
 
 def test_goal_of_fewer_rows_than_joints_is_met_and_equals_the_program(mpc, arm, model, rng):
-    """A point goal for the hand: three rows of position, three of velocity, the rest free."""
+    """A goal for a point of the hand, 3 rows of position and 3 of velocity, is met and equals the program's plan."""
     x = draw_state(arm, rng, 0.02, 0.1)
     x[arm.joint_names.index("elbow_flexion")] = 1.0  # a bent arm can move its hand in every direction
     model.set_state(x)
@@ -245,7 +245,7 @@ def test_torque_limits_are_always_kept(mpc, arm, model, rng, goal):
 
 
 def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, goal, at_home):
-    """A joint on its way beyond its limit, with room enough to brake."""
+    """A joint that moves towards its limit, with room enough to brake, keeps it to 1e-8 rad."""
     x, elbow = at_home, arm.joint_names.index("elbow_flexion")
     x[elbow], x[7 + elbow] = arm.limits.q_lower[elbow] + 0.02, -1.0
     free = np.split(mpc.solve_free(x, goal), 3)[1]
@@ -309,7 +309,7 @@ def test_settings_must_be_positive(name):
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 4.0, 8.0, 16.0])
 def test_sampled_loop_is_stable_for_a_believed_inertia_too_large_by(arm, ratio):
-    """One joint: the plan's first acceleration, times the ratio, held for a tick; poles within the unit circle."""
+    """Poles of one joint have moduli below 0.999, the first acceleration times the ratio being held for a tick."""
     limits = JointLimits(*(limit[:1] for limit in arm.limits))
     mpc = MinimumAccelerationMpc(limits, SETTINGS)
     goal = TerminalGoal(np.eye(1), np.zeros(1), np.eye(1), np.zeros(1))

@@ -102,7 +102,7 @@ def test_task_begins_where_its_start_says(model):
 
 
 def test_reaching_from_an_outstretched_arm_is_refused_with_the_joint_to_bend(model):
-    """The joint that is named helps: bent by as much as was tried, the arm may reach."""
+    """Reaching from an outstretched arm is refused in one line that names a joint to bend."""
     outstretched = Reach(dataclasses.replace(load_path(REACH), start=()))
     with pytest.raises(
         AffordanceError, match=r"^the start moves the free end by 0 m per rad .* bend (\w+), "

@@ -120,7 +120,7 @@ def test_error_is_seen_on_its_side_of_the_bound(experiment, folder):
 
 
 def test_prediction_is_that_of_the_densities_learned(experiment, folder):
-    """Mass and centre of mass by hand, from the most probable densities."""
+    """Predicted mass and first moment equal sums by hand over the most probable densities, to 1e-9."""
     experience = collect_experience(experiment.experience, folder.parent / "experience", repeats=2, jobs=1)
     arrays = experiment.run_observer(None, experience, 1)
     densities = dict(zip(experience.colours, recall(experience, 1, 6).belief.compute_mode(), strict=True))
@@ -179,7 +179,7 @@ def test_nothing_is_learned_in_the_test_pass(experiment):
 
 
 def test_numbers_are_those_of_made_up_arrays(experiment):
-    """Three observers whose errors are chosen: their medians lie halfway between the third and fourth of six."""
+    """Medians of chosen errors of three observers lie halfway between the third and fourth of six."""
     mass = np.array([[0.01, -0.05, 9.0], [-0.02, 0.04, 9.0], [0.03, 0.60, 9.0]])
     com_m = 1e-3 * np.array([[11.0, 14.0, 900.0], [12.0, 15.0, 900.0], [13.0, 80.0, 900.0]])
     inertia = np.array([[-0.21, 0.24, 9.0], [0.22, -0.25, 9.0], [-0.23, 0.90, 9.0]])

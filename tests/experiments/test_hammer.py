@@ -184,7 +184,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 
 def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_path):
-    """Memories of one experiment are found and chosen by in the other, and are not made anew."""
+    """Memories gained for reaching are found for hammering, not made anew, and lead to the cheaper grip."""
     reaching = take_two_tools(load_choice_experiment("reach"))
     gained = collect_experience(reaching.experience, tmp_path, repeats=1, jobs=1)
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))
@@ -224,7 +224,7 @@ def test_one_tool_makes_the_experiment(experiment, plan):
 
 
 def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(tmp_path, monkeypatch):
-    """An arm that is too weak even for the slowest swing, as the search for the greatest depth would find it."""
+    """An arm too weak for the slowest swing is refused without a depth that it could drive the nail to."""
     monkeypatch.setattr(BlowCost, "find_greatest_depth", lambda self, pi: self.nail.depth_set)
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "nail.yaml"

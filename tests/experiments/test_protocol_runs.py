@@ -81,7 +81,7 @@ def test_kinds_of_protocols_are_told_by_what_is_done(load):
 
 @pytest.mark.parametrize("closed_form", ["true", "false"])
 def test_both_means_take_any_learner_and_give_the_same_arrays(load, closed_form):
-    """A run is of one class, whatever presents the objects; a clamp is the one action that both means have."""
+    """Runs with a clamp, the one action of both means, have the same class and arrays, in closed form or not."""
     blocks = f"  - {{name: a, do: {{clamp: {{closed_form: {closed_form}, duration: 0.1}}}}}}"
     experiment = load(blocks, observers="{learners: [density, kinds_map]}", numbers="  force: {measure: force}")
     assert type(experiment) is PresentationExperiment

@@ -243,7 +243,7 @@ def tell(section):
 
 
 def test_text_is_about_the_tools_that_there_are(experiment, plan, numbers):
-    """A user's one tool, of a name that begins with a pronoun and of two unlike ends."""
+    """Texts about one tool, with a name that begins with a pronoun and unlike ends, say nothing of other tools."""
     _, hammer, *_ = experiment.novel
     own = dataclasses.replace(hammer, name="my hammer")
     alone = dataclasses.replace(experiment, novel=(own,))

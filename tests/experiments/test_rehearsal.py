@@ -73,7 +73,7 @@ def test_own_protocol_does_not_take_the_folder_of_a_shipped_one(tmp_path, capsys
 
 
 def test_what_is_refused_elsewhere_is_honoured_where_it_can_be(load):
-    """Objects are drawn in closed form, and beliefs are measured there."""
+    """Closed form draws objects and measures beliefs, which are refused for other means."""
     numbers = (
         "  x: {measure: believed density, quantile: 0.1}\n  y: {measure: expected mass}\n  z: {measure: outlier}\n"
     )
@@ -128,7 +128,7 @@ def test_shipped_protocols_are_loaded_and_tried_out_fast(name):
 
 
 def test_believed_densities_are_those_of_the_colours_of_a_group(load, tmp_path):
-    """Three materials of two colours; the group has one of each."""
+    """A group of two of three materials, with one of each colour, has two believed densities."""
     experiment = load(
         blocks=HOLD,
         numbers="  x: {measure: believed densities, of: pair}\n",

@@ -219,7 +219,7 @@ def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything
 
 
 def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path):
-    """Weight's own files are right; what reach chooses about is not."""
+    """A wrong file of one experiment is refused before the other, whose files are right, is started."""
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "novel.yaml"
     path.write_text(

@@ -18,7 +18,7 @@ def test_files_up_to_the_bound_are_read(tmp_path):
 
 
 def test_size_is_looked_at_before_anything_is_read(tmp_path):
-    """A sparse file of a terabyte takes no space, and reading it no time."""
+    """A sparse file of a terabyte is refused by its size, without being read."""
     path = tmp_path / "huge.yaml"
     with path.open("wb") as file:
         file.truncate(10**12)

@@ -44,7 +44,7 @@ def test_errors_of_torque_are_those_of_the_difference(belief):
 
 
 def test_probability_is_the_weight_of_bodies_within_both_tolerances(belief):
-    """Four bodies about the setting: right, too heavy, off centre, right."""
+    """Of four bodies, one too heavy and one off centre, the two right ones have the probability 0.5."""
     setting = PayloadSetting(2.0, np.zeros(3))
     pi = np.tile(setting.parameters, (4, 1))
     pi[1, 0] += 0.11
@@ -78,7 +78,7 @@ def test_plausibility_is_that_of_the_nearest_right_payload(belief, seed):
 
 
 def test_a_wide_belief_leaves_a_right_setting_open(belief):
-    """Five per cent of a mass that is known to forty: no setting is probable, and only those far off are wrong."""
+    """A setting within 5 % of a mass known to 40 % stays open, and settings far off are wrong."""
     rng = np.random.default_rng(0)
     pi = np.tile(PAYLOAD, (8000, 1)) * np.exp(0.4 * rng.standard_normal((8000, 1)))
     pi[:, 1:4] += 0.1 * rng.standard_normal((8000, 3))

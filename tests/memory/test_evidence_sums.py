@@ -57,7 +57,7 @@ def test_repeated_holds_tell_little_more_about_a_material(model):
 
 
 def test_a_size_that_is_seen_wrongly_does_not_average_out():
-    """A size that errs by a tenth leaves a tenth of the density, however often the object is held."""
+    """A size that errs by a tenth leaves an SD of 9 % of the density or more, after one hold as after 64."""
     for count in (1, 64):
         trials = [hold("bar", (BRASS,), (8500.0,), seed, num_errors=1) for seed in range(count)]
         belief = sum_objects([trials], PRIOR).build_belief()

@@ -9,7 +9,7 @@ from affordance.objects.colour import compute_tints, convert_to_lab
     [((1, 1, 1), (100.0, 0.0, 0.0)), ((0, 0, 0), (0.0, 0.0, 0.0)), ((1, 0, 0), (53.24, 80.09, 67.20))],
 )
 def test_coordinates_are_those_of_the_standard(colour, lab):
-    """CIE 15 by way of IEC 61966-2-1, illuminant D65; values as published for pure red."""
+    """Coordinates are those of CIE 15 by way of IEC 61966-2-1, illuminant D65, to 0.15; red is as published."""
     np.testing.assert_allclose(convert_to_lab(np.array(colour, dtype=float)), lab, atol=0.15)
 
 

@@ -10,7 +10,7 @@ def list_volumes(found):
 
 
 def test_bodies_that_touch_along_an_edge_are_parted_in_the_order_of_the_file():
-    """Four faces meet at the common edge; so they do where whole faces lie on each other."""
+    """Boxes with a common edge of four faces, and with a common face, are parted in the order of the file."""
     found = find_shells(
         *join(
             make_box([0, 0, 0], [0.1, 0.1, 0.1]),

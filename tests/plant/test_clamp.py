@@ -9,7 +9,7 @@ AWAY = 0.01 * np.array([1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
 
 
 def test_clamp_pushes_back_until_it_lets_go():
-    """A spring between where the hand was and where it is, [N]; none when the clamp is open."""
+    """The closed clamp is a spring between the hand's places then and now, [N]; an open one exerts no force."""
     builder = DiagramBuilder()
     arm = add_arm(builder, has_clamp=True)
     context = arm.plant.CreateDefaultContext()

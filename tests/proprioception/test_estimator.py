@@ -40,7 +40,7 @@ def test_running_percept_is_the_mean_of_all_samples(rng):
 
 
 def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm, rng):
-    """White noise: 300 samples one by one against one least-squares problem, and against a Kalman filter."""
+    """Recursion over 300 samples of white noise agrees to 1e-9 with one least-squares problem and a Kalman filter."""
     noise = WhiteNoise(sd=0.5)
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     q, v, vdot = rng.normal(size=(3, 300, 7))
@@ -70,7 +70,7 @@ def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm,
 
 
 def test_recursive_estimator_equals_the_batch_posterior_over_trials(hold, rng):
-    """Five trials with one object, against one system of its materials' means and its own deviations."""
+    """Recursion over five trials agrees to 1e-9 with one system of the materials' means and the own deviations."""
     memory = MaterialMemory()
     rows, targets = [], []
     true = np.array([720.0, 7850.0]) + 100 * rng.standard_normal(2)
@@ -131,7 +131,7 @@ def test_posterior_of_two_materials_equals_brute_force_bayes_at_fixed_noise(hold
 
 
 def test_material_means_equal_brute_force_bayes_with_the_deviation_integrated(hold):
-    """Mean and deviation of one material on a grid of both, then summed over the deviation."""
+    """Percentiles of a material's mean agree to 5 kg/m^3 with a grid of mean and deviation, marginalised."""
     belief = detect_parts(ONE_MATERIAL, PRIOR)
     deviation_sd = 800.0
     statistics = hold.measure(belief, np.array([5000.0]), FIXED, (5,))
@@ -163,7 +163,7 @@ def draw_from_prior(rng, count):
 
 
 def test_density_dependent_noise_stays_close_to_brute_force_bayes(hold, rng):
-    """The plug-in posterior is an approximation; studies/speed/estimator_study.py has the whole table."""
+    """Percentiles by plug-in differ from a grid by 0.15 SD at most in the mean (studies/speed/estimator_study.py)."""
     noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
     axis = np.linspace(0, 40_000, 20_001)[1:]
     offsets = []

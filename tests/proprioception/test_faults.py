@@ -90,7 +90,7 @@ def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight
 
 
 def test_late_torque_is_that_of_the_sample_before(weight):
-    """An arm that drops, felt without error: its torques at one sample are reported at the next."""
+    """Torques of a drop, felt without error and two samples late, are those of two samples before to 1e-6 N m."""
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1e-9))
     seen = {}
     for delay in (0, 2):
@@ -140,7 +140,7 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight, arm, name, us
 
 @pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
 def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
-    """A tool that weighs more than is believed, near the elbow's limit, without any fault (decision 0009)."""
+    """A margin keeps the elbow within its limit for a tool heavier than believed, without faults (decision 0009)."""
     config = load_hold_experiment(
         "com",
     ).experience
@@ -167,7 +167,7 @@ def test_trial_of_which_nothing_was_measured_teaches_nothing_and_is_no_outlier(w
 
 
 def test_refused_samples_leave_the_others_what_they_say(weight):
-    """A trial's errors last: a third of its samples says what all of them say, but for the fall's transient."""
+    """A density learned without 30 % of the samples agrees to 0.2 % with all, as errors last for the trial."""
     whole, part = (
         run(weight, Faults(drop_probability=drop), duration=3.0).memory.belief.untruncated_mean[0]
         for drop in (0.0, 0.3)

@@ -119,7 +119,7 @@ def test_an_ordinary_percept_costs_about_ten_likelihoods(hold):
 
 
 def test_descent_ends_where_no_step_descends():
-    """A percept that says the opposite at any other density: no step is short enough, and none is taken."""
+    """Descent keeps the start if the percept says the opposite at any other density, so that no step descends."""
     belief = DensityBelief.from_moments([1000.0], [[100.0**2]])
 
     def compute_likelihood(rho):

@@ -93,7 +93,7 @@ def recover_covariance(noise, geometry, rho, Y, tau_arm):
     [VisionError(size=0.02), VisionError(position=0.002), VisionError(rotation=0.03), VisionError(0.01, 0.001, 0.02)],
 )
 def test_uncertain_geometry_scatters_the_percept_as_looking_again_does(model, rng, error):
-    """The likelihood's covariance against the torques of 4000 measurements of one tool by the eye."""
+    """The likelihood's covariance agrees with that of torques of 4000 measurements of one tool by the eye."""
     wood, steel = Material("wood", RED, 700.0, 0.0, "test"), Material("steel", BLUE, 7800.0, 0.0, "test")
     tilted = place(0.16)
     tilted[:3, :3] = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
@@ -136,7 +136,7 @@ def test_uncertain_geometry_makes_a_percept_say_less(rng, hold):
 
 @pytest.mark.parametrize("num_samples", [1, 4, 30])
 def test_every_independent_sample_counts(num_samples, hold):
-    """The mean of n samples has an nth of the variance of one, so that it is n times as precise."""
+    """Precision for n independent samples is n times that of one, as the mean has an nth of the variance."""
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     statistics = hold.measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
     rho = np.array([800.0, 7000.0])

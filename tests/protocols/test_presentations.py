@@ -50,7 +50,7 @@ def test_block_that_would_fill_the_memory_is_one_line():
 
 
 def test_cylinder_turns_like_one():
-    """Drake's moments of inertia, about the middle by which it is held."""
+    """Inertial parameters are those of Drake's cylinder about the middle by which it is held, to 1e-12."""
     tool = CylinderEntry(name="can", radius=0.04, height=0.1, mass=0.5, colour="#808080").build()
     expected = SpatialInertia.SolidCylinderWithMass(0.5, 0.04, 0.1, np.array([0.0, 0.0, 1.0]))
     moments = expected.CalcRotationalInertia().get_moments()

@@ -132,7 +132,7 @@ def make_measured(forces, presented):
 
 
 def test_learned_fraction_of_those_who_go_by_the_family_and_by_the_weight():
-    """Family forces are their weights; the test object's is a share of the way to its own."""
+    """The learned fraction is the share of the way from the family's force to the test object's own weight."""
     rng = np.random.default_rng(0)
     cycles = [rng.permutation(4) for _ in range(30)] + [[4, *rng.permutation(4)] for _ in range(40)]
     presented = np.array([np.concatenate(cycles)] * 3)

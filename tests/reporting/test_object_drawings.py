@@ -42,7 +42,7 @@ def project(part):
     "rpy_deg", [(0, 0, 0), (0, 0, 90), (0, 0, 30), (0, 0, -30), (0, 70, 0), (50, 0, 20), (-40, 65, 110)]
 )
 def test_ellipse_is_the_outline_of_the_rotated_ellipsoid(rpy_deg):
-    """All points of the surface are seen within the ellipse, and everywhere some of them at its edge."""
+    """Points of the surface lie within the ellipse, and some of them at its edge in each of 24 directions."""
     part = place((0.12, 0.02, 0.05), (0.1, -0.03, 0.07), rpy_deg)
     (axes,) = draw_objects([Drawing(Tool("one", (part,)), "one")]).axes
     (ellipse,) = (patch for patch in axes.patches if type(patch) is Ellipse)
@@ -130,7 +130,7 @@ def test_mesh_is_drawn_as_its_triangles_within_the_limits(name, part):
 
 
 def test_dent_of_a_mesh_is_not_filled():
-    """A claw hammer's hull would be drawn over the gap below its claw."""
+    """A drawn claw hammer's head fills less than 90 % of its convex hull, which covers the gap below the claw."""
     head = next(part for name, part in list_meshes() if name == "claw hammer" and part.material.name == "cast_steel")
     (fill, _) = draw_part(head.shape, head.X_TE).collections
     triangles = np.array([path.vertices[:3] for path in fill.get_paths()])

@@ -135,7 +135,7 @@ def test_claim_that_cannot_be_judged_names_file_and_key(tmp_path):
 
 
 def test_prose_reaches_nothing_of_python(tmp_path):
-    """Section files are trusted; they are confined all the same."""
+    """Section files cannot reach Python's internals, although they are trusted."""
     for attack in ("{{ cycler.__init__.__globals__ }}", "{{ ''.__class__.__mro__ }}", "{{ mass.tofile('x') }}"):
         prose = f'{{order: 1, title: Bad, summary: "{attack}"}}'
         with pytest.raises(AffordanceError):

@@ -69,7 +69,7 @@ def test_pictures_show_arm_tool_and_block_on_white_with_nothing_cut_off(whole):
 
 
 def test_one_camera_takes_all_poses(whole):
-    """The arm has not moved between them, so it is at the same pixels; the block has."""
+    """Pixels of the arm, which has not moved, are the same in all poses, and others change."""
     ice = find_hue(ICE)
     left = np.s_[: HEIGHT // 2, : WIDTH // 2]
     np.testing.assert_array_equal(ice(whole[0])[left], ice(whole[1])[left])

@@ -181,7 +181,7 @@ def test_section_that_is_none_is_named_and_quarantined(folder, caplog, text):
     ],
 )
 def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog, place):
-    """Values of other kinds at every level of a section, and keys left out or unknown."""
+    """A section with values of other kinds, or with keys left out or unknown, is omitted, and others are reported."""
     caplog.set_level("ERROR")
     write_both(folder)
     path = folder / "com" / "section.json"
@@ -266,7 +266,7 @@ def find_heading(page):
 
 
 def test_only_the_papers_simulations_are_headed_as_the_papers(folder):
-    """A copy that somebody edited still names the paper as the source of its claims."""
+    """An edited copy is headed by its own title, although its claims still name the paper as their source."""
     claims = [claim._replace(source="paper IV-A, figure 3") for claim in make_section(1, "").claims]
     section = make_section(1, "My experiment")._replace(figures=[], claims=claims)
 

@@ -55,7 +55,7 @@ def test_single_repeat_has_an_interval_of_its_value():
 
 
 def test_wilsons_interval_of_a_published_case():
-    """Brown, Cai & DasGupta's form by hand: 4 of 10 gives 0.1682 to 0.6873 (Newcombe 1998 lists the same)."""
+    """Wilson's interval of 4 of 10 is 0.1682 to 0.6873, by Brown, Cai & DasGupta's form and in Newcombe 1998."""
     estimate = estimate_proportion(np.array(4.0), 10)
     assert estimate.low == pytest.approx(0.1682, abs=1e-4)
     assert estimate.high == pytest.approx(0.6873, abs=1e-4)

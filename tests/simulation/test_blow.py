@@ -152,7 +152,7 @@ def test_blow_of_too_many_steps_is_refused_with_what_touches(hammer, planned, mo
 
 
 def test_horizon_of_the_controller_does_not_decide_the_blow(hammer, planned):
-    """The peak is that of the swing: half the steps or half as many again change it by a percent."""
+    """The peak changes by less than 2 % between controllers of 6 and of 24 steps, as it is that of the swing."""
     forces = []
     for num_steps in (6, 24):
         mpc = MpcSettings(horizon=HORIZON, num_steps=num_steps)

@@ -85,9 +85,9 @@ def test_evidence_is_counted_once(runner, weight):
 
 
 def test_every_presentation_adds_what_it_taught_alone(weight):
-    """An object that weighs what is believed, felt with white noise: equal presentations add equal information.
+    """Equal presentations add equal information, with white noise and an object that weighs what is believed.
 
-    It does not deviate from its material, or the later ones would add less.
+    The object does not deviate from its material, as later presentations would add less otherwise.
     """
     prior = dataclasses.replace(weight.settings.prior, deviation_sd=0.0)
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0), prior=prior)
@@ -137,7 +137,7 @@ def test_two_observers_of_one_runner_do_not_disturb_each_other(runner):
 
 
 def test_only_colours_that_are_to_be_remembered_are(runner, weight):
-    """A third material is learned of within the presentation, and not beyond it; what it taught of others is."""
+    """A material that is not to be remembered is forgotten, but its evidence about the others is kept."""
     known = MaterialMemory().add_colours([BEECH], weight.settings.prior)
     every, some = (Observer(runner, known, duration=0.2, remembered=remembered) for remembered in ((), (BEECH,)))
     for observer in (every, some):

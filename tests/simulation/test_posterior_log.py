@@ -41,7 +41,7 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
 
 
 def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
-    """An arm that believes what is true does not move: every sample says the same, precision grows in equal steps."""
+    """Precision grows in equal steps, one a sample, for an arm that believes the truth and so does not move."""
     noise, before = WhiteNoise(0.7), 1e-6
     record = run(weight, know(weight, precision=before), duration=1.0, noise=noise)
     assert np.abs(record.height_centre).max() < 0.002
@@ -61,7 +61,7 @@ def test_one_percept_says_all_with_the_first_sample(weight):
 
 
 def test_control_uses_the_logged_posterior_if_it_is_told_to(weight):
-    """Motions part when the first sample is taken; the arm that learns comes back, the other one does not."""
+    """Motions differ from the first sample on; the arm that uses its posterior comes back, the other stays low."""
     believing, learning = (
         run(weight, MaterialMemory(), duration=2.0, tool=3, uses_posterior=uses) for uses in (False, True)
     )

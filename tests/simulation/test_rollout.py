@@ -19,7 +19,7 @@ def make_record(v, tau):
 
 
 def test_error_is_the_largest_distance_at_any_one_time():
-    """Distances 0, 5 and 3 m; the second point lies on the reference, but of another time."""
+    """The error is 5 m of distances 0, 5 and 3 m, though the second point lies on the reference at another time."""
     path = np.array([[1.0, 2.0, 3.0], [4.0, 6.0, 3.0], [4.0, 6.0, 6.0]])
     reference = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [4.0, 6.0, 3.0]])
     rollout = Rollout(0.0, 0.0, path, reference, make_record([[0.0]], [[0.0]]))
@@ -60,7 +60,7 @@ def test_joints_do_the_work_that_kinetic_and_potential_energy_gain(arm, tool, ro
 
 
 def test_work_is_absolute_what_is_driven_and_what_is_braked(arm, tool, rollout):
-    """Work W+ that joints put in less W- that they take out is what energy gains; the absolute work is the sum."""
+    """Gained energy is work W+ put in less W- taken out; absolute work is their sum."""
     record, control_period = rollout.record, DEFAULT_SETTINGS.control_period
     works = record.tau[1:] * np.diff(record.q, axis=0)
     driven, braked = works[works > 0.0].sum(), -works[works < 0.0].sum()

@@ -294,7 +294,7 @@ def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
 
 
 def test_sampled_densities_are_distributed_as_believed(controller, hold):
-    """The density behind the torque of each of 500 seeds, against the prior restricted to positive densities."""
+    """Densities of the torques of 500 seeds pass Kolmogorov and Smirnov's test against the truncated prior."""
     system, context = controller(PointEstimate.SAMPLE)
     per_density = hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).geometry.Phi[:, 0]
     drawn = []
@@ -351,7 +351,7 @@ def compute_torques_with_pinocchio(density, x, vdot):
 def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(
     controller, arm, rng, monkeypatch, at_home
 ):
-    """Each tick's torque gives the acceleration planned for its time, zero after the end, in the tick's middle."""
+    """Torques in mid-tick give the accelerations planned for the ticks' times, and zero after the plan's end."""
     system, context = controller()
     settings, control_period = DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.control_period
     ticks_per_step = round(settings.horizon / settings.num_steps / control_period)
@@ -414,7 +414,7 @@ class Hurry(Hold):
 
 
 def test_a_goal_in_half_the_time_takes_four_times_the_acceleration(controller, arm):
-    """The acceleration at first is -6 d / T^2 in continuous time, from a displacement d at rest."""
+    """Acceleration from rest, -6 d / T^2 in continuous time, is four times as large for half the horizon, to 15 %."""
     system, context = controller()
     q = arm.home + 0.01 * np.ones(7)
     fix(system, context, state=np.concatenate([q, np.zeros(7)]))

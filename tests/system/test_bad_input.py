@@ -138,7 +138,7 @@ def kept(tmp_path_factory):
 @QUICKLY
 @given(data=st.data())
 def test_damaged_repeat_is_never_trusted(kept, data):
-    """Whatever is done to a kept repeat, the numbers are those of an undamaged one."""
+    """Numbers are those of an undamaged repeat, whether a kept one is cut, flipped, extended or replaced."""
     folder, undamaged, good = kept
     path = folder / "repeat_00001.npz"
     content = bytearray(undamaged)

@@ -79,7 +79,7 @@ def wait_for(out, pattern):
 
 
 def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
-    """Interrupted while repeats are run, killed while figures are drawn; trust/kills.py kills at random moments.
+    """A run interrupted in its repeats and killed in its figures resumes (trust/kills.py kills at random moments).
 
     Holds are of half a second.
     """

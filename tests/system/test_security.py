@@ -248,7 +248,7 @@ def check_page(page):
 
 
 def test_links_of_an_imported_arm_are_shown_as_they_are(tmp_path):
-    """Joints and links of a robot's file stand in the report of its import, and in the arm's own files."""
+    """Hostile names of joints and links are shown as text in the report of an import and in the arm's own files."""
     hostile = "&lt;img src=x onerror=alert(1)&gt;&quot;-->"
     text = build_urdf().replace('"right_j2"', f'"{hostile}"').replace('"right_2"', f'"{hostile}b"')
     path = tmp_path / "a.urdf"

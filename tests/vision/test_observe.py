@@ -142,7 +142,7 @@ def test_frames_of_any_size_and_depth_are_kept(tmp_path, shape):
 
 
 def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
-    """One observer. Pictures of all objects stand in the report."""
+    """One observer's drop, density and reaction to the decoy meet the claims; the report shows its pictures."""
     experiment = shorten(load_hold_experiment("weight", settings=PIXELS), 1.0)
     run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
     numbers = read_numbers(tmp_path / "weight")

@@ -71,7 +71,7 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
 
 @pytest.mark.usefixtures("unrendered")
 def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
-    """Simulation II: holds in which observers learn, shared by three simulations; then three in which they do not."""
+    """Simulation II has two rows of shared holds in which observers learn, then three in which they do not."""
     experiment = shorten(load_hold_experiment("com"), 0.3, repetitions=1)
     run_experiment(experiment, None, tmp_path / "com", repeats=2, jobs=1)
     rows = read(tmp_path / "com" / "lifts.csv")
@@ -98,7 +98,7 @@ def test_surprise_is_a_logarithm_that_ends():
 
 
 def test_what_a_run_writes_can_be_read_as_what_people_did(short, tmp_path):
-    """Three people who are the observers of one learner: their numbers are those of these."""
+    """Rows of three observers of one learner, read as people's, give the numbers of that learner."""
     folder = run(short, tmp_path)
     lines = (folder / "lifts.csv").read_text().splitlines()
     own = [lines[0], *(line for line in lines if ",kinds_map," in line)]

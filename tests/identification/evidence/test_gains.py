@@ -90,7 +90,7 @@ def test_friction_goes_with_its_uncertainty_and_is_of_all_joints_or_of_none(tmp_
 
 
 def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, rng, monkeypatch):
-    """Law of total variance over bodies drawn from what is believed of the load, each with gains of its own."""
+    """SDs of gains agree to 6 % with the law of total variance over bodies drawn from the belief about the load."""
     fits = []
     monkeypatch.setattr(calibration, "fit_payload", lambda *args: fits.append(fit_payload(*args)) or fits[-1])
     found = calibrate_gains(evidence, PAYLOAD[0], DEFAULT_SETTINGS).covariance

@@ -164,7 +164,7 @@ def test_loads_that_are_far_too_heavy_are_never_more_probable():
 
 
 def test_distances_are_f_distributed_with_the_errors_that_a_variance_was_estimated_from():
-    """One channel, whose variance is estimated from six errors, says nearly all."""
+    """Distances follow F where one channel, with a variance from six errors, has nearly all information."""
     rng = np.random.default_rng(4)
     Y = rng.standard_normal((60, 3, 10)) * [[[1.0], [0.02], [0.02]]]
     surprises = []

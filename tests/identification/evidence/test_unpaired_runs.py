@@ -23,7 +23,7 @@ def fit(robot, gains, empty):
 
 
 def test_an_error_is_not_fitted_within_half_a_second_of_it(empty, fit):
-    """Errors agree over times of that order; where neighbours were fitted, a prediction would know part of them."""
+    """A prediction does not change with signals within half a second of it, over which errors agree."""
     length = round(_CELL * empty.rate)
     num_cells = len(empty.times) // length
     assert 16 <= num_cells < 20  # two stretches, which meet in the middle

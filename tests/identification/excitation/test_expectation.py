@@ -74,7 +74,7 @@ def test_prediction_agrees_with_dense_algebra(expectation, motion, load_friction
 
 
 def test_moments_and_cost_follow_from_the_same_covariance(expectation, motion):
-    """A cost that is the mass has its standard deviation; moments are those about the centre of mass."""
+    """A cost that is 3 times the mass has 3 times its SD, and SDs of central moments do not depend on the centre."""
     slope = np.zeros(10)
     slope[0] = 3.0
     found = replace(expectation, slope=slope).predict(motion)

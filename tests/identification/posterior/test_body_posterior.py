@@ -54,7 +54,7 @@ def test_posterior_agrees_with_a_random_walk(rng):
 
 
 def test_kinds_are_proposed_as_probable_as_they_are():
-    """Laplace's approximation of their probabilities, compared with the samples', in the mean over bodies."""
+    """Laplace's shares of kinds differ from those of samples by less than 0.15, in the mean over bodies."""
     rng, solid, apart = np.random.default_rng(2), SolidPrior.for_hand(), []
     for _ in range(12):
         likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=20, variance=0.02)
@@ -128,7 +128,7 @@ def test_a_common_factor_of_gains_is_taken_out_as_bayes_rule_says(rng):
 
 
 def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
-    """Samples that descend from one are alike: 500 equal weights are no 500 independent samples."""
+    """Effective size is within a factor of 3 of that by scatter over seeds, below 250 of 500 equal weights."""
     monkeypatch.setattr(body_posterior, "_MAX_REFITS", 1)  # more of them, and hardly a run is annealed
     rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)

@@ -89,7 +89,7 @@ def test_a_run_teaches_densities_that_carry_over(rng):
 
 
 def test_densities_agree_with_a_dense_linear_solution(rng):
-    """Parts, discrepancy and noise as one normal distribution, densities far from zero."""
+    """Mean and SD agree with one normal distribution of parts, discrepancy and noise, densities far from zero."""
     true = _HAMMER.parameters
     likelihood = _hold(true, rng)
     seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
@@ -180,7 +180,7 @@ def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):
 
 
 def test_sizes_that_may_err_teach_densities_that_may_err(rng):
-    """A hammer seen a fifth too small: its head's density lies within the interval only if sizes may be wrong."""
+    """The interval of the head's density, seen a fifth too small, contains the true one only if sizes may err."""
     parts = tuple(replace(part, shape=part.shape.with_sizes(0.8 * part.shape.sizes)) for part in _HAMMER.components)
     small, likelihood = replace(_HAMMER, components=parts), _hold(_HAMMER.parameters, rng)
     intervals = []

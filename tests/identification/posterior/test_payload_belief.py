@@ -54,7 +54,7 @@ def test_bodies_are_described_as_drake_shifts_them(bodies):
 
 
 def test_intervals_are_those_of_weighted_samples():
-    """Points evenly spread, weighted by a normal density, have its percentiles."""
+    """Evenly spread points weighted by a normal density have its mean, SD and percentiles."""
     x = np.linspace(-6.0, 6.0, 4001)
     mean, sd = np.arange(10.0), 0.5 + np.arange(10.0)
     weights = norm.pdf(x) / norm.pdf(x).sum()

@@ -79,7 +79,7 @@ def test_netcdf_whose_head_promises_more_than_it_holds_is_one_line(tmp_path, wri
 
 
 def test_netcdf_whose_variables_share_their_numbers_is_one_line(tmp_path, write):
-    """A thousand names for one block of numbers would take a thousand times its memory."""
+    """A netCDF file whose variables share one block of numbers, and would take 100 times its memory, is refused."""
     good = make_netcdf(tmp_path / "good.nc", 50)
     with netcdf_file(tmp_path / "many.nc", "w") as file:
         file.createDimension("time", 50)

@@ -59,7 +59,7 @@ def test_rules_pick_what_is_left(workshop, rule):
 
 
 def test_a_simulated_hold_teaches_what_one_in_closed_form_does(workshop):
-    """Errors of torque are drawn anew, so means differ by what these do: within four of a hold's own deviations."""
+    """SDs agree to 15 %, and means to four SDs, as errors of torque are drawn anew."""
     true = worlds.draw_world(workshop, np.random.default_rng(2))
     memory = worlds.start_memory(workshop, start_memory())
     name = "rod of cast steel"

@@ -20,7 +20,7 @@ def found() -> dict[str, Any]:
 
 
 def test_one_deviation_counts_once(found: dict[str, Any]) -> None:
-    """Eight observers: the root mean square of eight normal numbers is below 1.7 with a probability of 0.997."""
+    """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997)."""
     everyone = [found["repeat_z"], *found["repeat_z_observers"].values()]
     assert len(everyone) == 1 + len(Learner)
     for z in everyone:

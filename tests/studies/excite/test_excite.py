@@ -20,7 +20,7 @@ from studies.excite.weighing import weigh_in_postures
 
 
 def test_a_pose_is_predicted_as_identification_states_it():
-    """The sums of rows, friction and gains as columns, against the library's likelihood, in which they are not."""
+    """Predictions from sums of rows, friction and gains as columns, agree to 1e-6 with the library's likelihood."""
     task, _ = posewise.prepare_task(DATA, "red")
     rows = task.build_rows()[[3, 70, 500]]
     found = task.predict((rows[..., :, None] * rows[..., None, :]).sum(axis=0)[None])[0]

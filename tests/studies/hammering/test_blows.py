@@ -120,7 +120,7 @@ def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, is_c
 
 
 def test_study_of_three_grips_compares_the_two_cheapest(experiment, plan, is_coarse, monkeypatch):
-    """A third grip a little further on than the first, whose blow is taken to cost what the first's does."""
+    """A third grip 2 cm from the first, with the first's costs, is compared with the first."""
 
     def find_none(*arguments):
         raise AffordanceError("no other swing")

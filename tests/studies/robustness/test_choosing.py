@@ -49,7 +49,7 @@ def experience():
 
 
 def test_choices_are_those_that_the_simulations_count(choice, experience):
-    """One choice an observer at each moment, ten thousand before experience, with the same draws and intervals."""
+    """Shares and intervals equal those of the simulations, with one choice of each observer at each moment."""
     numbers = measure_choices(choice, STICK, experience, 3, "one sample")
     correct = [option.grip for option in choice.options].index(numbers["correct_grip"])
     every = np.array([choose_by_sample(choice, experience, 3, repeat) for repeat in range(30)])
@@ -124,7 +124,7 @@ class Even:
 
 
 def test_travel_is_from_where_the_nail_stands(monkeypatch):
-    """A nail of 100 kN/m that stands 1 mm deep resists with 100 N before it moves; blows of 300 N move it by 2 mm."""
+    """A nail of 100 kN/m that stands 1 mm deep moves by 2 mm under 300 N, as it resists with 100 N at first."""
     monkeypatch.setattr(choosing, "BlowCost", (Blows, Even))
     tool = STICK
     grips = [option.grip for option in list_options(tool)]

@@ -130,7 +130,7 @@ def test_failures_are_counted_by_kind_with_an_example(experiment, numbers):
 
 
 def test_same_object_and_noise_for_the_same_seed(experiment, folder):
-    """The first time is that of the whole experiment."""
+    """A repeat of the whole experiment is the same when it is run again alone, and another for another seed."""
     (path,) = (folder / "repeats").rglob("repeat_00003.npz")
     first, again = np.load(path), experiment.run_observer(None, None, 3)
     other = dataclasses.replace(experiment, seed=1).run_observer(None, None, 3)

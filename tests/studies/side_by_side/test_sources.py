@@ -74,7 +74,7 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path, capsys, changes, pro
 
 
 def test_largest_difference_is_that_of_every_judged_number(tmp_path):
-    """Densities as parts of the last true value, proportions as they are; what is not judged is only shown."""
+    """Differences of densities are parts of the last true value, of proportions absolute; others are not judged."""
     for folder, source, median, chosen, drop in (
         ("one", "features", [3000.0, 8000.0], [0.5, 0.8], [0.2, 0.01]),
         ("two", "pixels", [3000.0, 8400.0], [0.5, 0.73], [0.9, 0.9]),

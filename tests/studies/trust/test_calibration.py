@@ -159,7 +159,7 @@ def test_bound_follows_the_arm_as_it_moved(noise, monkeypatch):
 
 
 def test_bound_counts_what_the_size_of_errors_tells():
-    """The Fisher information as the variance of the score, by simulation, at the truth."""
+    """The bound agrees to 2 % with the Fisher information by simulation, the variance of the score at the truth."""
     config = build_config(DEFAULT_SETTINGS.noise, moves=False)
     noise, prior = config.settings.noise, config.settings.prior
     hold, belief = measure(config)

@@ -125,7 +125,7 @@ def test_section_says_if_studies_are_of_different_programs():
 
 
 def test_section_names_what_studies_must_have_found():
-    """Each of them; a number that the section does not use need not be kept."""
+    """Every number that the section uses is one that a study must have found; not every one found is used."""
     found = {key for keys in run.KEYS.values() for key in keys}
     assert set(NUMBERS) - {"program"} <= found
 

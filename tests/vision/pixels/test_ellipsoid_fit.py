@@ -133,7 +133,7 @@ def collect_view_of(ellipsoid) -> View:
 
 @pytest.mark.parametrize("ellipsoid", [make_ellipsoid([0.03, 0.02, 0.025], [0.1, 0.05, STAND - 0.03]), EGG])
 def test_errors_are_as_large_as_claimed(ellipsoid: SeenEllipsoid):
-    """Over 12 looks the mean of chi^2 of nine numbers is 9, its standard deviation sqrt(18 / 12) = 1.2."""
+    """The mean chi^2 of nine numbers over 12 looks is 5 to 14; 9 is expected, with an SD of sqrt(18 / 12) = 1.2."""
     squares, picture = [], draw_picture([ellipsoid], [(0.7, 0.4, 0.2)])
     for seed in range(12):
         found = fit_in(picture, NOISY, np.random.default_rng(seed))

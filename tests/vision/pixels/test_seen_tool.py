@@ -56,7 +56,7 @@ def test_deformations_are_the_error_that_is_stated(features):
 
 
 def test_slim_objects_and_small_parts_are_seen(rng):
-    """A ruler of a millimetre, and a rivet of 5 mm that is no region of its own."""
+    """A ruler 1 mm thick is seen to 5 mm of its length, and a rivet of 5 mm causes no error."""
     ruler = make_tool(((0.3, 0.03, 0.001), (0, 0, 0), "aluminium"))
     (part,) = observe_tool(ruler, STAND, rng)
     assert part.shape.sizes[0] == pytest.approx(0.3, abs=5e-3)
@@ -100,7 +100,7 @@ def test_only_what_is_no_ellipsoid_is_turned_over():
 
 
 def test_a_hollow_that_is_open_to_one_end_is_seen_from_there_only(rng):
-    """A cup of five walls, 4 mm thick: from both sides it is a block of four times the volume."""
+    """A cup of walls of 4 mm is a block of over three times the volume unless it is seen from its open end."""
     walls = [((0.1, 0.06, 0.004), (0, 0, z)) for z in (-0.026, 0.026)]
     walls += [((0.1, 0.004, 0.048), (0, y, 0)) for y in (-0.028, 0.028)]
     walls += [((0.004, 0.052, 0.048), (-0.048, 0, 0))]
@@ -113,7 +113,7 @@ def test_a_hollow_that_is_open_to_one_end_is_seen_from_there_only(rng):
 
 
 def test_objects_lie_flat_whatever_the_first_grip():
-    """The handle of a hammer is gripped with its face down, and it lies on its side all the same."""
+    """The hammer lies on its side although the first grip of its handle has the face down."""
     turned = replace(TOOL, grips=(Grip("handle", FACE_DOWN),))
     np.testing.assert_allclose(np.abs(find_presented_pose(turned)[:3, 2]), [0, 0, 1], atol=1e-12)
     np.testing.assert_allclose(find_presented_pose(TOOL), np.eye(4))

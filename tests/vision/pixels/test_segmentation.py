@@ -107,7 +107,7 @@ def test_object_that_is_too_small_is_said_to_be():
 @pytest.mark.parametrize("length", [None, 0.02, 0.1])
 @pytest.mark.parametrize("width", [0.002, 0.004, 0.005, 0.007, 0.008, 0.0092, 0.0096, 0.01, 0.011, 0.0115, 0.012])
 def test_whatever_the_width_there_is_a_part_or_an_error_with_a_name(length, width):
-    """Balls and rods; none is lost without a word."""
+    """Balls and rods of any width are seen, or refused by an error with a name if below 12 mm."""
     ellipsoid = make_ellipsoid([length or width, width, width], [0.02, 0.01, STAND - width - 0.005])
     picture = add_noise(draw_picture([ellipsoid], [BEECH]))
     try:
