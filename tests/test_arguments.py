@@ -1,4 +1,4 @@
-"""Checks of arguments: what is right is returned as it is wanted, what is wrong is named with its bound."""
+"""Checks of arguments: right ones are returned in the form that is needed, wrong ones are named with the bound."""
 
 from pathlib import Path
 

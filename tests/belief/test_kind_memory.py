@@ -224,7 +224,7 @@ def test_large_surprise_is_right_at_the_second_lift(monkeypatch, family, odd):
     memory = lift(memory, "hollow rod", weigh_alone(odd, 0.1 * odd))
     assert believe(memory, "hollow rod") == pytest.approx(odd, rel=0.05)
     assert memory.belief.untruncated_mean[0] == pytest.approx(before, rel=1e-9)
-    memory = lift(memory, "rod", weigh_alone(odd, 0.1 * odd))  # and a member that changes
+    memory = lift(memory, "rod", weigh_alone(odd, 0.1 * odd))  # a member that changes is learned too
     assert believe(memory, "rod") == pytest.approx(odd, rel=0.1)
 
 

@@ -38,7 +38,7 @@ def test_kinds_are_listed_colour_by_colour_with_their_objects(memory):
     np.testing.assert_allclose([brass.density, hollow.density, steel.density], [5000.0, 700.0, 3000.0], rtol=0.05)
     (odd,) = hollow.objects
     assert odd.has_own
-    # Its own three lifts are all there is, and it is surer of itself than its kind, which others would scatter about.
+    # The object's own three lifts are all the evidence; it is surer of itself than by a kind, whose members scatter.
     assert odd.sd < hollow.sd
     assert odd.density == pytest.approx(700.0, rel=0.05)
     assert not any(each.has_own for each in (*brass.objects, *steel.objects))

@@ -13,7 +13,7 @@ FIRST = KindPrior(1000.0, 4000.0)
 
 
 def build(colours, lifts, priors=None):
-    """Kinds of colours that were taught by lifts, each a density, its error, and the kind."""
+    """Kinds of colours that were taught by lifts, from the density, its error and the kind of each lift."""
     kinds = Kinds().add(colours, [FIRST] * len(colours) if priors is None else priors)
     belief = kinds.belief
     for density, sd, kind in lifts:
@@ -23,7 +23,7 @@ def build(colours, lifts, priors=None):
 
 
 def populate(kinds, memberships):
-    """Gives kinds objects of one colour each, by the kinds they are of."""
+    """Adds objects of one colour each to kinds, by the kind of each object."""
     objects = tuple(KnownObject((), (kinds.colours[kind],), (Membership(kind, 2, 0.9),)) for kind in memberships)
     return replace(kinds, objects=objects)
 

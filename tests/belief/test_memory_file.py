@@ -40,7 +40,7 @@ def test_memory_comes_back_to_the_last_bit(pick):
     start = KindMemory(KindSettings(GateSettings(0.25), pick, (3, 1)))
     memory = learn_from_an_odd_rod(start)
     again = parse_memory(format_memory(memory))
-    assert any(known.own.columns for known in memory.kinds.objects)  # or less would have to come back
+    assert any(known.own.columns for known in memory.kinds.objects)  # there are own densities that have to come back
     assert (again.settings, again.colours, again.num_lifts) == (memory.settings, memory.colours, memory.num_lifts)
     assert again.kinds.colours == memory.kinds.colours
     for one, other in zip(again.kinds.objects, memory.kinds.objects, strict=True):
@@ -76,6 +76,6 @@ def test_memory_of_one_density_for_each_colour_comes_back_too():
     assert again.colours == memory.colours
     further, on, anew = (lift(each, [BRASS, STEEL], 0.1, [8000.0, 7800.0]) for each in (memory, again, without))
     np.testing.assert_array_equal(on.belief.precision, further.belief.precision)
-    assert not np.allclose(anew.belief.precision, further.belief.precision)  # or its objects need not come back
+    assert not np.allclose(anew.belief.precision, further.belief.precision)  # the objects have to come back too
     np.testing.assert_array_equal(again.belief.precision, memory.belief.precision)
     np.testing.assert_array_equal(again.belief.information_vector, memory.belief.information_vector)

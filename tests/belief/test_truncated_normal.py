@@ -26,7 +26,7 @@ CASES = {
     "broad": ([1000.0, 1000.0], [[4000.0**2, -0.3 * 4000**2], [-0.3 * 4000**2, 4000.0**2]]),
 }
 FRACTIONS = np.array([0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99])
-# More of them, far into either tail.
+# More fractions, far into either tail.
 LOW_FRACTIONS = np.array([1e-9, 1e-6, 1e-4, 0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4])
 MANY_FRACTIONS = np.concatenate([LOW_FRACTIONS, [0.5], 1 - LOW_FRACTIONS[::-1]])
 

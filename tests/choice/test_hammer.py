@@ -1,4 +1,4 @@
-"""The task of hammering: what a blow costs as planned."""
+"""The task of hammering: planned costs of a blow."""
 
 import dataclasses
 import re

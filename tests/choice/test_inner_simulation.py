@@ -1,4 +1,4 @@
-"""Inner simulation: what a task is believed to cost with each option."""
+"""Inner simulation: costs that a task is believed to have with each option."""
 
 import dataclasses
 

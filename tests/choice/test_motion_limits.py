@@ -1,4 +1,4 @@
-"""The joint that is at its limit where a motion fails, in words."""
+"""Words that name the joint at its limit where a motion fails."""
 
 import numpy as np
 import pytest

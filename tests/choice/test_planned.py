@@ -1,4 +1,4 @@
-"""Motions that are kept: each is planned once in a process."""
+"""Motions are kept, and each is planned once in a process."""
 
 import numpy as np
 import pytest

@@ -154,7 +154,7 @@ def constant(value):
     return lambda mass: np.full(len(mass), value)
 
 
-# What two parts of 8000 kg/m^3 together weigh, and a bit more: lighter than that is 100 / sqrt(2 (300^2 + 100^2))
+# Mass of two parts of 8000 kg/m^3, and a bit more: lighter than that is 100 / sqrt(2 (300^2 + 100^2))
 # standard deviations above the middle of the belief below.
 MASS = STICK.components[0].shape.volume * 8000.0
 LIGHT_MAX = STICK.components[0].shape.volume * 8100.0

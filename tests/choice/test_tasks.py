@@ -1,4 +1,4 @@
-"""Tasks as files, carrying and holding among them; what cannot be done says why, and what could be."""
+"""Tasks as files, carrying and holding among them; reasons and advice for tasks that cannot be done."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Demonstrations run on what comes with the package, and say so."""
+"""Demonstrations run on files of the package, and print their commands."""
 
 from affordance.cli import main
 from affordance.commands.demo import EMPTY, LOADED, MASS, TRIALS

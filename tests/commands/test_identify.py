@@ -1,4 +1,4 @@
-"""The command, on generated logs: what it prints and writes, and how it refuses."""
+"""``affordance identify`` on generated logs: its output, its files, and its messages for bad input."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""``affordance memory``: what it shows, and that it changes what it should and nothing else."""
+"""``affordance memory``: its output, and changes of the ledger, of which nothing else changes."""
 
 import json
 
@@ -46,7 +46,7 @@ def test_show_prints_and_draws_materials_and_things(memory, tmp_path, capsys):
     for thing, mass in ((bar, 0.6), (rod, 7.8), (hammer, 0.65 + 7.7)):
         assert abs(thing["mass"] - mass) < 3.0 * thing["mass_sd"]
         assert thing["trials"] == 3
-    # What was held three times is better known than the material, whose pieces differ by 100 kg/m^3.
+    # A thing held three times is better known than its material, whose pieces differ by 100 kg/m^3.
     assert bar["mass_sd"] < 0.08 < (wood["interval90"][1] - wood["interval90"][0]) / 3.29 * 1e-3
 
 

@@ -1,4 +1,4 @@
-"""``affordance next``: what a person reads, what a program reads, and one line for bad input."""
+"""``affordance next``: its table and sentences, its JSON, and one line for bad input."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""``affordance settings``, and ``--set`` wherever settings are used."""
+"""``affordance settings``, and ``--set`` of every command that uses settings."""
 
 import pytest
 import xarray

@@ -1,4 +1,4 @@
-"""``affordance tutorials``, and what the lessons show; all of them are executed by ``make docs``."""
+"""``affordance tutorials``, and output of the lessons; all of them are executed by ``make docs``."""
 
 import ast
 import importlib

@@ -1,4 +1,4 @@
-"""``affordance watch`` in a real browser, and what it refuses."""
+"""``affordance watch`` in a real browser, and its messages for bad input."""
 
 import os
 import re
@@ -50,7 +50,7 @@ def test_a_button_changes_what_a_browser_shows(children, tmp_path):
     path = tmp_path / "patience.yaml"
     path.write_text(PROTOCOL)
     child = children([sys.executable, "-m", "affordance", "watch", str(path)], env={**os.environ, "DISPLAY": ""})
-    guard = threading.Timer(PATIENCE, child.kill)  # or its output would be waited for without end
+    guard = threading.Timer(PATIENCE, child.kill)  # kills the child, whose output would otherwise be awaited for ever
     guard.daemon = True
     guard.start()
     lines = [child.stdout.readline() for _ in range(3)]  # the hold is over

@@ -22,7 +22,7 @@ def mpc(arm):
 
 @pytest.fixture
 def goal(arm, model):
-    """Rest at home, as of a hold."""
+    """Goal of a hold: rest at home."""
     return Hold(arm.home).compute_goal(model, np.zeros(14), 0.0, 0.24)
 
 
@@ -44,7 +44,7 @@ def roll_out(vdot, x, T):
 
 
 def compute_cost(vdot, x, goal, settings):
-    """The cost as mpc.py states it."""
+    """The cost by its definition in mpc.py."""
     T = settings.horizon
     q, v = roll_out(vdot, x, T)
     e = np.concatenate([(goal.C_q @ q[-1] - goal.d_q) / T**2, (goal.C_v @ v[-1] - goal.d_v) / T])

@@ -8,7 +8,7 @@ from affordance.drake.sampled_system import SampledSystem
 
 
 def build(base):
-    """A system written in Python, with a Context and what its time derivatives are written to."""
+    """A system written in Python, its Context, and a vector for its time derivatives."""
     system = type("System", (base,), {})()
     context, derivatives = system.CreateDefaultContext(), system.AllocateTimeDerivatives()
     return system, context, derivatives

@@ -1,4 +1,4 @@
-"""Observers who choose what they hold next: what they take up, when they would stop, and what is refused."""
+"""Observers who choose what they hold next: their choices, the trials at which they would stop, and bad input."""
 
 from dataclasses import replace
 

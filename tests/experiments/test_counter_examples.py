@@ -89,7 +89,7 @@ ALL = {
             "no samples": functools.partial(runs.hold, "com", NO_SAMPLES),
         },
         dict.fromkeys(("mass_and_com", "inertia", "accurate_stay", "decoy_lifted"), "no samples"),
-        frozenset({"mass_and_com"}),  # of two observers the error of the centre of mass is 10.2 mm
+        frozenset({"mass_and_com"}),  # with two observers the error of the centre of mass is 10.2 mm
     ),
     "reach": CounterExamples(
         CHOICES["reach"],
@@ -101,7 +101,7 @@ ALL = {
             "after_one": "nothing is felt",
             "after_two": "nothing is felt",
         },
-        frozenset({"after_two"}),  # of 160 choices 158 are right
+        frozenset({"after_two"}),  # 158 of 160 choices are right
     ),
     "hammer": CounterExamples(
         {
@@ -119,7 +119,7 @@ ALL = {
             "learned": "nothing is felt",
             "light_taps": "torque squared is saved",
         },
-        frozenset({"after_two"}),  # of 160 choices 159 are right
+        frozenset({"after_two"}),  # 159 of 160 choices are right
     ),
     "tasks": CounterExamples(
         {**CHOICES["tasks"], "torque squared is saved": lambda: runs.save_torque()["tasks"]},
@@ -146,7 +146,7 @@ ALL = {
             "one kind": functools.partial(runs.lift_family, "spoilt_family", kappa=ONE_KIND),
         },
         {"apart": "one kind"},
-        frozenset({"apart"}),  # of one observer
+        frozenset({"apart"}),  # with one observer
     ),
     "next_lift": CounterExamples(
         {
@@ -179,7 +179,7 @@ ALL = {
             ("visible_axes", "depth_axis", "mass", "coverage", "time"),
             "slow detector of objects a quarter larger than seen",
         ),
-        frozenset({"coverage", "time"}),  # of three objects, on any machine
+        frozenset({"coverage", "time"}),  # with three objects, on any machine
     ),
     "vision_comparison": CounterExamples(
         {
@@ -244,7 +244,7 @@ ALL = {
             "honest": "all but the load is taken to be known",
             "within_limits": "limits are taken for broader",
         },
-        # Of two observers, of two cases, on any machine, of nine observers, of two pools and one motion.
+        # With two observers, two cases, any machine, nine observers, two pools and one motion.
         frozenset(("few_holds", "paper_world", "worth", "stopping", "odd_object", "repeats", "fast", "few_postures"))
         | {"honest", "fast_to_the_floor"},
     ),
@@ -258,7 +258,7 @@ ALL = {
             **dict.fromkeys(("right", "regret", "coverage"), "oak is as heavy as steel"),
             "memory": "nothing is forgotten",
         },
-        frozenset({"right", "regret", "coverage"}),  # of one observer
+        frozenset({"right", "regret", "coverage"}),  # with one observer
     ),
     "recorded": CounterExamples(
         {
@@ -303,7 +303,7 @@ ALL = {
             "hidden_part": "errors are taken for half as large",
             "speed": "many samples",
         },
-        # Of six draws or three, on any machine, of four mistakes, with fewer samples than the study's; and the
+        # With six draws or three, on any machine, with four mistakes, and fewer samples than the study's; and the
         # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure, and
         # its model errs by 52 g where the Panda's does by 6, which excludes no setting that is 150 g off.
         frozenset({"own_prior", "classes", "sizes", "speed", "mistakes", "seeds", "ur10e_empty", "claimed"}),
@@ -340,7 +340,7 @@ ALL = {
             "records_peers": "a robot at rest",
             "told_apart": "one paint",
         },
-        frozenset({"learning_intervals", "test_intervals"}),  # of six tools and one
+        frozenset({"learning_intervals", "test_intervals"}),  # with six tools and one
     ),
 }
 
@@ -381,7 +381,7 @@ def contradict(section, claims):
 
 def test_every_section_and_protocol_with_claims_is_here():
     protocols = {path.stem for path in (MODELS / "protocols").glob("*.yaml")}
-    # What would contradict the claims of trust is a fault of the program itself.
+    # Contradictions of the claims of trust would be faults of the program itself.
     names = SECTIONS.keys() - {"trust"} | protocols | {TASKS}
     assert {name for name in names if list_claims_of(name)} == ALL.keys()
     assert np.all([section.by for section in ALL.values()])

@@ -191,7 +191,7 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
     found = experiment.gain_experience(tmp_path, repeats=1, jobs=1)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before
     np.testing.assert_array_equal(found.precision, gained.precision)
-    # Those who know the materials choose the cheaper grip, by either rule.
+    # Observers who know the materials choose the cheaper grip, by either rule.
     arrays = experiment.run_observer(experiment.select_shared(plan), found, 0)
     for chosen in (arrays["paper"][0], arrays["bayes"]):
         assert chosen.shape == (7,)
@@ -199,7 +199,7 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
 
 
 def plan_stick(models):
-    """Plans for the first tool alone, which is enough to find out that something cannot be done."""
+    """Plans for the first tool alone, which is enough to find that a task cannot be done."""
     experiment = load_choice_experiment("hammer", models)
     return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
 

@@ -1,4 +1,4 @@
-"""Protocols of one's own: everything that can be done in a presentation, simulated, with few observers."""
+"""Protocols of users: every action of a presentation, simulated, with few observers."""
 
 import shutil
 

@@ -142,4 +142,4 @@ def test_believed_densities_are_those_of_the_colours_of_a_group(load, tmp_path):
     found = experiment.compute_metrics(None, None, arrays)
     assert set(found["x"]) == {"small", "odd"}
     assert arrays["densities"].shape == (2, 3, 2)
-    assert experiment.show(None, None, arrays, found).figures["heights"]()  # of two objects only
+    assert experiment.show(None, None, arrays, found).figures["heights"]()  # the group has two objects

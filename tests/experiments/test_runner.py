@@ -1,4 +1,4 @@
-"""The one runner, with a made-up experiment: what it calls, writes and says."""
+"""The one runner, with a made-up experiment: its calls, its files and its messages."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""Running experiments into one folder: made-up experiments, so that only what is around them is run."""
+"""Running made-up experiments into one folder, so that only the suite's own work is tested."""
 
 import dataclasses
 import pickle
@@ -24,7 +24,7 @@ def list_files(folder):
 
 
 class MadeUp:
-    """An experiment that writes down what it is run with."""
+    """An experiment that writes down the arguments of its run."""
 
     def __init__(self, name, settings, seed):
         self.name, self.settings, self.seed = name, settings, seed

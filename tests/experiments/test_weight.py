@@ -116,7 +116,7 @@ def test_motions_of_each_trial_are_those_of_its_own_heights(weight, folder, chai
         np.testing.assert_allclose(heights - heights[0], found["height_centre"].values[0, trial], atol=1e-12)
         slopes = (q[2:] - q[:-2]) / 0.02
         velocities = found["v"].values[trial]
-        # But for the first moments, in which an unheld arm begins to fall.
+        # The first moments, in which an unheld arm begins to fall, are left out.
         np.testing.assert_allclose(slopes[5:], velocities[6:-1], atol=0.02 * np.abs(velocities).max() + 1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Files are read whole, and none that is larger than its kind, or no file at all."""
+"""Files are read whole; a file larger than its kind, or no regular file, is refused."""
 
 import os
 

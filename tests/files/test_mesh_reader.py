@@ -1,4 +1,4 @@
-"""Meshes of others: what a file promises, names or repeats takes no more than the file itself."""
+"""Meshes of strangers: no promise, name or repetition in a file takes more memory than the file itself."""
 
 import struct
 

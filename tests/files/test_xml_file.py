@@ -1,4 +1,4 @@
-"""XML of others: no entities, no more levels and elements than robots have, in one line."""
+"""XML of strangers: entities, and more levels and elements than robots have, are refused in one line."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""YAML of others: more of it than settings need is refused at once, in one line that says where."""
+"""YAML of strangers: more of it than settings need is refused at once, in one line that names the place."""
 
 import pytest
 

@@ -157,7 +157,7 @@ def run_command(words: str) -> str:
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
         try:
             status = main(shlex.split(words))
-        except SystemExit as ended:  # of the parser of options
+        except SystemExit as ended:  # raised by the parser of options
             status = ended.code
     assert status == 2
     assert not printed.getvalue()
@@ -182,7 +182,7 @@ def _write(name: str, text: str) -> Path:
 
 
 def _plan_for_stick(path: Path, name: str) -> None:
-    """Plans for the first tool alone, which is enough to find out that something cannot be done."""
+    """Plans for the first tool alone, which is enough to find that a task cannot be done."""
     loaded = load_choice_experiment(name, Path("models"))
     replace(loaded, novel=loaded.novel[:1]).plan(jobs=1)
 

@@ -1,4 +1,4 @@
-"""Small runs of every experiment, as shipped and with one thing changed, whose numbers claims are judged by."""
+"""Small runs of every experiment, as shipped and with one thing changed, by whose numbers claims are judged."""
 
 import dataclasses
 import functools
@@ -51,7 +51,7 @@ from studies.side_by_side.sources import CURVES, describe_sources
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
 
-# Observers who hold, and who learn at rest; how long an object is held, [s].
+# Number of observers who hold, and of those who learn at rest; durations of a hold, [s].
 _HOLDERS, _LEARNERS = 2, 60
 _HELD = {"weight": 0.6, "com": 1.0}
 # A wooden and a steel part of unlike sizes, bent, by other postures along a turned path, and a tap on the nail.
@@ -182,7 +182,7 @@ def strike(*, aim: float = blow_cost.AIM) -> Numbers:
 
 @functools.cache
 def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repeats: int = 1) -> Numbers:
-    """A group of people's protocol, a third of its lifts, by few observers of each learner."""
+    """The protocol of a group of people, with a third of its lifts, by few observers of each learner."""
     settings = change_settings(DEFAULT_SETTINGS, NUMB if is_numb else {})
     experiment = load_groups(MODELS, 0, settings)[group]
     counts = zip(experiment.blocks, (5, 16), strict=True)

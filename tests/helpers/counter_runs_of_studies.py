@@ -1,4 +1,4 @@
-"""Small runs of the studies, as shipped and with one thing changed, whose numbers claims are judged by.
+"""Small runs of the studies, as shipped and with one thing changed, by whose numbers claims are judged.
 
 Robots, recordings and tools that others published are not in the repository; in their place stand generated ones.
 """

@@ -44,13 +44,13 @@ def move(*, poses: str = "", motion: str = "") -> Numbers:
 
 
 def _choose_poses(change: str) -> dict[str, list[Numbers]]:
-    """Postures; "sure": all but the load is taken to be known; "white": chosen as if errors were white noise."""
+    """Postures; "sure": all but the load counts as known; "white": chosen as if errors were white noise."""
     rules = {"stated": "d_optimal" if change == "white" else "stated", "random": "random"}
     return {name: [_choose(each, rule, change == "sure") for each in OBJECTS] for name, rule in rules.items()}
 
 
 def _design_motions(change: str) -> dict[str, dict[str, Numbers]]:
-    """Motions; "perverse": what shows least is chosen; "reckless": limits are taken for broader than they are."""
+    """Motions; "perverse": the least informative are chosen; "reckless": limits count as broader than they are."""
     return {"generated": {"stated": _design("stated", change), "random": _design("random", "")}}
 
 

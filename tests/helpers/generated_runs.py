@@ -127,7 +127,7 @@ def build_likelihood(Y: Array, signal: Array, variance: float, gain_sd: float = 
 def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:
     """Errors of unit variance that agree over a time, [s] (first-order autoregression), shape (N, num_channels)."""
     step = times[1] - times[0]
-    # Its integrated autocorrelation time, (1 + a) / (1 - a) samples, is that time.
+    # The integrated autocorrelation time, (1 + a) / (1 - a) samples, is that time.
     a = max(0.0, (agreement / step - 1.0) / (agreement / step + 1.0))
     white = rng.standard_normal((len(times), num_channels))
     errors = np.empty_like(white)

@@ -1,4 +1,4 @@
-"""Motions are planned once in a run of the tests: what follows from arguments is kept for all that ask again."""
+"""Motions are planned once in a run of the tests: results are kept by their arguments for all processes."""
 
 import functools
 import hashlib
@@ -61,5 +61,5 @@ def _keep(plan: Callable[..., Any], folder: Path) -> Callable[..., Any]:
 
 @functools.lru_cache(maxsize=64)
 def _describe(arm: Arm) -> bytes:
-    """Describes what motions depend on: kinematics, limits and home."""
+    """Describes all that motions depend on: kinematics, limits and home."""
     return pickle.dumps((build_chain(arm), *arm.limits, arm.home))

@@ -18,7 +18,7 @@ OF_RUN = {*COMMON, *OF_STUDY, "config", "setup", "inputs"}
 
 
 def find_documented_keys(*headings):
-    """Keys in the tables below headings of docs/results.md: what stands in backticks in their first column."""
+    """Keys in the tables below headings of docs/results.md: the words between backticks in their first column."""
     parts = re.split(r"^### (.*)\n", DOCS.read_text(encoding="utf-8"), flags=re.MULTILINE)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
     rows = [line.split("|")[1] for heading in headings for line in sections[heading].splitlines() if line[:1] == "|"]

@@ -1,4 +1,4 @@
-"""Plans of choices, of which tests do not need how much parts that are moved a little would change."""
+"""Plans of choices for tests that do not need changes of costs by parts that are moved a little."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Our arm with joints so slow that its tip never comes near the speeds of our arm's blow."""
+"""Our arm with joints so slow that the tip's speed stays far below that of our arm's blow."""
 
 import re
 import shutil

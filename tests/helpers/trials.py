@@ -16,7 +16,7 @@ from affordance.objects.materials import load_materials
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 
 WOOD, STEEL, BRASS = (0.7, 0.5, 0.3), (0.5, 0.5, 0.5), (0.8, 0.6, 0.1)
-# The same absolute error everywhere, with which everything is linear and normal.
+# One absolute error for all torques, with which everything is linear and normal.
 PLAIN = WeberNoise(weber_fraction=0.0, threshold=0.1)
 _VOLUME = 1e-3
 _Y = np.random.default_rng(7).standard_normal((7, 10))
@@ -83,7 +83,7 @@ def get_regressor() -> Array:
 
 
 def write_known(path: Path, densities: Mapping[str, float]) -> Path:
-    """Writes the lasting memory of one who knows the densities of some materials to 1 kg/m^3."""
+    """Writes the lasting memory of an observer who knows the densities of some materials to 1 kg/m^3."""
     colours = [load_materials()[name].colour for name in densities]
     size = len(colours)
     features = np.concatenate([np.eye(size).ravel(), list(densities.values())])

@@ -1,4 +1,4 @@
-"""Two tools, the grips of the stick, a path and what is believed of their materials, for tests of choices."""
+"""Two tools, the grips of the stick, a path and beliefs about their materials, for tests of choices."""
 
 import numpy as np
 

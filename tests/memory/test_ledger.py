@@ -1,4 +1,4 @@
-"""The ledger: what is appended is kept, once, and what follows from it does not depend on how it came there."""
+"""The ledger: a trial that is appended is kept once, and beliefs do not depend on the order of trials."""
 
 import itertools
 import json
@@ -320,7 +320,7 @@ def test_verifying_finds_what_was_changed_from_outside(ledger, change):
 
 
 def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
-    ledger.append(hold_workshop(6))  # of "arm" and "other", by turns
+    ledger.append(hold_workshop(6))  # in "arm" and "other", by turns
     assert ledger.count_of_other_arms("arm", "arm 1") == 0
     assert ledger.count_of_other_arms("arm", "arm 2") == 3
     assert ledger.count_of_other_arms("nobody", "arm 2") == 0

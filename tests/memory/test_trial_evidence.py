@@ -1,4 +1,4 @@
-"""Records of trials: what is written reads as the same, and what is no evidence is refused in a line."""
+"""Records of trials: a written record reads as the same, and bad evidence is refused in a line."""
 
 from dataclasses import replace
 from pathlib import Path

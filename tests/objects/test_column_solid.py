@@ -16,7 +16,7 @@ def block():
 def test_columns_that_fill_a_box_are_that_box(block):
     centred, p = block.centre()
     np.testing.assert_allclose(p, [0.1, 0, 0.005], atol=1e-12)
-    # Of each column the moments about its own axis are those of a line: they add up to h^2 of 1 mm^2 / 12.
+    # Each column's moments about its own axis are those of a line: they add up to h^2 of 1 mm^2 / 12.
     np.testing.assert_allclose(
         centred.unit_pseudo_inertia(), Box((0.04, 0.02, 0.01)).unit_pseudo_inertia(), rtol=1e-9, atol=1e-18
     )

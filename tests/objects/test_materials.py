@@ -1,4 +1,4 @@
-"""Materials files: a density in g/cm^3 is no density of a solid in kg/m^3."""
+"""Files of materials: a density in g/cm^3 is refused as that of a solid in kg/m^3."""
 
 import pytest
 

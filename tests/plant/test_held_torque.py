@@ -52,7 +52,7 @@ def test_a_held_torque_gives_the_mean_acceleration_it_was_computed_for(tmp_path:
     planned = np.linspace(-1.0, 1.0, arm.num_joints)
     tau = held.compute_held_torque(x, planned)
     found = (simulate_tick(arm, x, tau) - 0.05) / TICK
-    # What is left, without damping too, is how gravity and mass matrix curve within the tick.
+    # The error that remains, without damping too, is by curvature of gravity and mass matrix within the tick.
     np.testing.assert_allclose(found, planned, atol=5e-3)
 
 

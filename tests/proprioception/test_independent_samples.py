@@ -52,7 +52,7 @@ def test_independent_samples_give_exact_bayes(hold, belief, weber_fraction, rtol
     mean, covariance = compute_brute_force(hold, belief, noise, samples, axes)
     np.testing.assert_allclose(np.sqrt(np.diag(covariance)), sds, rtol=max(rtol, 2e-3))
     assert (np.abs(mean - densities.untruncated_mean) < (0.01 if weber_fraction == 0.0 else 0.5) * sds).all()
-    # The same samples taken for one percept are judged the wider, so that the number of samples is in the result.
+    # The samples taken for one percept give a wider posterior, so that the number of samples is in the result.
     one = WeberNoise(weber_fraction, 0.097)
     wide = compute_posterior(belief, statistics, 7, one, PRIOR.deviation_sd).posterior.densities
     certain = [np.linalg.eigvalsh(found.precision)[-1] for found in (densities, wide)]

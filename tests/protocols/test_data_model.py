@@ -1,4 +1,4 @@
-"""A good file is read into a data model; ``tests/system/bad_values/protocols.yaml`` has what it refuses."""
+"""A good file is read into a data model; ``tests/system/bad_values/protocols.yaml`` has files that are refused."""
 
 from helpers.invented_model import Fruit, Outer
 

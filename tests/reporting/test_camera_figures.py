@@ -1,4 +1,4 @@
-"""Pictures of vision: what stands over them can be read."""
+"""Pictures of vision have titles that can be read."""
 
 import numpy as np
 

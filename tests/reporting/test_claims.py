@@ -1,4 +1,4 @@
-"""Claims as data: comparisons, lists, and how what was found is shown."""
+"""Claims as data: comparisons, lists, and the display of values."""
 
 import numpy as np
 import pytest

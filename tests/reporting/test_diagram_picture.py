@@ -1,4 +1,4 @@
-"""Diagrams as pictures: names of ports, which may be those of a stranger's models, are shown and do nothing."""
+"""Diagrams as pictures: names of ports, which may come from a stranger's models, are shown as text."""
 
 import pytest
 from pydrake.common.value import Value
@@ -10,7 +10,7 @@ HOSTILE = ("<script>alert(1)</script>", 'a"]; b [label="\\"', "</TD></TABLE>>")
 
 
 class Source(LeafSystem):
-    """Gives a text at a port of any name."""
+    """System that outputs a text at a port of any name."""
 
     def __init__(self, name):
         super().__init__()
@@ -18,7 +18,7 @@ class Source(LeafSystem):
 
 
 class Sink(LeafSystem):
-    """Takes one."""
+    """System that takes a text as input."""
 
     def __init__(self, name):
         super().__init__()

@@ -1,4 +1,4 @@
-"""Expressions over numbers: what they can say, and that they can do nothing else, nor take long."""
+"""Expressions over numbers: their functions, and limits that keep them from doing anything else or taking long."""
 
 import numpy as np
 import pytest

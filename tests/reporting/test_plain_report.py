@@ -1,4 +1,4 @@
-"""Reports of protocols: from their texts as they stand, or from what they ask and measure."""
+"""Reports of protocols: from their own texts, or from their questions and measures."""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Photographs: what must be seen is where a pinhole camera would see it, in its own hue."""
+"""Photographs: every object is where a pinhole camera would see it, in its own hue."""
 
 import colorsys
 

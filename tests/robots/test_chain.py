@@ -1,4 +1,4 @@
-"""Names that a tip can have are listed for those who do not know them; a finger is no arm."""
+"""Messages list the names that a tip can have; a finger counts as no arm."""
 
 from pathlib import Path
 

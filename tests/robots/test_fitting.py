@@ -32,7 +32,7 @@ def models(tmp_path: Path) -> Path:
 
 
 def change_joint(models: Path, joint: str, old: str, new: str) -> None:
-    """Changes a text in what our arm's file says of a joint."""
+    """Changes a text of a joint in our arm's file."""
     text = (models / "arm.sdf").read_text()
     start = text.index(old, text.index(f'joint name="{joint}"'))
     (models / "arm.sdf").write_text(text[:start] + new + text[start + len(old) :])
@@ -158,7 +158,7 @@ def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_na
 
 
 def hold_one_object(monkeypatch: pytest.MonkeyPatch, *, name: str = "stick", grip: str = "wood") -> None:
-    """Has only one of the novel objects tried, in one grip, as planning takes long."""
+    """Limits fitting to one of the novel objects in one grip, as planning takes long."""
     every = fitting.list_held
 
     def pick(models: Path, *files: object) -> list[Tool]:

@@ -34,7 +34,7 @@ TIP = ImportOptions("right_tool")
 
 @pytest.fixture(autouse=True)
 def _hurry(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
-    """Fitting tasks is slow, and tested elsewhere; pictures are drawn where they are asked for."""
+    """Skips fitting of tasks, which is slow and tested elsewhere, and pictures."""
     monkeypatch.setattr(kept, "fit_tasks", lambda *_: Fitted((), {"blow": "too weak"}))
     if "report" not in request.node.name:
         monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
@@ -158,7 +158,7 @@ def test_the_command_writes_nothing_if_the_file_is_wrong(tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Our own arm through the importer, in its own posture and place."""
+    """Folder of our own arm, imported in its own posture and place."""
     arm = load_arm()
     posture = dict(zip(arm.joint_names, arm.home.tolist(), strict=True))
     folder = tmp_path_factory.mktemp("ours") / "models"
@@ -237,6 +237,6 @@ def test_a_robot_full_of_traps_becomes_an_arm_that_the_strict_program_takes(tmp_
     arm = load_arm(tmp_path / "models" / ARM.name)
     assert arm.joint_names == ["right_j1", "right_j2", "right_j3", "right_j4"]
     np.testing.assert_array_equal(arm.limits.tau_max, [40.0] * 4)
-    # Its meshes are nowhere: capsules stand for them.
+    # The meshes do not exist: capsules stand for them.
     assert "the mesh package://nowhere/meshes/right_1.stl was not found" in remarks
     assert "<capsule>" in (tmp_path / "models" / "arm.sdf").read_text()

@@ -52,7 +52,7 @@ def list_efforts(arm: ReducedArm) -> list[float]:
             ],
             [30.0, 18.0, 14.0, 30.0],
         ),
-        # What all actuators of a joint may give together.
+        # Limit on the sum of all actuators of a joint.
         ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-500 500"')], [30, 18, 14, 30]),
         ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-4 5"')], [30, 4, 14, 30]),
         # A general actuator multiplies its control, unless it feeds back.

@@ -15,12 +15,12 @@ from affordance.robots.importer import ImportOptions, read_arm
 from studies.arms.parity import compute_parity
 from studies.arms.robots import ROBOTS, Robot, find_folder
 
-# What is left is rounding.
+# Tolerance for rounding.
 EXACT = 1e-12
 
 
 def find_wheel() -> Path | None:
-    """The robots of example-robot-data: where AFFORDANCE_ROBOTS says, or among the installed packages."""
+    """Folder of the robots of example-robot-data: AFFORDANCE_ROBOTS, or that of the installed package."""
     folders = [Path(os.environ["AFFORDANCE_ROBOTS"])] if "AFFORDANCE_ROBOTS" in os.environ else []
     folders += [Path(folder) for folder in site.getsitepackages()]
     return next((find_folder(folder) for folder in folders if (find_folder(folder) / ROBOTS[0].file).is_file()), None)

@@ -65,7 +65,7 @@ def test_cluster_is_complete_and_gives_the_same_numbers_though_a_worker_is_kille
     ran = list_runs(notes["there"])
     assert set(ran) == {str(worker.pid) for worker in cluster.workers}
     assert len(ran[str(victim.pid)]) >= 2
-    # What the victim had begun was begun anew by the other.
+    # Repeats that the victim had begun were begun anew by the other.
     assert sum(map(len, ran.values())) > REPEATS
     assert len(list((tmp_path / "there").glob("repeat_*.npz"))) == REPEATS
 

@@ -7,7 +7,7 @@ import numpy as np
 from affordance.runs.random_streams import Stream
 
 ROOT = Path(__file__).parents[2]
-# More than any observer has.
+# A number of trials that no observer has.
 MOST_TRIALS = 10**4
 
 

@@ -60,7 +60,7 @@ def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, ham
     after = nail.times > nail.time_of_touch + 0.02
     assert np.ptp(nail.travel[after]) < 1e-5
     assert (np.diff(nail.travel) > -1e-6).all()
-    # What the contact gives way by, and at every tick how deep any two bodies that can meet are in each other.
+    # Indentation of the contact, and at every tick the penetration of any two bodies that can meet.
     assert nail.contact.max() / CONTACT_STIFFNESS < 2e-3
     trial = build_trial_diagram(DEFAULT_SETTINGS, 1.0, tool=HELD[grip], nail=done.strike.placement)
     context = trial.diagram.CreateDefaultContext()

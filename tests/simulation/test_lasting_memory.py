@@ -1,4 +1,4 @@
-"""Simulated trials as evidence: what a runner feels serves a lasting memory as it serves the memory of the trial."""
+"""Simulated trials as evidence: a lasting memory learns from them as the memory of the trial does."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""One observer after another object: how the memory learns, and what one Context of all presentations keeps apart."""
+"""One observer and several objects: learning of the memory, and separation of presentations in one Context."""
 
 import dataclasses
 

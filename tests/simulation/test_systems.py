@@ -75,7 +75,7 @@ def advance(system, context, time):
 
 @pytest.fixture
 def memory_system():
-    """A memory whose presentations last a second, at whose ports stands what one of them taught."""
+    """A memory with presentations of one second, with the posterior of one of them at its ports."""
     system = MaterialMemorySystem(MaterialMemory(), duration=1.0, least_p_value=1e-3)
     context = system.CreateDefaultContext()
     fix(system, context, posterior=detect_parts(TWO_MATERIALS, PRIOR), p_value=np.array([1e-3]))

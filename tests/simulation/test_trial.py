@@ -1,4 +1,4 @@
-"""The closed loop: whole trials in the Diagram that is really run."""
+"""The closed loop: whole trials in the Diagram that experiments run."""
 
 import dataclasses
 import gc
@@ -57,7 +57,7 @@ def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, rati
 
 
 def weigh(tool, mass):
-    """The tool, made of something that looks the same and weighs more or less."""
+    """The tool, made of a material that looks the same and has another density."""
     (part,) = tool.components
     material = dataclasses.replace(part.material, density=part.material.density * mass / tool.mass)
     return dataclasses.replace(
@@ -190,7 +190,7 @@ def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
     noise = weight.settings.noise
     expected = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
     errors = (np.array(felt) - tau) / expected
-    # Of means, standard deviations and correlations that are 0, 1 and 0: four and a half standard errors.
+    # Means, standard deviations and correlations are 0, 1 and 0, to four and a half standard errors.
     np.testing.assert_allclose(errors.mean(axis=0), 0.0, atol=4.5 / np.sqrt(5000))
     np.testing.assert_allclose(errors.std(axis=0), 1.0, atol=4.5 / np.sqrt(2 * 5000))
     np.testing.assert_allclose(np.corrcoef(errors.T), np.eye(7), atol=4.5 / np.sqrt(5000))
@@ -240,7 +240,7 @@ def test_eye_joints_and_controller_draw_numbers_of_their_own_in_every_trial(weig
 
 @dataclasses.dataclass(frozen=True)
 class Unerring(WeberNoise):
-    """Believes that joints err, whereas they do not."""
+    """Noise model that believes in errors of the joints and makes none."""
 
     def draw_trial_errors(self, seed, num_joints):
         return np.zeros(num_joints), np.zeros(num_joints)

@@ -1,4 +1,4 @@
-"""The harness: what a study gives is checked, kept, written and printed alike."""
+"""The harness of studies: findings are checked, kept, written and printed alike."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Spoilt files: a small version of studies/trust/bad_input.py, a corpus kept for ever, and files of results."""
+"""Spoilt files: a small version of studies/trust/bad_input.py, a lasting corpus, and files of results."""
 
 import logging
 
@@ -129,7 +129,7 @@ def run(folder):
 
 @pytest.fixture(scope="module")
 def kept(tmp_path_factory):
-    """A folder of repeats, what is in the file of the second, and the numbers of both."""
+    """A folder of repeats, the content of the file of the second, and the numbers of both."""
     folder = tmp_path_factory.mktemp("repeats")
     good = run(folder)
     return folder, (folder / "repeat_00001.npz").read_bytes(), good

@@ -1,4 +1,4 @@
-"""The suite can be started by anything: its children do not inherit how, and none outlives its test."""
+"""Children of the suite do not inherit signals ignored by its starter, and none outlives its test."""
 
 import os
 import signal
@@ -30,7 +30,7 @@ def ignored():
 def test_children_are_interrupted_as_at_a_terminal_however_the_suite_was_started(children, ignored):
     out, _ = children([sys.executable, "-c", SHOW]).communicate(timeout=60)
     assert out.strip() == "True"
-    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # of the suite itself nothing was changed
+    assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # the suite's own handler is unchanged
 
 
 def test_children_and_their_children_are_ended_if_a_test_fails():

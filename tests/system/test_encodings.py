@@ -6,7 +6,7 @@ import pytest
 from helpers.children import ROOT
 
 SOURCES = sorted(path for folder in ("affordance", "studies") for path in (ROOT / folder).rglob("*.py"))
-# Of methods and of the function ``open``, by how many arguments there are if the encoding is given by its place.
+# Number of arguments of methods and of ``open`` if the encoding is given by its place.
 CALLS = {"read_text": 1, "write_text": 2, "open": 4}
 
 

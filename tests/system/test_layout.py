@@ -1,4 +1,4 @@
-"""Layout of the library: how many modules lie loose, and how long a chain of imports is (decision 0029)."""
+"""Layout of the library: number of loose modules, and length of the longest chain of imports (decision 0029)."""
 
 import ast
 import tomllib

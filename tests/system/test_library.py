@@ -1,4 +1,4 @@
-"""The library as a user of Python meets it: names at the top, forms of arguments, messages, and what is printed."""
+"""The library for users of Python: names at the top, forms of arguments, messages and output."""
 
 import importlib
 import re

@@ -7,7 +7,7 @@ from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.settings import DEFAULT_SETTINGS
 from studies.speed.program_every_tick import BY_PROGRAM, find_difference, list_runs
 
-# Of holds, [s]: the first second has the largest motion, and in Simulation II an elbow that meets its limit.
+# Duration of holds, [s]: the first second has the largest motion, and in Simulation II an elbow at its limit.
 DURATION = 1.0
 CONTROL_PERIOD = BY_PROGRAM.control_period
 
@@ -46,5 +46,5 @@ def test_trials_are_those_of_the_default(name, calls):
 
     assert calls["solve_free"] == 0
     periods = sum(round(record.times[-1] / CONTROL_PERIOD) for record in by_program)
-    # But for those periods of a blow in which no plan is asked for.
+    # Periods of a blow in which no plan is asked for are left out.
     assert (0.8 if name == "hammer" else 1.0) * periods <= calls["solve"] <= periods + len(by_program)

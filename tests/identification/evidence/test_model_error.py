@@ -32,7 +32,7 @@ def test_size_of_the_phantom_is_found_from_stretches(rng, true):
 
 
 def test_fewer_stretches_give_no_smaller_a_phantom(rng):
-    H = np.diag([1e6, *[0.0] * 9])  # of one number each, the mass
+    H = np.diag([1e6, *[0.0] * 9])  # one number each, the mass
     one = Quadratic(H, H @ np.array([0.02, *[0.0] * 9]))
     assert estimate_phantom_mass([one]) > 1.5 * estimate_phantom_mass([one] * 10)
 

@@ -1,4 +1,4 @@
-"""Prediction of what a motion shows, against identification itself and against dense algebra."""
+"""Prediction of the information in a motion, against identification itself and against dense algebra."""
 
 from dataclasses import replace
 
@@ -25,7 +25,7 @@ def test_what_is_predicted_is_what_identification_states(expectation, limits, rn
     family = FourierFamily(expectation.robot, limits, 20.0)
     numbers = family.draw(np.random.default_rng(1))
     evidence = expectation.build_evidence(family.build(numbers, list_times(20.0, 100.0))._replace(cutoff=20.0))
-    noise = np.sqrt(0.01 / 0.3) * draw_errors(evidence.prepared.times, 6, 0.3, rng)  # of density .01 N^2 m^2 s
+    noise = np.sqrt(0.01 / 0.3) * draw_errors(evidence.prepared.times, 6, 0.3, rng)  # with a density of .01 N^2 m^2 s
     felt = replace(evidence, samples=evidence.samples._replace(signal=evidence.samples.Y @ PAYLOAD + noise))
     prior = build_channel_prior(felt, expectation.gains, expectation.settings)
     fit = fit_payload(felt, prior, SolidPrior.for_hand(), expectation.settings)

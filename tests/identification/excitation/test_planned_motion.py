@@ -1,4 +1,4 @@
-"""Motions within limits: they keep them whatever numbers describe them, rest at both ends, and are what they say."""
+"""Motions that keep limits whatever their parameters, rest at both ends, and have the stated derivatives."""
 
 import numpy as np
 import pytest

@@ -86,7 +86,7 @@ def test_intervals_hold_truths_drawn_from_the_prior(rng):
         bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 500)
         marginals, truth = summarise(describe_bodies(bodies.pi), bodies.weights), describe_bodies(pi[None])[0]
         inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
-    # Of 600 numbers, ten of each body: 90 % within four standard errors of independent bodies.
+    # Ten numbers of each of 60 bodies: 90 % within four standard errors of independent bodies.
     assert np.mean(inside) == pytest.approx(0.9, abs=4.0 * np.sqrt(0.09 / 60) / np.sqrt(3))
 
 
@@ -118,7 +118,7 @@ def test_a_common_factor_of_gains_is_taken_out_as_bayes_rule_says(rng):
     body = solid.draw_parameters(rng, 1)
     felt = np.tile(1.3 * body, (20000, 1))
     removed = solid.remove_common_factor(felt, sd, rng)
-    # Of ln m given ln m + ln k, and shape: nearly all of it stays with the factor's own prior.
+    # Mean of ln m given ln m + ln k, and shape: nearly all of it stays with the factor's own prior.
     log_factor = np.log(felt[:, 0] / removed[:, 0])
     variance = np.linalg.inv(solid.precision)[0, 0]
     assert variance == pytest.approx(solid.covariance[0, 0])

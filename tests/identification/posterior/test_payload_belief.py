@@ -102,7 +102,7 @@ def test_a_payload_is_set_as_far_as_it_was_seen(bodies):
     assert seen.hidden == frozenset()
     assert_allclose(seen.setting.parameters, seen.parameters, rtol=1e-2)
     assert build_belief(bodies, np.full(len(bodies), 1 / len(bodies))).setting is None
-    # The same mass and centre of mass, and moments of any size.
+    # Samples with the same mass and centre of mass, and moments of any size.
     vague = one.copy()
     vague[:, 4:] += (bodies[:400, 4:] - one[:, 4:]) * 10.0
     known_place = build_belief(vague, np.full(400, 1 / 400))

@@ -38,7 +38,7 @@ def test_samples_span_the_run_but_for_what_is_trimmed():
     prepared = prepare(run, DEFAULT_SETTINGS)
     assert prepared.times[0] == pytest.approx(DEFAULT_SETTINGS.trim)
     assert prepared.times[-1] == pytest.approx(run.times[-1] - 1.0 / _RATE - DEFAULT_SETTINGS.trim)
-    # What is slower than the cut-off comes through, and its derivative is a derivative.
+    # Motion slower than the cut-off comes through, and its derivative is a derivative.
     np.testing.assert_allclose(prepared.v, np.outer(np.sin(np.pi * prepared.times), [1.0, 1.0]), atol=1e-3)
     np.testing.assert_allclose(prepared.vdot[:, 0], np.pi * np.cos(np.pi * prepared.times), atol=2e-2)
 

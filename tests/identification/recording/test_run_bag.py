@@ -1,4 +1,4 @@
-"""Bags of others: databases that calculate, and metadata that unfold, are refused before they are opened."""
+"""Bags of strangers: databases that calculate, and metadata that unfold, are refused before they are opened."""
 
 import sqlite3
 import sys

@@ -1,4 +1,4 @@
-"""Tables of recordings by others: whatever they hold, they are read or refused in one line."""
+"""Tables of recordings by strangers are read or refused in one line, whatever their content."""
 
 import contextlib
 

@@ -1,4 +1,4 @@
-"""Study of active choice, small: worlds are what they say, rules pick, choices are judged by the truth."""
+"""Study of active choice, small: worlds are as described, rules pick, choices are judged by the truth."""
 
 import numpy as np
 import pytest

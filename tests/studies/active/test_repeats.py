@@ -1,4 +1,4 @@
-"""Calibration after many holds of one piece: sums are right, a deviation that is counted anew is too certain."""
+"""Calibration after many holds of one piece: sums are right; a deviation counted at each hold is too certain."""
 
 from typing import Any
 

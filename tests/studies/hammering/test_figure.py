@@ -11,7 +11,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, save_figure
 from studies.hammering.figure import draw_map
 
 FORCES, DENSITIES = np.array([100.0, 200.0, 300.0, 400.0]), np.array([1000.0, 5000.0, 9000.0])
-# By wood is dearer at 100 N, and twice as cheap at 300 N.
+# The grip by wood is dearer at 100 N, and twice as cheap at 300 N.
 WORK = {
     "hold by wood": np.tile([30.0, 20.0, 20.0, np.inf], (3, 1)),
     "hold by steel": np.tile([20.0, 25, 40, 50], (3, 1)),

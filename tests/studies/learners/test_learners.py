@@ -99,7 +99,7 @@ def test_honest_objects_teach_what_they_teach_with_one_density(weight):
 
 def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     def pretend(com, models, folder, *, repeats, jobs):
-        """Numbers about honest objects, with two observers of one learner who were right half of the time."""
+        """Numbers of two observers of one learner about objects that look as they weigh, right half of the time."""
         arrays = {
             "density_median": np.ones((2, 3, 2)),
             "mass_error": np.full((2, 2), 0.04),

@@ -1,4 +1,4 @@
-"""The mutation run: places are found again, and the page says what the sample says."""
+"""The mutation run: places are found again, and the page agrees with the sample."""
 
 import json
 from pathlib import Path

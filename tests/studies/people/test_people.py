@@ -21,7 +21,7 @@ GROUPS = fit.load_groups(MODELS, 0, DEFAULT_SETTINGS)
 
 
 def measure(group, force):
-    """The numbers of an observer who exerts certain forces in the lifts of the first observer."""
+    """Numbers of an observer who exerts certain forces in the lifts of the first observer."""
     tools = list_tools(group)
     weight = 9.81 * np.array([tool.mass for tool in group.tools])[tools]
     arrays = {Measure.FORCE: force[None], Measure.WEIGHT: weight[None]}
@@ -168,7 +168,7 @@ def test_learned_fraction_does_not_depend_on_the_scale_of_densities():
         fractions[factor] = np.mean(np.array(forces) / 9.81 - 0.9) / 0.6
     assert fractions[1.0] > 0.5
     for factor in (5.0, 0.2):
-        assert fractions[factor] == pytest.approx(fractions[1.0], abs=0.35)  # of eight observers, two standard errors
+        assert fractions[factor] == pytest.approx(fractions[1.0], abs=0.35)  # two standard errors of eight observers
 
 
 def test_command_writes_what_it_found(tmp_path, capsys, monkeypatch):

@@ -1,4 +1,4 @@
-"""The sample of what the paper does not give, and what a setting builds."""
+"""Sample of the assumptions that the paper does not state, and models built from a setting."""
 
 import dataclasses
 
@@ -85,7 +85,7 @@ def test_a_bent_novel_tool_is_the_crooked_stick():
         tool for tool in load_tools(MODELS / "tools" / "novel.yaml", materials) if tool.name == "crooked stick"
     )
     novel = build(novel_bend=float(np.radians(30.0))).novel
-    for grip, held in crooked.list_gripped().items():  # whose file has five digits
+    for grip, held in crooked.list_gripped().items():  # the file has five digits
         np.testing.assert_allclose(novel.list_gripped()[grip].parameters, held.parameters, rtol=1e-3, atol=1e-6)
 
 

@@ -108,7 +108,7 @@ def test_option_that_cannot_be_used_is_not_chosen_before_experience(experience, 
 
 
 class Blows:
-    """Blows that cost more than others of 100 from a force on."""
+    """Blows that cost 99, and 101 from a force on, where others cost 100."""
 
     def __init__(self, dear_from):
         self.dear_from = dear_from

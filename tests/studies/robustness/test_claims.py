@@ -1,4 +1,4 @@
-"""The claims that every setting is asked about, and when one cannot be judged."""
+"""Claims that are judged in every setting, and settings in which one cannot be judged."""
 
 from pathlib import Path
 

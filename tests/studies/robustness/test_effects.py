@@ -1,4 +1,4 @@
-"""Shares and first-order effects, against what is known of outcomes that were made up."""
+"""Shares and first-order effects against analytical values for made-up outcomes."""
 
 import numpy as np
 import pytest
@@ -34,10 +34,10 @@ def test_index_is_what_the_assumption_alone_explains():
 def test_what_levels_explain_by_chance_is_taken_off(rng):
     """Shares explained by chance are subtracted, by hand for four settings; most indices of random outcomes are 0."""
     levels = np.array([[0], [0], [1], [1]])
-    # Of the sum of squares 3/4 the two groups explain 1/4, a third: as one of three degrees of freedom does.
+    # The two groups explain 1/4 of the sum of squares 3/4, a third, as one of three degrees of freedom does.
     assert compute_indices(np.array([[1.0, 1.0, 1.0, 0.0]]), levels)[0, 0] == pytest.approx(0.0, abs=1e-12)
     np.testing.assert_allclose(compute_indices(np.array([[1.0, 1.0, 0.0, 0.0]]), levels), 1.0)
-    # Of six outcomes that are 1 in three and in one of three, a half is explained, and a fifth of it expected.
+    # Six outcomes, 1 in three and in one of three: a half is explained, and a fifth of it expected.
     outcomes, levels = np.array([[1.0, 1.0, 1.0, 1.0, 0.0, 0.0]]), np.repeat([[0], [1]], 3, axis=0)
     assert compute_indices(outcomes, levels)[0, 0] == pytest.approx((0.5 - 0.2) / (1.0 - 0.2), abs=1e-12)
     chance = compute_indices((rng.random((200, 512)) < 0.4).astype(float), LEVELS)

@@ -1,4 +1,4 @@
-"""One setting from end to end: files, table, section, and running it again."""
+"""One setting from end to end: files, table, section, and a second run."""
 
 import csv
 import json
@@ -30,7 +30,7 @@ from studies.robustness.evaluate import evaluate_setting
 from studies.robustness.holding import Held, compare_with_simulated
 
 LOADED = study.load()
-# Those that `affordance run all` judges: claims of the protocols, which are not headlines.
+# Claims of the protocols that `affordance run all` judges, without headlines.
 JUDGED = [
     f"{name}.{claim.key}"
     for name in EXPERIMENTS
@@ -98,7 +98,7 @@ def test_interpolated_motions_are_those_of_full_holds(defaults):
                 largest[name] = max(largest.get(name, 0.0), error)
     assert sum(len(held.tools) for held in outcome.held.values()) == 8
     assert max(largest.values()) < 1e-5 < study.INTERPOLATION_BOUND
-    assert 0.02 < outcome.simulated < 0.2  # or there was nothing to interpolate
+    assert 0.02 < outcome.simulated < 0.2  # else nothing would be interpolated
 
 
 def test_motions_that_are_wrong_are_found(defaults):

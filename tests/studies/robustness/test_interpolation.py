@@ -10,7 +10,7 @@ TRUE = np.array([700.0, 8000.0])
 
 
 class Simulator:
-    """Heights that depend on two densities, and how many were asked for."""
+    """Simulator of heights that depend on two densities, which counts its calls."""
 
     def __init__(self, move):
         self.move = move
@@ -43,7 +43,7 @@ def test_motions_of_many_follow_from_those_of_a_few(believed):
     motions = interpolate_motions(simulate, believed, TRUE)
     everyone = simulate.list_all(believed)
     assert np.abs(motions.heights - everyone).max() < TOLERANCE
-    assert len(simulate.asked) == motions.num_simulated + 1 < 40  # and the one who believes the truth
+    assert len(simulate.asked) == motions.num_simulated + 1 < 40  # one more for the observer who believes the truth
     assert (motions.num_distinct, len(motions.heights)) == (200, 200)
 
 

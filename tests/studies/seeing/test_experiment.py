@@ -78,7 +78,7 @@ def test_objects_are_seen_as_well_as_was_asked(numbers):
 
 
 def is_as_sure_as_it_should_be(deviations):
-    """Judges errors over what is claimed of them, (N,): their squares have a sum distributed as chi-squared.
+    """Judges errors over their stated deviations, (N,): their squares have a sum distributed as chi-squared.
 
     A share of ten covered intervals cannot tell 90 % from the 63 to 65 % that the study found before residuals of the
     fit were centred (docs/decisions/0015-vision-from-pixels.md): then deviations were 1.8 times what was claimed.
@@ -105,7 +105,7 @@ def test_question_of_figure_1_is_answered_with_probabilities(numbers):
         assert sum(entry["p_best"] for entry in answer) <= 1.0 + 1e-9
         works = [entry["energy"] for entry in answer if entry["energy"] is not None]
         assert works == sorted(works)
-    # Who never felt any of it is less sure.
+    # An observer who never felt the materials is less sure.
     assert max(e["p_best"] for e in numbers["mashing_novice"]) < max(e["p_best"] for e in numbers["mashing_expert"])
 
 
@@ -173,7 +173,7 @@ def test_object_that_is_not_detected_is_counted_and_its_picture_kept(folder_of_c
 def test_arrays_of_what_is_not_detected_have_the_shapes_of_what_is(experiment, folder, monkeypatch):
     (path,) = (folder / "repeats").rglob("repeat_00000.npz")
     with np.load(path) as kept:
-        detected = {name: kept[name] for name in kept.files if name != "belongs_to"}  # of the file itself
+        detected = {name: kept[name] for name in kept.files if name != "belongs_to"}  # a key of the file
     monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: draw_crumb())
     missed = experiment.run_observer(None, None, 0)
     assert (str(detected["failure"]), str(missed["failure"])) == ("", "TooSmallError")

@@ -13,7 +13,7 @@ from affordance.files.netcdf import Trajectories, write_trajectories
 from studies.side_by_side.tasks import NAME, ToolChoices, compute_agreement
 
 REACH = [[[0, 1], [0, 1]], [[1, 1], [1, 1]], [[0, 1], [NO_OPTION, 1]]]
-# Of the stick always the other grip, of the hammer the same but once.
+# Grips for the stick always differ from those for reaching; for the hammer all but one are the same.
 HAMMER = [[[1, 0], [0, 1]], [[0, 0], [1, 1]], [[1, 0], [1, 1]]]
 
 

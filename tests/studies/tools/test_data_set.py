@@ -1,4 +1,4 @@
-"""Inertia of a tool as the data set states it."""
+"""Inertia of a tool as stated by the data set."""
 
 import pytest
 from numpy.testing import assert_allclose

@@ -1,4 +1,4 @@
-"""Predictions before first touch, and how they are judged."""
+"""Predictions before first touch, and their scores."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""Force-torque records: made up here, with the sign and the noise of the data set's."""
+"""Force-torque records, made up with the sign and the noise of the data set's."""
 
 import pickle
 

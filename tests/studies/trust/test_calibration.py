@@ -1,4 +1,4 @@
-"""A small version of studies/trust/calibration.py, and proof that it would notice if something were wrong."""
+"""A small version of studies/trust/calibration.py, and proof that it detects wrong sizes of errors."""
 
 import dataclasses
 
@@ -125,7 +125,7 @@ def test_exact_bayes_agrees_with_the_estimator(at_rest):
 
 
 def measure(config):
-    """The stick at rest: what is felt, and its geometry."""
+    """The stick at rest: its percept and its geometry."""
     hold = calibration.get_hold(config.settings.arm)
     features = measure_features(config.tool, VisionError(), np.random.default_rng(0))
     belief = predict_object(features, MaterialMemory(), config.settings.prior)

@@ -86,7 +86,7 @@ def test_what_cannot_be_seen_is_said(rng):
 
 
 def replace_all(picture):
-    """The picture with the stand everywhere."""
+    """The picture with the stand at every pixel, some of which differ by one step of colour."""
     colour, depth = picture.colour.copy(), picture.depth.copy()
     colour[:, :], depth[:, :] = colour[20, 20], depth[20, 20]
     colour[::7, ::5] += 1
