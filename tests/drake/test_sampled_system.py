@@ -23,7 +23,7 @@ def test_derivatives_of_a_system_without_continuous_state_can_be_asked_for():
 
 
 def test_no_override_is_searched_for_at_every_evaluation():
-    """An evaluation takes less than half of a LeafSystem's time, by the least of 15 repeats; 1 % is usual."""
+    """An evaluation takes less than half of a LeafSystem's time, by the least of 15 repeats; a hundredth is usual."""
     times = []
     for base in (SampledSystem, LeafSystem):
         system, context, derivatives = build(base)

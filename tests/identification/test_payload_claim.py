@@ -44,7 +44,7 @@ def test_errors_of_torque_are_those_of_the_difference(belief):
 
 
 def test_probability_is_the_weight_of_bodies_within_both_tolerances(belief):
-    """Of four bodies, one too heavy and one off centre, the two right ones have the probability 0.5."""
+    """The two of four bodies within both tolerances of mass and first moment give the probability 0.5 by weight."""
     setting = PayloadSetting(2.0, np.zeros(3))
     pi = np.tile(setting.parameters, (4, 1))
     pi[1, 0] += 0.11

@@ -63,7 +63,7 @@ def test_nothing_is_said_of_a_posture_that_is_free(model):
 
 
 def test_path_that_leads_near_rank_loss_is_named_with_place_joint_and_measure(model):
-    """A path straight ahead to an all but outstretched arm is refused, with its place, joint and mobility."""
+    """A path to an all but outstretched arm, still within tolerance, is refused with place, joint and mobility."""
     outward = Reach(TimedPath(((0.19, 0.26, 0.12),), duration=2.0, tolerance=0.02, start=PATH.start))
     reason = outward.build_cost(model, STICK.components, DEFAULT_SETTINGS).infeasible_reason
     assert re.fullmatch(

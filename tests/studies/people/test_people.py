@@ -34,7 +34,7 @@ def list_tools(group):
 
 
 def exert(group, mass, factor):
-    """Forces of an observer who expects family weights for training objects and adds a share of the test's excess."""
+    """Forces that are the weights of training objects, and for the test object 0.9 kg and a share of its excess."""
     tools = list_tools(group)
     force = 9.81 * np.array([tool.mass for tool in group.tools])[tools]
     force[tools == TEST] = 9.81 * (0.9 + factor * (mass - 0.9))

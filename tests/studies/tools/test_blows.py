@@ -28,7 +28,7 @@ def test_hammer_meets_the_nail_with_its_face_as_planned():
 
 
 def test_friction_on_the_nail_is_what_raises_the_peak_above_the_plan(monkeypatch):
-    """Without friction the peak is the planned one to 1 %, as the plan's effective mass is that of a free face."""
+    """The peak without friction is the planned one to 1 %, as the plan's effective mass is that of a free face."""
     assert 1.0 < (rough := check("claw hammer", "choked")).force / rough.force_aimed < 1.1
     get_runner.cache_clear()
     monkeypatch.setattr(contact, "_FRICTION", CoulombFriction(static_friction=0.0, dynamic_friction=0.0))
