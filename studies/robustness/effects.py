@@ -109,7 +109,12 @@ def name_levels(assumption: Assumption) -> list[str]:
     if assumption.choices:
         return list(assumption.choices)
     ends = [assumption.place(k / NUM_BINS) for k in range(NUM_BINS + 1)]
-    return [f"{float(low):.3g} to {float(high):.3g}" for low, high in itertools.pairwise(ends)]
+    return [" to ".join(map(_show_end, pair)) for pair in itertools.pairwise(ends)]
+
+
+def _show_end(end: float | str) -> str:
+    """Formats the end of a range with three significant digits, without an exponent."""
+    return np.format_float_positional(float(end), precision=3, unique=False, fractional=False, trim="-")
 
 
 def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:

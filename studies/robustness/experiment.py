@@ -233,7 +233,8 @@ class Robustness(Experiment):
         }
 
     def _draw(self, numbers: Mapping[str, Any]) -> Figure:
-        claims = numbers["claims"]
+        order = (*EXPERIMENTS, TASKS)
+        claims = dict(sorted(numbers["claims"].items(), key=lambda entry: order.index(entry[0].split(".")[0])))
         shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
         return draw_multiverse(
             [name.replace("_", " ").replace(".", ": ") for name in claims],

@@ -10,7 +10,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import Estimate
 
 _ROW_HEIGHT, _HEAD = 0.28, 3.0  # [inch]
-_WIDTH = 14.0
+_WIDTH = 11.0
 
 
 def draw_multiverse(
@@ -22,12 +22,17 @@ def draw_multiverse(
         claims: Names of C claims.
         assumptions: Names of D assumptions.
         shares: Shares with their intervals, (C,) each.
-        indices: First-order indices, (C, D); entries at or below their null level are left white.
+        indices: First-order indices, (C, D); entries at or below their null level are left white, and assumptions of
+            which all are so are left out, unless that is all of them.
         null_levels: Null levels of the indices by claim, (C,).
     """
+    above = indices > null_levels[:, None]
+    drawn = above.any(axis=0) | ~above.any()
+    assumptions = [name for name, is_drawn in zip(assumptions, drawn, strict=True) if is_drawn]
+    shown = np.where(above, indices, np.nan)[:, drawn]
     rows = np.arange(len(claims))
     figure = Figure(figsize=(_WIDTH, _HEAD + _ROW_HEIGHT * len(claims)), layout="constrained")
-    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 3.2])
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 2.0])
     errors = np.abs(np.array([shares.low, shares.high]) - shares.mean)
     left.barh(rows, shares.mean, xerr=errors, color=OBJECT_COLOURS[3], ecolor="0.3", capsize=2.0)
     left.set_yticks(rows, claims)
@@ -35,8 +40,7 @@ def draw_multiverse(
     left.set_xlabel("share of settings in which it holds")
     left.invert_yaxis()
     tidy(left)
-    shown = np.where(indices > null_levels[:, None], indices, np.nan)
-    largest = float(np.nanmax(shown)) if np.isfinite(shown).any() else 1.0
+    largest = float(np.nanmax(shown)) if above.any() else 1.0
     image = right.imshow(shown, aspect="auto", cmap="viridis_r", vmin=0.0, vmax=largest)
     right.set_xticks(np.arange(len(assumptions)), assumptions, rotation=90)
     right.tick_params(axis="y", labelleft=False)

@@ -46,10 +46,11 @@ def describe(numbers: Mapping[str, Any]) -> str:
     study = load()
     facts = {**study.list_facts(None, numbers), "faults": ""}
     proven = "proven" if numbers["interpolation_proven"] else "NOT proven"
+    simulated = f"{100.0 * numbers['simulated']:.0f} %" if numbers["simulated"] else "none"
     run = (
         f"{numbers['settings']} settings, {numbers['observers']} observers in each, seed {numbers['seed']}, commit "
         f"{numbers['commit'][:7]}. The setting of the simulations meets {len(numbers['default_meets'])} of "
-        f"{len(numbers['claims'])} claims. All holds were simulated in {100.0 * numbers['simulated']:.0f} % of the "
+        f"{len(numbers['claims'])} claims. All holds were simulated in {simulated} of the "
         f"settings; the interpolation of the others is {proven}: interpolated motions were off by "
         f"{1e6 * numbers['interpolation_error_m']:.1f} um at most where all were compared with full holds (the "
         f"simulations' setting and {', '.join(map(str, numbers['proven_in']))}; bound "

@@ -71,3 +71,5 @@ def test_levels_are_named_and_have_shares_of_their_own():
     outcomes = np.where(LEVELS[:, 6] == 0, 1.0, 0.0)
     assert share_by_level(outcomes, LEVELS[:, 6], name_levels(CHOICE)) == {"a": 1.0, "b": 0.0}
     assert name_levels(RANGES[0])[0] == "0 to 0.2"
+    densities = Assumption("density", "density (kg/m³)", "ours", 500.0, 500.0, 8500.0, is_log=True)
+    assert name_levels(densities)[1:3] == ["881 to 1550", "1550 to 2740"]
