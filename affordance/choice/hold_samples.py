@@ -97,11 +97,12 @@ class HoldSamples:
             self.common = list(range(memory.belief.size))
             self.suspicions = self._suspect_objects()
         self._own: dict[str, Array] = {}
+        self._errors: dict[str, Array] = {}
         self.mu = np.zeros((0, self._belief.size))
 
     def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":
         """Draws samples of all hypotheses by their probability, without an object if one is given; returns itself."""
-        self._own = {}
+        self._own, self._errors = {}, {}
         beliefs = [self._belief, *(each.belief for each in self.suspicions)]
         weights = np.array([1.0, *(each.weight for each in self.suspicions)])
         if suspicion is not None:
@@ -126,7 +127,7 @@ class HoldSamples:
         if name not in self._own:
             sd = self._prior.deviation_sd
             own = self.mu + sd * self._rng.standard_normal(self.mu.shape)
-            columns, felt = self._columns[name], self._felt.get(name)
+            columns, felt = self._columns[name], self._find_felt(name)
             chosen = list(dict.fromkeys(columns))
             if self._is_odd(name):  # its densities are its own, and say nothing about the materials' means
                 parts = [part.appearance for part in self._objects[name]]
@@ -134,9 +135,9 @@ class HoldSamples:
                 drawn = recollection.densities.draw_samples(self._rng, len(own))
                 for part, column in zip(recollection.columns, columns, strict=True):
                     own[:, column] = drawn[:, part]
-            elif felt is not None and len(felt.own.precision) == len(chosen):
-                covariance = np.linalg.inv(np.eye(len(chosen)) / sd**2 + felt.own.precision)
-                mean = (self.mu[:, chosen] / sd**2 + felt.own.information_vector) @ covariance
+            elif felt is not None:
+                covariance = np.linalg.inv(np.eye(len(chosen)) / sd**2 + felt.precision)
+                mean = (self.mu[:, chosen] / sd**2 + felt.information_vector) @ covariance
                 root = np.linalg.cholesky(0.5 * (covariance + covariance.T))
                 own[:, chosen] = mean + self._rng.standard_normal(mean.shape) @ root.T
             self._own[name] = np.maximum(own, 0.0)
@@ -150,14 +151,17 @@ class HoldSamples:
         grip = build_transform_map(np.linalg.inv(X_TG))
         return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
 
-    def draw_errors(self, geometry: Geometry) -> Array:
-        """Draws the errors of an object's measurements, (S, G)."""
-        return self._rng.standard_normal((len(self.mu), len(geometry.Phi_errors)))
+    def draw_errors(self, name: str) -> Array:
+        """Draws the errors of an object's measurements in standard deviations, (S, G); the same at every call."""
+        if name not in self._errors:
+            count = len(self.build_geometry(name).Phi_errors)
+            self._errors[name] = self._rng.standard_normal((len(self.mu), count))
+        return self._errors[name]
 
     def list_checks(self, suspicion: Suspicion) -> list[str]:
         """Lists the objects of a suspicious one's materials that were not held."""
         columns = set(suspicion.columns)
-        return [name for name, own in self._columns.items() if name not in self._felt and columns & set(own)]
+        return [name for name, own in self._columns.items() if self._find_felt(name) is None and columns & set(own)]
 
     def concerns(self, suspicion: Suspicion, names: Iterable[str]) -> bool:
         """Returns True if one of the named objects has a material of a suspicious one."""
@@ -171,6 +175,26 @@ class HoldSamples:
         assert recollection.memory.at_hand is not None  # as it was just recalled
         kinds = [membership.kind for membership in recollection.memory.at_hand.known.memberships]
         return [kinds[column] for column in recollection.columns]
+
+    def _find_felt(self, name: str) -> Likelihood | None:
+        """Finds what was felt of an object, in the order of its materials; None if nothing was.
+
+        An object that shares its name with one that was held, and not its colours, is another.
+        """
+        felt = self._felt.get(name)
+        if felt is None:
+            return None
+        recollection = self._memory.recall([part.appearance for part in self._objects[name]], self._prior)
+        memory = recollection.memory
+        known = memory.colours
+        if isinstance(memory, KindMemory):
+            assert memory.at_hand is not None  # as it was just recalled
+            known = tuple(memory.colours[colour] for colour in memory.at_hand.known.colours)
+        colours = [known[column] for column in dict.fromkeys(recollection.columns)]
+        places = [find_colour_index(felt.colours, colour) for colour in colours]
+        if len(colours) != len(felt.colours) or None in places:
+            return None
+        return felt.own.select([place for place in places if place is not None])
 
     def _is_odd(self, name: str) -> bool:
         """Returns True if a learner with kinds holds an object for another kind than the most populous one."""

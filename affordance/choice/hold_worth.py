@@ -25,13 +25,17 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel
 
 # With degree 6 in one variable worths came out up to six tenths low, from 12 on they no longer grow (docs/next.md).
-# Degree of the polynomial by the number of variables, folds of the samples, and share of the largest singular value
-# below which a direction of the percept says nothing about materials.
-_DEGREES, _FOLDS, _SEEN = {0: 0, 1: 12, 2: 6}, 4, 1e-3
-_LEAST_DEGREE = 3
+# Largest total degree of products of one, two and three variables; products of more are left out. So the fit to one
+# percept is part of that to several.
+_DEGREES = {1: 12, 2: 6, 3: 3}
+# Folds of the samples, and share of the largest singular value below which a direction of the percept says nothing
+# about materials.
+_FOLDS, _SEEN = 4, 1e-3
 # A sample with which an option is infeasible is charged this many times the mean cost of the dearest feasible option:
 # with a threshold of probability in its place, information would have a negative worth.
 _FAILURE = 2.0
+# Torque below which a joint does not feel a load, [N m].
+_LEAST_TORQUE = 1e-12
 # Standard deviations beyond which percepts are squeezed, so that tails do not lead the fit.
 _TAIL = 3.0
 _TIE = 1e-9
@@ -44,11 +48,31 @@ class PossibleHold(NamedTuple):
         name: Name of the object.
         geometry: Geometry of the object in the hand, a column for each of the M colours of the memory.
         densities: Samples of its own densities, (S, M), [kg/m^3].
+        errors: Samples of the errors of its geometry, in standard deviations, (S, G); those of an object that is an
+            option too are the option's, so that a hold tells of its form.
     """
 
     name: str
     geometry: Geometry
     densities: Array
+    errors: Array
+
+    def compute_load(self, static: StaticHold) -> Array:
+        """Computes the torques of the object at rest under each sample, (S, num_joints), [N m]."""
+        load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
+        return load
+
+
+class Percept(NamedTuple):
+    """Sensation of a hold, one outcome for each sample.
+
+    Attributes:
+        values: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
+        p_held: Probability that the arm can hold the object within its torque limits.
+    """
+
+    values: Array
+    p_held: float
 
 
 class Decision(NamedTuple):
@@ -116,23 +140,28 @@ class Worth(NamedTuple):
     p_best_after: Array
 
 
-def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
+def feel(
+    hold: PossibleHold, static: StaticHold, tau_max: Array, noise: NoiseModel, sd: Array, rng: np.random.Generator
+) -> Percept:
     """Draws what would be felt of an object, one outcome for each sample, reduced to what tells about materials.
+
+    Of a load beyond the torque limits as much is felt as the arm can bear.
 
     Args:
         hold: Object.
         static: Arm in the posture of the hold.
+        tau_max: Torque limits, (num_joints,), [N m].
         noise: Errors of measured torques.
         sd: Standard deviations of the samples of material means, (M,), [kg/m^3].
-        rng: Random generator of the errors of geometry and torque.
-
-    Returns: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
+        rng: Random generator of the errors of torque.
     """
-    errors = rng.standard_normal((len(hold.densities), len(hold.geometry.Phi_errors)))
-    load = hold.geometry.compute_parameters(hold.densities, errors) @ static.Y.T
-    total = static.tau_arm + load
+    load = hold.compute_load(static)
+    room = np.maximum(tau_max - np.sign(load) * static.tau_arm, 0.0)
+    share = (room / np.maximum(np.abs(load), _LEAST_TORQUE)).min(axis=1)
+    felt = np.minimum(share, 1.0)[:, None] * load
+    total = static.tau_arm + felt
     scale = noise.compute_sd(total.mean(axis=0))
-    felt = load + noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(load.shape)
+    felt += noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(total.shape)
     regressor = static.Y @ hold.geometry.Phi
     # All but the materials' means: errors of torque and geometry, and the object's own deviation.
     own = hold.densities - hold.densities.mean(axis=0)
@@ -142,9 +171,8 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
     root = np.linalg.cholesky(covariance)
     u, s, _ = np.linalg.svd(np.linalg.solve(root, regressor) * sd, full_matrices=False)
     if not s.size or s[0] == 0.0:
-        return np.zeros((len(felt), 0))
-    reduced: Array = felt @ np.linalg.solve(root.T, u[:, s > _SEEN * s[0]])
-    return reduced
+        return Percept(np.zeros((len(felt), 0)), float((share >= 1.0).mean()))
+    return Percept(felt @ np.linalg.solve(root.T, u[:, s > _SEEN * s[0]]), float((share >= 1.0).mean()))
 
 
 class PricedDecisions:
@@ -228,13 +256,15 @@ def measure_information(
 
 
 def _expand(percept: Array) -> Array:
-    """Expands percepts, (S, r), to all their products up to a degree, (S, number of products)."""
+    """Expands percepts, (S, r), to products of up to three variables, (S, number of products)."""
     centred = percept - percept.mean(axis=0)
     t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
     columns = [np.ones(len(t))]
-    for degree in range(1, _DEGREES.get(t.shape[1], _LEAST_DEGREE) + 1):
-        for chosen in itertools.combinations_with_replacement(range(t.shape[1]), degree):
-            columns.append(t[:, chosen].prod(axis=1))
+    for number, most in _DEGREES.items():
+        for degree in range(number, most + 1):
+            for chosen in itertools.combinations_with_replacement(range(t.shape[1]), degree):
+                if len(set(chosen)) == number:
+                    columns.append(t[:, chosen].prod(axis=1))
     return np.stack(columns, axis=1)
 
 

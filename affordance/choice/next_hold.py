@@ -1,6 +1,5 @@
 """Advice on what to hold next before tools are chosen, what it is worth, and when to stop."""
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -20,6 +19,7 @@ from affordance.choice.hold_worth import (
     measure_worth,
 )
 from affordance.choice.inner_simulation import Choice
+from affordance.choice.outlook import Outlook
 from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
@@ -32,8 +32,10 @@ from affordance.vision.eye import measure_drawing
 
 # Probability from which a choice counts as certain, as elsewhere.
 CERTAIN = 0.95
-# Candidates of which pairs are looked at, the best by information, before nothing is called worth its price.
-_MOST_PAIRED = 8
+# Candidates of which pairs are looked at, by worth and then by information, before nothing is called worth its price.
+_MOST_PAIRED = 12
+# Probability that the arm can hold an object below which it is not to be tried.
+_HOLDABLE = 0.05
 # Worth below this share of the expected cost is rounding and noise.
 _NEGLIGIBLE = 1e-4
 # Samples with which a choice is looked at again as if an object were odd.
@@ -65,6 +67,7 @@ class RankedHold(NamedTuple):
         worths: Worth for each task, once.
         information: Information about materials, [nat].
         p_best_after: Probability of being the best that each task's choice is expected to have then.
+        p_held: Probability that the arm can hold the object still within its torque limits.
     """
 
     name: str
@@ -73,6 +76,7 @@ class RankedHold(NamedTuple):
     worths: tuple[float, ...]
     information: float
     p_best_after: tuple[float, ...]
+    p_held: float
 
 
 class OpenDecision(NamedTuple):
@@ -83,6 +87,9 @@ class OpenDecision(NamedTuple):
         best: Name of the option to take now.
         p_best: Probability that it is the best.
         regret: Expected cost in excess of the best, in the unit of the cost.
+        cost: Expected cost of the option to take, in that unit.
+        margin: Expected cost of the next best option less that of the option to take; None if there is only one.
+        p_possible: Probability that any option can do the task.
         rests_on: Names of the objects without any one of which a choice that is certain would be open; looked at only
             before it is advised to stop.
     """
@@ -91,7 +98,20 @@ class OpenDecision(NamedTuple):
     best: str
     p_best: float
     regret: float
+    cost: float
+    margin: float | None
+    p_possible: float
     rests_on: tuple[str, ...] = ()
+
+    @property
+    def is_possible(self) -> bool:
+        """True unless it is certain that no option can do the task."""
+        return self.p_possible > 1.0 - CERTAIN
+
+    @property
+    def is_certain(self) -> bool:
+        """True if the choice is certain, or it is certain that there is none."""
+        return self.p_best >= CERTAIN or not self.is_possible
 
 
 class HoldAdvice(NamedTuple):
@@ -100,10 +120,18 @@ class HoldAdvice(NamedTuple):
     Attributes:
         ranked: Objects that may be held, the one of greatest worth first.
         decisions: Decisions as they stand.
-        stop: Reason to hold nothing more: "certain" or "not worth its price"; empty if something should be held.
+        stop: Reason to hold nothing more: "impossible", "certain" or "not worth its price"; empty if something should
+            be held.
+        is_certain: First rule of stopping: True if every choice is certain.
+        is_below_price: Second rule of stopping: True if nothing is worth its price, no pair either.
+        price: Price of a hold, in the unit of the cost.
         pair: Names of the two objects that are worth most together, if no single one is worth its price.
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
+        plan: Names of the objects to hold one after the other, the next one first, as far as can be said before it is
+            felt: until every choice is expected to be certain, or a further hold is not worth its price; empty if
+            that was not looked at, or nothing is to be held.
+        p_best_planned: Probability of being the best that each choice is expected to have after these holds.
         check: Name of the object to hold as certainty rests on a single one; empty if it does not, or if nothing that
             may be held would tell and is worth its price.
     """
@@ -111,9 +139,14 @@ class HoldAdvice(NamedTuple):
     ranked: tuple[RankedHold, ...]
     decisions: tuple[OpenDecision, ...]
     stop: str
+    is_certain: bool
+    is_below_price: bool
+    price: float
     pair: tuple[str, str] | None
     pair_worth: float
     unit: str
+    plan: tuple[str, ...] = ()
+    p_best_planned: tuple[float, ...] = ()
     check: str = ""
 
     @property
@@ -136,6 +169,7 @@ def advise_hold(
     criterion: Criterion = Criterion.WORK,
     price: float = 0.0,
     felt: Mapping[str, FeltObject] | None = None,
+    looks_ahead: bool = False,
     num_samples: int = 4000,
     seed: int = 0,
 ) -> HoldAdvice:
@@ -143,7 +177,7 @@ def advise_hold(
 
     Every candidate is held still in the arm's home posture, by its first grip or as it is written; one that is an
     option too is seen as it is there. All share their samples and random numbers, so that differences between them
-    are those of the objects.
+    are those of the objects. An object that the arm hardly can hold is worth nothing.
 
     Args:
         candidates: Objects that may be held, at least one.
@@ -153,6 +187,7 @@ def advise_hold(
         criterion: Criterion by which options are compared; worths have its unit.
         price: Price of a hold, in that unit.
         felt: Objects that were held before, by name: their own deviations are no news, and one of them may be odd.
+        looks_ahead: True to plan a few holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.
 
@@ -172,46 +207,24 @@ def advise_hold(
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
     samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
     decisions = [_decide(question, samples, criterion) for question in questions]
-    static, noise = StaticHold(load_arm(settings.arm)), settings.noise
-    holds = [
-        PossibleHold(
-            tool.name,
-            samples.build_geometry(tool.name, tool.grips[0].X_TG if tool.grips else None),
-            samples.draw_own(tool.name),
-        )
-        for tool in candidates
-    ]
-    sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
-    percepts = [feel(hold, static, noise, sd, np.random.default_rng([seed, 1])) for hold in holds]
-    priced = PricedDecisions(decisions)
-    found = []
-    for hold, percept in zip(holds, percepts, strict=True):
-        worth = measure_worth([percept], priced)
-        information = measure_information(hold, static, noise, covariance, samples.common)
-        found.append(
-            RankedHold(
-                hold.name,
-                float(worth.worths @ priced.uses),
-                worth.se,
-                tuple(float(each) for each in worth.worths),
-                information,
-                tuple(float(each) for each in worth.p_best_after),
-            )
-        )
+    ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
     open_decisions = [_describe(decision) for decision in decisions]
-    ranked = tuple(sorted(found, key=lambda each: (-each.worth, -each.information)))
-    scale = sum(
-        use * float(decision.charge().mean(axis=1).min())
-        for use, decision in zip(priced.uses, decisions, strict=True)
-    )
+    scale = sum(each.cost * question.uses for each, question in zip(open_decisions, questions, strict=True))
     least = max(price, _NEGLIGIBLE * scale)
-    stop, pair, pair_worth, check = "", None, 0.0, ""
-    if all(each.p_best >= CERTAIN for each in open_decisions):
+    is_certain, is_below_price = all(each.is_certain for each in open_decisions), ranked[0].worth <= least
+    pair, pair_worth = None, 0.0
+    if is_below_price and not is_certain:
+        pair, pair_worth = outlook.find_best_pair([each.name for each in ranked[:_MOST_PAIRED]])
+        is_below_price = pair_worth <= 2.0 * least
+        pair = None if is_below_price else pair
+    stop = ""
+    if not any(each.is_possible for each in open_decisions):
+        stop = "impossible"
+    elif is_certain:
         stop = "certain"
-    elif ranked[0].worth <= least:
-        pair, pair_worth = _find_pair(found, percepts, priced)
-        if pair_worth <= 2.0 * least:
-            stop, pair = "not worth its price", None
+    elif is_below_price:
+        stop = "not worth its price"
+    check = ""
     if stop:
         supports = _find_supports(questions, samples, criterion, open_decisions)
         open_decisions = [
@@ -221,7 +234,54 @@ def advise_hold(
         checks = {name for weak in supports for one in weak for name in samples.list_checks(one)}
         check = next((each.name for each in ranked if each.name in checks and each.worth >= price), "")
         stop = "" if check else stop
-    return HoldAdvice(ranked, tuple(open_decisions), stop, pair, pair_worth, criterion.unit, check)
+    plan: tuple[str, ...] = ()
+    planned = np.zeros(0)
+    if looks_ahead and not stop and not check:
+        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), CERTAIN, least)
+    return HoldAdvice(
+        ranked,
+        tuple(open_decisions),
+        stop,
+        is_certain,
+        is_below_price,
+        price,
+        pair,
+        pair_worth,
+        criterion.unit,
+        plan,
+        tuple(float(each) for each in planned),
+        check,
+    )
+
+
+def _rank(
+    candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
+) -> tuple[tuple[RankedHold, ...], Outlook]:
+    """Ranks objects by the worth of holding each, and prepares to look further ahead."""
+    arm, noise = load_arm(settings.arm), settings.noise
+    static, priced = StaticHold(arm), PricedDecisions(decisions)
+    sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
+    found: list[RankedHold] = []
+    felt: dict[str, Array] = {}
+    for tool in candidates:
+        geometry = samples.build_geometry(tool.name, tool.grips[0].X_TG if tool.grips else None)
+        hold = PossibleHold(tool.name, geometry, samples.draw_own(tool.name), samples.draw_errors(tool.name))
+        percept = feel(hold, static, arm.limits.tau_max, noise, sd, np.random.default_rng([seed, 1]))
+        felt[tool.name] = percept.values if percept.p_held >= _HOLDABLE else percept.values[:, :0]
+        worth = measure_worth([felt[tool.name]], priced)
+        information = measure_information(hold, static, noise, covariance, samples.common)
+        found.append(
+            RankedHold(
+                tool.name,
+                float(worth.worths @ priced.uses),
+                worth.se,
+                tuple(float(each) for each in worth.worths),
+                information if percept.p_held >= _HOLDABLE else 0.0,
+                tuple(float(each) for each in worth.p_best_after),
+                percept.p_held,
+            )
+        )
+    return tuple(sorted(found, key=lambda each: (-each.worth, -each.information))), Outlook(felt, priced)
 
 
 def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> Decision:
@@ -230,7 +290,7 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> D
     for option in question.choice.options:
         if option.object_name not in parameters:
             geometry = samples.build_geometry(option.object_name)
-            own, errors = samples.draw_own(option.object_name), samples.draw_errors(geometry)
+            own, errors = samples.draw_own(option.object_name), samples.draw_errors(option.object_name)
             parameters[option.object_name] = geometry.compute_parameters(own, errors)
     pi = np.array(
         [
@@ -261,18 +321,13 @@ def _find_supports(
 
 def _describe(decision: Decision) -> OpenDecision:
     best, shares, regret = decision.find_best()
-    return OpenDecision(decision.name, decision.options[best], float(shares[best]), regret)
-
-
-def _find_pair(
-    found: Sequence[RankedHold], percepts: Sequence[Array], priced: PricedDecisions
-) -> tuple[tuple[str, str] | None, float]:
-    """Finds the two objects that are worth most together, among those that tell most: worth is not concave."""
-    order = sorted(range(len(found)), key=lambda i: -found[i].information)[:_MOST_PAIRED]
-    best: tuple[str, str] | None = None
-    most = 0.0
-    for i, j in itertools.combinations(order, 2):
-        worth = float(measure_worth([percepts[i], percepts[j]], priced).worths @ priced.uses)
-        if worth > most:
-            best, most = (found[i].name, found[j].name), worth
-    return best, most
+    costs = np.sort(decision.charge().mean(axis=1))
+    return OpenDecision(
+        decision.name,
+        decision.options[best],
+        float(shares[best]),
+        regret,
+        float(costs[0]),
+        float(costs[1] - costs[0]) if len(costs) > 1 else None,
+        float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),
+    )

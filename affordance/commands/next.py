@@ -2,12 +2,13 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
+from affordance.choice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
 from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
 from affordance.commands.options import (
@@ -19,14 +20,16 @@ from affordance.commands.options import (
     read_options,
     recall,
 )
-from affordance.exceptions import name_object
+from affordance.exceptions import AffordanceError, name_object
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
+from affordance.memory.evidence_sums import SameColours
 from affordance.memory.ledger import open_memory
 from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import Tool
 from affordance.reporting.figures import save_figure
 from affordance.reporting.hold_figure import draw_holds
 from affordance.robots.kept import open_robot
@@ -35,6 +38,10 @@ from affordance.settings import Settings
 _SAMPLES = Whole(100, 1_000_000)
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"
+# A choice is a tie if its expected loss is at most this share of the cost.
+_TIE = 1e-3
+# Probability of holding an object from which nothing is said of its weight.
+_SURELY = 0.995
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,7 +57,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--include-tools", action="store_true", help="the tools themselves may be held too")
     add("--see", choices=("drawing", "pictures"), default="drawing", help="how the tools' form is known")
-    add("--by", choices=[each.value for each in Criterion], help="what is compared (default: as rank)")
+    add(
+        "--by",
+        choices=[each.value for each in Criterion],
+        help="what is compared (default as rank: work, J, for the paper's arm; wrench at the grip, N, for others)",
+    )
     add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
     add(
         "--price",
@@ -75,10 +86,10 @@ def run(arguments: argparse.Namespace) -> int:
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     held = load_tools(arguments.may_hold, materials)
-    candidates = [*held, *(tools if arguments.include_tools else [])]
+    candidates = _list_candidates(held, tools, arguments)
     same_colours = parse_same_colours(arguments.same_colour)
     memory = recall(arguments.memory, settings, same_colours)
-    felt = _recall_felt(arguments.memory, settings)
+    felt = _recall_felt(arguments.memory, settings, same_colours)
     options = list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed)
     tasks = list(dict.fromkeys(arguments.tasks))
     questions = [Question(t, plan_options(options, robot.load_task(t), settings), arguments.uses) for t in tasks]
@@ -90,10 +101,11 @@ def run(arguments: argparse.Namespace) -> int:
         criterion=criterion,
         price=arguments.price,
         felt=felt,
+        looks_ahead=True,
         num_samples=arguments.samples,
         seed=arguments.seed,
     )
-    sentence = describe_stop(advice)
+    sentence = describe_stop(advice, arguments.uses)
     content = {
         **advice._asdict(),
         "ranked": [each._asdict() for each in advice.ranked],
@@ -121,11 +133,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
-    """Formats the decisions as they stand, and what may be held."""
+    """Formats the decisions as they stand, what may be held, and both rules of stopping."""
     unit = advice.unit
     lines = [
         f"{each.name}: take {name_object(each.best)}, best with probability {each.p_best:.2f}; "
         f"expected loss {each.regret:.3g} {unit}"
+        if each.is_possible
+        else f"{each.name}: no option can do it (P = {1.0 - each.p_possible:.3f})"
         for each in advice.decisions
     ]
     width = max(len(each.name) for each in advice.ranked)
@@ -134,36 +148,87 @@ def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
     for each in advice.ranked:
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
-        lines.append(f"{each.name:<{width}}  {worth:>24}  {each.information:17.2f}  {then}")
+        heavy = "" if each.p_held >= _SURELY else f"  (held by the arm with probability {each.p_held:.2f})"
+        lines.append(f"{each.name:<{width}}  {worth:>24}  {each.information:17.2f}  {then}{heavy}")
+    certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
+    lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
     return lines
 
 
-def describe_stop(advice: HoldAdvice) -> str:
+def describe_stop(advice: HoldAdvice, uses: float = 1.0) -> str:
     """Says in words what to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
-    rests = ", and ".join(
-        f"the choice for {each.name} rests on {name_object(name)} alone"
-        for each in advice.decisions
-        for name in each.rests_on
-    )
+    rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
     if advice.check:
         return f"Hold {name_object(advice.check)} to check: {rests}."
     found = f" But {rests}: holding another of its material would check it." if rests else ""
+    if advice.stop == "impossible":
+        return "Nothing here is worth holding: no option can do what is to be done."
     if advice.stop == "certain":
         return f"Nothing more needs to be held: every choice is certain.{found}"
     if advice.stop:
-        worst = min(advice.decisions, key=lambda each: each.p_best)
-        tie = f"P = {worst.p_best:.2f} of {worst.name} is a tie worth {worst.regret:.2g} {unit}"
-        return f"Nothing here is worth holding: {first.name} is worth {first.worth:.2g} {unit}; {tie}.{found}"
+        left = "; ".join(_describe_open(each, unit) for each in advice.decisions if not each.is_certain)
+        if advice.price and first.worth:
+            saved = f"{name_object(first.name)} would save {first.worth:.2g} {unit}"
+            return f"Nothing here is worth its price of {advice.price:g} {unit}: {saved}; {left}.{found}"
+        return f"Nothing here is worth holding: {left}.{found}"
     if advice.pair is not None:
         one, other = (name_object(each) for each in advice.pair)
-        return f"Hold {one} and then {other}: worth {advice.pair_worth:.3g} {unit} together, and little alone."
-    return f"Hold {name_object(first.name)} next: worth {first.worth:.3g} ± {first.worth_se:.1g} {unit}."
+        head = (
+            f"Hold {one} and then {other}: worth {advice.pair_worth / uses:.3g} {unit} a use together, little alone"
+        )
+        later = advice.plan[2:]
+    else:
+        worth = f"worth {first.worth / uses:.3g} ± {first.worth_se / uses:.1g} {unit} a use"
+        head, later = f"Hold {name_object(first.name)}: {worth}", advice.plan[1:]
+    if later:
+        head += f"; then {name_object(later[0])}"
+    if min(advice.p_best_planned) >= CERTAIN:
+        return f"{head}; certain after about {len(advice.plan)}."
+    then = ", ".join(f"{p:.2f}" for p in advice.p_best_planned)
+    holds = "hold" if len(advice.plan) == 1 else "holds"
+    return (
+        f"{head}. After about {len(advice.plan)} {holds} nothing more is gained; P(best) of {then} is expected then."
+    )
 
 
-def _recall_felt(place: str | None, settings: Settings) -> dict[str, FeltObject]:
+def _describe_support(decision: OpenDecision) -> str:
+    """Describes on which single object a certain choice rests, or on which ones together."""
+    names = [name_object(name) for name in decision.rests_on]
+    if len(names) == 1:
+        return f"the choice for {decision.name} rests on {names[0]} alone"
+    return f"the choice for {decision.name} would be open without any one of {', '.join(names)}"
+
+
+def _describe_open(decision: OpenDecision, unit: str) -> str:
+    """Describes a choice that is left open: a tie, or a loss that nothing here would spare."""
+    margin = decision.margin
+    if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
+        return f"P = {decision.p_best:.2f} of {decision.name} is a tie, the best two differ by {margin:.2g} {unit}"
+    return f"{decision.name} stays open (P = {decision.p_best:.2f}, expected loss {decision.regret:.2g} {unit})"
+
+
+def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
+    """Lists what may be held; tools of the file of what may be held are there already.
+
+    Raises:
+        AffordanceError: An object that may be held has the name of a tool of another file.
+    """
+    if arguments.may_hold.resolve() == arguments.tools.resolve():
+        return list(held)
+    names = {tool.name for tool in tools}
+    for each in held:
+        if each.name in names:
+            raise AffordanceError(
+                f"{arguments.may_hold}: {each.name!r} is a tool of {arguments.tools} too, must have another name; "
+                "--include-tools lets the tools themselves be held"
+            )
+    return [*held, *(tools if arguments.include_tools else [])]
+
+
+def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
     """Recalls what was told by each thing that was held; nothing without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:
-        return recall_felt(ledger, settings.prior)
+        return recall_felt(ledger, settings.prior, same_colours)

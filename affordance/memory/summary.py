@@ -79,13 +79,16 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
     return MemorySummary(tuple(materials), known)
 
 
-def recall_felt(ledger: Ledger, prior: Prior) -> dict[str, FeltObject]:
-    """Recalls by its name what holding each thing has told, a density for each colour of its parts."""
+def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
+    """Recalls by its name what holding each thing has told, a density for each colour of its parts.
+
+    Colours that are to count as one are that of the two which was seen first, as in what is believed of materials.
+    """
     found = {}
     total = MaterialSum(prior)
     for thing in ledger.list_things():
         trials = ledger.list_thing_trials(thing)
-        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts), prior)
+        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts, same_colours), prior)
         columns = tuple(dict.fromkeys(of_object.columns))
         order = [of_object.materials.index(column) for column in columns]
         shared = of_object.compute_likelihood(prior)

@@ -45,7 +45,7 @@ def pick_by_information(workshop: Workshop, memory: Memory, left: Sequence[str],
     for name in left:
         own = mu + workshop.settings.prior.deviation_sd * rng.standard_normal(mu.shape)
         geometry = build_hold_geometry(workshop, name, memory)
-        possible = PossibleHold(name, geometry, np.maximum(own, 0.0))
+        possible = PossibleHold(name, geometry, np.maximum(own, 0.0), np.zeros((len(own), len(geometry.Phi_errors))))
         found[name] = measure_information(possible, workshop.static, workshop.settings.noise, covariance)
     return max(left, key=lambda name: found[name])
 

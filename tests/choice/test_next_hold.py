@@ -12,8 +12,10 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import FeltObject
+from affordance.choice import next_hold
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import ODD, HoldSamples
+from affordance.choice.hold_worth import Decision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import measure
 from affordance.exceptions import AffordanceError
@@ -148,16 +150,58 @@ def test_questions_that_are_none_are_refused(question):
         advise(question, [OAK], price=-1.0)
 
 
-def test_pairs_are_looked_at_before_nothing_is_worth_its_price(question):
-    single = advise(question, [OAK, STEEL])
-    between = 1.01 * max(each.worth for each in single.ranked)
-    advice = advise(question, [OAK, STEEL], price=between)
-    assert (advice.stop, advice.pair) in (
-        ("", ("bar of oak", "rod of cast steel")),
-        ("", ("rod of cast steel", "bar of oak")),
-        ("not worth its price", None),
-    )
-    assert advice.pair_worth > between
+def test_pair_is_advised_where_only_both_densities_tell(question, monkeypatch):
+    """Where costs depend on whether two densities are on the same side of their medians, neither alone tells."""
+
+    def decide(question, samples, criterion):
+        own = np.stack([samples.draw_own(tool.name)[:, column] for column, tool in enumerate((OAK, STEEL))])
+        high = own > np.median(own, axis=1)[:, None]
+        cost = np.where(high[0] == high[1], 1.0, 2.0)
+        return Decision("reach", ("alike", "unlike"), np.stack([cost, 3.0 - cost]), np.ones((2, cost.size), bool))
+
+    monkeypatch.setattr(next_hold, "_decide", decide)
+    advice = advise(question, [OAK, STEEL, BRASS], price=0.1, looks_ahead=True)
+    assert advice.ranked[0].worth < 0.1
+    assert (advice.stop, advice.is_below_price) == ("", False)
+    assert set(advice.pair) == {"bar of oak", "rod of cast steel"}
+    assert advice.pair_worth > 0.2
+    assert advice.plan == advice.pair
+    assert advise(question, [OAK, STEEL, BRASS], price=1.0).stop == "not worth its price"
+
+
+def test_plan_ends_where_nothing_is_gained(question):
+    """Brass, of which no part of the hammer is, is in no plan; a price above the second gain ends it after one."""
+    free = advise(question, [OAK, STEEL, BRASS], looks_ahead=True)
+    assert set(free.plan) == {"bar of oak", "rod of cast steel"}
+    assert free.p_best_planned[0] > max(each.p_best_after[0] for each in free.ranked)
+    dear = advise(question, [OAK, STEEL, BRASS], looks_ahead=True, price=0.9 * free.ranked[0].worth)
+    assert dear.plan == (free.plan[0],)
+    assert advise(question, [OAK]).plan == ()
+
+
+def test_another_object_of_the_same_name_is_not_what_was_felt(question):
+    """A rod of steel by the name of a bar of oak that was held has no densities of its own yet."""
+    felt = {OAK.name: feel_density(OAK, 563.0, 1.0)}
+    objects = {OAK.name: measure_drawing(STEEL)}
+    own = [
+        HoldSamples(remember(felt.values()), objects, each, DEFAULT_SETTINGS, np.random.default_rng(0))
+        .draw(500)
+        .draw_own(OAK.name)
+        for each in (felt, {})
+    ]
+    assert own[0][:, 1].std() == pytest.approx(own[1][:, 1].std(), rel=0.15)
+    assert own[0][:, 1].std() > 100.0 * felt[OAK.name].own.precision[0, 0] ** -0.5
+
+
+def test_hold_of_a_tool_tells_of_the_errors_of_its_look(question):
+    """The errors under which options are priced are those under which the same tool is felt."""
+    features = question.choice.options[0].features
+    objects = {"tool": features}
+    samples = HoldSamples(MaterialMemory(), objects, {}, DEFAULT_SETTINGS, np.random.default_rng(0)).draw(50)
+    first = samples.draw_errors("tool")
+    assert first.shape == (50, len(samples.build_geometry("tool").Phi_errors))
+    np.testing.assert_array_equal(first, samples.draw_errors("tool"))
+    assert not np.array_equal(first, samples.draw(50).draw_errors("tool"))
 
 
 def name_again(tool, name):

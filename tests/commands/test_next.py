@@ -1,7 +1,8 @@
-"""``affordance next``: its table and sentences, its JSON, and one line for bad input."""
+"""``affordance next``: its table and sentences, its JSON, and plain answers where nothing is to be gained."""
 
 import json
 
+import pytest
 from helpers.trials import write_known
 
 from affordance.cli import main
@@ -49,3 +50,90 @@ def test_a_tool_seen_in_pictures_may_be_held_itself(capsys):
     assert ranked["machinist hammer"]["worth"] > 3.0 * ranked["machinist hammer"]["worth_se"]
     assert ranked["machinist hammer"]["worth"] < ranked["bar of oak"]["worth"]  # it mixes two materials
     assert ranked["pin of brass"]["worth"] < 0.01
+
+
+def test_both_rules_of_stopping_are_reported(tmp_path, capsys):
+    """Of a choice that is open the second rule depends on the price alone; a certain choice is worth nothing."""
+    assert main([*ONE]) == 0
+    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: no." in capsys.readouterr().out
+    assert main([*ONE, "--price", "100"]) == 0
+    said = capsys.readouterr().out
+    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: yes." in said
+    assert "Nothing here is worth its price of 100 J: the bar of oak would save 0." in said
+    assert "reach stays open (P = 0." in said
+    known = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
+    assert main([*ONE, "--memory", str(known), "--price", "100"]) == 0
+    assert "Stop as every choice is certain: yes. Stop as no hold is worth its price: yes." in capsys.readouterr().out
+
+
+def test_sentence_says_worth_of_one_use_and_what_to_hold_then(capsys):
+    """A worth of a hundred uses is a hundred times that of one, which the sentence names."""
+    contents = []
+    for uses in ("1", "100"):
+        assert main([*ONE, "--uses", uses, "--json"]) == 0
+        contents.append(json.loads(capsys.readouterr().out))
+    one, hundred = contents
+    assert hundred["ranked"][0]["worth"] == pytest.approx(100.0 * one["ranked"][0]["worth"])
+    assert one["sentence"].split(";")[0] == hundred["sentence"].split(";")[0]
+    assert one["sentence"].startswith("Hold the bar of oak: worth 0.")
+    assert one["plan"][:2] == ["bar of oak", "rod of cast steel"]
+    assert " J a use; then the rod of cast steel" in one["sentence"]
+
+
+def test_tie_says_by_how_little_the_best_two_differ(tmp_path, capsys):
+    """One grip by two names is a tie, which no hold decides."""
+    grips = "{one: {position: [0, 0, 0]}, two: {position: [0, 0, 0]}}"
+    assert main(["next", "reach", "--samples", "800", *write_tools(tmp_path, "[0.2, 0.01, 0.01]", grips)]) == 0
+    said = capsys.readouterr().out
+    assert said.endswith("Nothing here is worth holding: P = 0.50 of reach is a tie, the best two differ by 0 J.\n")
+
+
+def test_task_that_no_option_can_do_is_said_to_be_impossible(tmp_path, capsys):
+    grips = "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}"
+    assert main(["next", "reach", "--samples", "800", *write_tools(tmp_path, "[0.9, 0.8, 0.8]", grips)]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("reach: no option can do it (P = ")
+    assert said.endswith("Nothing here is worth holding: no option can do what is to be done.\n")
+
+
+def test_object_that_the_arm_cannot_hold_is_worth_nothing(tmp_path, capsys):
+    heavy = write_tools(tmp_path, "[0.6, 0.5, 0.5]", "{one: {position: [0, 0, 0]}}")[1]
+    assert main([*ONE, "--may-hold", heavy, "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    (block,) = content["ranked"]
+    assert block["p_held"] < 0.05
+    assert (block["worth"], block["information"], content["stop"]) == (0.0, 0.0, "not worth its price")
+
+
+def test_colours_that_count_as_one_are_doubted_together(tmp_path, capsys):
+    """Doubts about things at odds are the same, whether one colour or two that count as one show their material."""
+    said = []
+    for name, second in (("one", "#b07a45"), ("two", "#305a95")):
+        place = write_known(tmp_path / f"{name}.sqlite", {"cast_steel": 7800.0})
+        write_known(place, {"#b07a45": 563.0}, name="plank")
+        write_known(place, {second: 7200.0}, name="other plank")
+        same = ["--same-colour", "#b07a45=#305a95"] if name == "two" else []
+        assert main(["next", "reach", "--samples", "800", "--memory", str(place), "--json", *same]) == 0
+        said.append(json.loads(capsys.readouterr().out))
+    one, two = said
+    assert "other plank" in one["rests_on"]
+    assert two["rests_on"] == one["rests_on"]
+    assert two["decisions"] == one["decisions"]
+
+
+def test_object_with_the_name_of_a_tool_is_refused_and_tools_may_be_what_is_held(tmp_path, capsys):
+    tools = write_tools(tmp_path, "[0.4, 0.03, 0.03]", "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}")
+    own = tmp_path / "own.yaml"
+    own.write_text((tmp_path / "tools.yaml").read_text().replace("oak", "brass"))
+    assert main(["next", "reach", "--samples", "800", *tools, "--may-hold", str(own)]) == 2
+    assert "'block' is a tool of" in capsys.readouterr().err
+    assert main(["next", "reach", "--samples", "800", *tools, "--may-hold", tools[1], "--include-tools"]) == 0
+    assert "Hold the block: worth" in capsys.readouterr().out
+
+
+def write_tools(folder, box, grips):
+    """Writes a file with a block of oak; returns the option that names it."""
+    place = folder / "tools.yaml"
+    part = f"{{box: {box}, position: [0.1, 0, 0], material: oak}}"
+    place.write_text(f"tools:\n  - name: block\n    components: [{part}]\n    grips: {grips}\n")
+    return ["--tools", str(place)]

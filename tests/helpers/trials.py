@@ -11,6 +11,7 @@ from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import open_memory
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.appearance import PartAppearance
+from affordance.objects.colour import is_colour, parse_colour
 from affordance.objects.inertia import Geometry, compute_point_parameters
 from affordance.objects.materials import load_materials
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
@@ -82,14 +83,17 @@ def get_regressor() -> Array:
     return _Y
 
 
-def write_known(path: Path, densities: Mapping[str, float]) -> Path:
-    """Writes the lasting memory of an observer who knows the densities of some materials to 1 kg/m^3."""
-    colours = [load_materials()[name].colour for name in densities]
+def write_known(path: Path, densities: Mapping[str, float], *, name: str = "stock") -> Path:
+    """Writes the lasting memory of an observer who knows the densities of some materials to 1 kg/m^3, from one thing.
+
+    Keys of the densities are names of materials or colours as "#b07a45"; what is in the memory stays.
+    """
+    colours = [parse_colour(key) if is_colour(key) else load_materials()[key].colour for key in densities]
     size = len(colours)
     features = np.concatenate([np.eye(size).ravel(), list(densities.values())])
     geometry = build_geometry(size)
     parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in colours)
-    trial = TrialEvidence("stock", parts, geometry, MeanDensities(), features, 1, size, "arm")
+    trial = TrialEvidence(name, parts, geometry, MeanDensities(), features, 1, size, "arm")
     with open_memory(path) as ledger:
         ledger.append([trial])
     return path
