@@ -7,7 +7,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.hold_worth import Decision, PossibleHold, measure_information
-from studies.active.world import Workshop, advise, build_hold_geometry, decide
+from studies.active.world import Workshop, advise, build_hold_geometry, decide, recall_felt
 
 # Samples of a belief, and normal points of the closed form.
 NUM_SAMPLES = 2000
@@ -18,8 +18,10 @@ type Rule = Callable[[Workshop, Memory, Sequence[str], np.random.Generator], str
 
 
 def pick_by_value(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
-    """Picks what is worth most by regression, as ``advise_hold`` says."""
-    return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=int(rng.integers(2**31))).next_name
+    """Picks what is worth most by regression, as ``advise_hold`` says; any object that was held may be odd."""
+    seed = int(rng.integers(2**31))
+    felt = recall_felt(workshop, memory, left)
+    return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=seed, felt=felt).next_name
 
 
 def pick_linear(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:

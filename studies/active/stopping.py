@@ -1,4 +1,4 @@
-"""Observers who hold what is advised until they are told to stop: drawn worlds, and worlds with one odd object."""
+"""Observers who hold what is advised until the advice is to stop: drawn worlds, and worlds with one odd object."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,13 +19,14 @@ from studies.active import world as worlds
 NUM_SAMPLES, _NUM_DOUBLED = 1000, 5
 # Worlds that are drawn from the prior.
 NUM_DRAWN = 500
-# Reasons to stop: none within the holds that are allowed, as certain, or as nothing is worth its price.
-_REASONS = ("", "certain", "not worth its price")
+# Reasons to stop: none within the holds that are allowed, as certain, as nothing is worth its price, or as no option
+# can do any task.
+_REASONS = ("", "certain", "not worth its price", "impossible")
 
 
 @dataclass(frozen=True)
 class StopConfig:
-    """Configuration of observers who hold until they are told to stop.
+    """Configuration of observers who hold until the advice is to stop.
 
     Attributes:
         is_drawn: True where the materials' densities are drawn from the prior, false where they are the real ones.
@@ -121,7 +122,8 @@ def list_configs(seed: int, repeats: int) -> dict[str, tuple[StopConfig, int]]:
     """Lists configurations by name, each with the number of observers; hammering is left out, as it takes longest."""
     tasks = ("reach", "mash")
     return {
-        "drawn": (StopConfig(is_drawn=True, doubts=False, seed=seed, tasks=tasks), NUM_DRAWN),
+        "drawn": (StopConfig(is_drawn=True, seed=seed, tasks=tasks), NUM_DRAWN),
+        "drawn_undoubted": (StopConfig(is_drawn=True, doubts=False, seed=seed, tasks=tasks), NUM_DRAWN),
         "before": (StopConfig(has_decoy=True, doubts=False, most=9, seed=seed, tasks=tasks), repeats),
         "after": (StopConfig(has_decoy=True, most=9, seed=seed, tasks=tasks), repeats),
     }
@@ -131,6 +133,7 @@ def summarise(stops: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Summarises what was found by configuration, as in metrics.json."""
     return {
         "drawn": stops["drawn"],
+        "drawn_undoubted": stops["drawn_undoubted"],
         "decoy": {name: stops[name]["right"] for name in ("before", "after")},
         "decoy_stops": {name: stops[name] for name in ("before", "after")},
         "drawn_right": stops["drawn"]["right"],
@@ -148,6 +151,7 @@ def describe_stops(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     found: dict[str, Any] = {
         "choices": int(judged.sum()),
         "stopped": float((arrays["reason"] > 0).mean()),
+        "stopped_as_certain": float((arrays["reason"] == _REASONS.index("certain")).mean()),
         "certain": float(certain.sum() / judged.sum()),
         "checked": float(checked.sum() / judged.sum()),
         "holds": float(arrays["holds"].mean()),

@@ -230,6 +230,17 @@ def learn(
     return learned.memory, felt
 
 
+def recall_felt(workshop: Workshop, memory: Memory, left: Sequence[str]) -> dict[str, FeltObject]:
+    """Recalls what the candidates that are not left have told a memory."""
+    felt = {}
+    for name, tool in workshop.candidates.items():
+        if name not in left:
+            found = memory.recall([part.appearance for part in measure_drawing(tool)], workshop.settings.prior).felt
+            assert found is not None  # as it was held
+            felt[name] = found
+    return felt
+
+
 def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:
     """Builds the geometry of a candidate with a column for each colour of a memory."""
     parts = measure_drawing(workshop.candidates[name])
