@@ -20,7 +20,7 @@ type Rule = Callable[[Workshop, Memory, Sequence[str], np.random.Generator], str
 def pick_by_value(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
     """Picks what is worth most by regression, as ``advise_hold`` says; any object that was held may be odd."""
     seed = int(rng.integers(2**31))
-    felt = recall_felt(workshop, memory, left)
+    felt = recall_felt(workshop, memory)
     return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=seed, felt=felt).next_name
 
 

@@ -230,13 +230,12 @@ def learn(
     return learned.memory, felt
 
 
-def recall_felt(workshop: Workshop, memory: Memory, left: Sequence[str]) -> dict[str, FeltObject]:
-    """Recalls what the candidates that are not left have told a memory."""
+def recall_felt(workshop: Workshop, memory: Memory) -> dict[str, FeltObject]:
+    """Recalls what the candidates that were held have told a memory."""
     felt = {}
     for name, tool in workshop.candidates.items():
-        if name not in left:
-            found = memory.recall([part.appearance for part in measure_drawing(tool)], workshop.settings.prior).felt
-            assert found is not None  # as it was held
+        found = memory.recall([part.appearance for part in measure_drawing(tool)], workshop.settings.prior).felt
+        if found is not None:
             felt[name] = found
     return felt
 

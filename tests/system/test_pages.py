@@ -57,7 +57,9 @@ def test_results_are_of_this_version_but_for_those_that_say_so():
     pages = {(mark.folder, mark.page) for mark in fill_numbers.list_marks() if mark.folder in earlier}
     for folder, page in pages:
         marks = {mark.expression: mark.text for mark in fill_numbers.list_marks() if mark[:2] == (page, folder)}
-        assert marks.get('versions["affordance"]') == versions[folder], f"{page} does not say which version {folder} is of"
+        assert marks.get('versions["affordance"]') == versions[folder], (
+            f"{page} does not say which version {folder} is of"
+        )
 
 
 @pytest.mark.parametrize(
