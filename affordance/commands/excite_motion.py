@@ -23,6 +23,7 @@ from affordance.identification.excitation.expectation import Aim, Expectation, S
 from affordance.identification.excitation.motion_design import MotionDesign, NoMotionError, design_motion
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
+    Limit,
     MotionFamily,
     MotionLimits,
     PostureFamily,
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         design, spread = design_motion(expectation, family, aim, seed=arguments.seed)
     except NoMotionError as error:
-        raise BadValueError("--seconds", "", f"is {seconds:g}: {error}; more seconds, or fewer postures") from error
+        raise _blame(arguments, error) from error
     text = "\n".join(_describe(arguments, robot, aim, design, spread))
     content = {
         "for": arguments.aim,
@@ -125,6 +126,17 @@ def _check(arguments: argparse.Namespace) -> None:
     check_number("--reach", arguments.reach, 0.05, np.pi, "rad")
     if arguments.above is not None:
         check_number("--above", arguments.above, -5.0, 5.0, "m")
+
+
+def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
+    """Returns the error of the option by which no motion keeps the limits."""
+    if error.limit is Limit.HEIGHT:
+        return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; a smaller height")
+    if error.limit is not Limit.TORQUE:
+        return BadValueError("--seconds", "", f"is {arguments.seconds:g}: {error}; more seconds, or fewer postures")
+    if _find_aim(arguments) is Aim.COST:
+        return BadValueError("--for", "", f"is {arguments.aim}: with the tool {error}; a lighter tool")
+    return BadValueError("--mass", "", f"is {arguments.mass:g} kg: {error}; a lighter load")
 
 
 def _find_aim(arguments: argparse.Namespace) -> Aim:

@@ -4,6 +4,8 @@ Limits of angle, velocity and acceleration hold by construction, whatever the nu
 of torque and of the tip are checked. Collisions are not: nothing here knows what stands around the arm.
 """
 
+import enum
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -27,6 +29,25 @@ _PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # of a move of minimum jerk by
 _TRIALS = 4  # in which a motion is slowed down until the tip is slow enough
 
 
+class Limit(enum.Enum):
+    """Limit of a motion."""
+
+    ANGLE = "angle"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+    TORQUE = "torque"
+    TIP_SPEED = "speed"
+    HEIGHT = "height"
+    TIME = "time"
+
+
+class LimitPlace(NamedTuple):
+    """Limit with the name of its joint, or that of the tip."""
+
+    limit: Limit
+    of: str
+
+
 class MotionLimits(NamedTuple):
     """Limits of a motion.
 
@@ -48,8 +69,8 @@ class MotionLimits(NamedTuple):
     tip_speed: float = np.inf
     height: float = -np.inf
 
-    def find_excess(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> float:
-        """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10).
+    def measure_shares(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> Mapping[LimitPlace, float]:
+        """Measures the share of each limit that a motion takes up with one of some bodies, shape (K, 10).
 
         More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre.
         """
@@ -57,15 +78,24 @@ class MotionLimits(NamedTuple):
         tip = robot.chain.compute_motion(q, v, vdot)
         middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
         arm, Y = robot.compute_arm_torques(q, v, vdot), robot.compute_payload_regressors(q, v, vdot)
-        shares = [
-            np.abs(q - middle) / half,
-            np.abs(v) / self.v_max,
-            np.abs(vdot) / self.vdot_max,
-            *(np.abs(arm + Y @ pi) / self.tau_max for pi in bodies),
-            find_tip_speed(robot, motion) / self.tip_speed,
-            1.0 - (tip.p_WT[:, 2] - self.height),
-        ]
-        return float(max(np.max(share) for share in shares))
+        of_joints = {
+            Limit.ANGLE: np.abs(q - middle) / half,
+            Limit.VELOCITY: np.abs(v) / self.v_max,
+            Limit.ACCELERATION: np.abs(vdot) / self.vdot_max,
+            Limit.TORQUE: np.max([np.abs(arm + Y @ pi) for pi in bodies], axis=0) / self.tau_max,
+        }
+        shares = {
+            LimitPlace(limit, name): float(share)
+            for limit, each in of_joints.items()
+            for name, share in zip(robot.joint_names, each.max(axis=0), strict=True)
+        }
+        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = find_tip_speed(robot, motion) / self.tip_speed
+        shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
+        return shares
+
+    def find_excess(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> float:
+        """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10)."""
+        return max(self.measure_shares(robot, motion, bodies).values())
 
 
 def find_tip_speed(robot: RobotChain, motion: PreparedRun) -> float:
