@@ -129,7 +129,7 @@ def draw_map(
     _mark_ratios(bar, limit)
     bar.ax.set_title(f"{above}\ncheaper", fontsize=9)
     bar.ax.set_xlabel(f"{below}\ncheaper", fontsize=9)
-    bar.set_label("absolute work of the dearer grip over the cheaper one's")
+    bar.set_label("absolute work of the more costly grip over the cheaper one's")
     return figure
 
 

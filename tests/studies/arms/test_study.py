@@ -90,7 +90,7 @@ def test_summary_tells_falls_drops_and_costs_of_those_that_were_imported() -> No
         "On the 3 arms that meet no limit the first object falls 1.10 to 1.10 times as far as predicted so" in summary
     )
     assert "The first drop is 2.2 cm (a) to 3.0 cm (c), ours 2.2 cm." in summary
-    assert "In reaching the dearer grip costs 1.0 to 3.0 % more; its rank correlation" in summary
+    assert "In reaching the more costly grip costs 1.0 to 3.0 % more; its rank correlation" in summary
     assert "effective mass over the object's is -1.00." in summary
     assert "hammering" not in summary
     refused = {
