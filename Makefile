@@ -82,7 +82,7 @@ mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and
 	$(PYTHON) -m studies.mutants.run
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
-	$(PYTHON) -m affordance robustness --prove 5
+	$(PYTHON) -m affordance study robustness --prove 5
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

@@ -124,7 +124,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 0
     name = words[0]
     if name not in COMMANDS:
-        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS, *FORMER))}", file=sys.stderr)
+        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}", file=sys.stderr)
         return 2
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:

@@ -67,7 +67,9 @@ def draw(path: Path) -> None:
             rod.center = (rod.center[0], height)
             text.set_text(f"{100.0 * height:+.0f} cm" if abs(height) > 0.005 else "")
             text.set_y(height - 0.045)
-        clock.set_text(f"Heights of five objects, side by side, three times slower; {times[k]:.1f} s after the hold begins")
+        clock.set_text(
+            f"Heights of five objects, side by side, three times slower; {times[k]:.1f} s after the hold begins"
+        )
         return [*rods, *texts, clock]
 
     figure.draw_without_rendering()  # the layout of the first frame, as of all others

@@ -72,7 +72,9 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
             _mark(axes, name if task == "reach" else "", x, y, marker, colour)
         if able:
             axes.plot([], [], marker, color=colour, markersize=6.0, label=task)
-    _finish(axes, f"{_MASS}\nover the mass of the first object of Simulation I", "extra cost of the more costly grip (%)")
+    _finish(
+        axes, f"{_MASS}\nover the mass of the first object of Simulation I", "extra cost of the more costly grip (%)"
+    )
     axes.legend(frameon=False, fontsize=_FONT)
 
 

@@ -1,4 +1,4 @@
-"""``affordance robustness``: evaluates every claim over a sample of all values that the paper does not give."""
+"""``affordance study robustness``: evaluates every claim over a sample of all values that the paper does not give."""
 
 import argparse
 from typing import Any

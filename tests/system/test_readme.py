@@ -27,7 +27,7 @@ def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
     lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
     lines += re.findall(r"`(affordance [^`]*)`", README)
-    return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND", line)})
+    return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND|NAME", line)})
 
 
 def run_block(block, capsys):
