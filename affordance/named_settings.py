@@ -124,7 +124,7 @@ def show_setting(value: float | str | bool | None) -> str:
 
 def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
     kind: Any = type(holder)
-    meanings = _read_meanings(kind)
+    meanings = read_meanings(kind)
     for name, hint in list_field_types(kind).items():
         value, path = getattr(holder, name), f"{prefix}{name}"
         notes = [each for each in typing.get_args(hint)[1:] if isinstance(each, Setting)]
@@ -162,7 +162,7 @@ def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
     )
 
 
-def _read_meanings(kind: type) -> dict[str, str]:
+def read_meanings(kind: type) -> dict[str, str]:
     """Reads the descriptions of a class's attributes from its docstring."""
     _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     return {

@@ -12,16 +12,22 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import yaml
 from pydantic import BaseModel
 
 import affordance
+from affordance.belief.kind_memory import KAPPA
+from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learner import Pick
 from affordance.cli import COMMANDS, Command, OneLineParser, load_command, load_study
 from affordance.commands.study import STUDIES
 from affordance.exceptions import AffordanceError
-from affordance.named_settings import list_settings, show_setting
+from affordance.files.constraints import Setting
+from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
+from affordance.named_settings import list_settings, read_meanings, show_setting
+from affordance.vision.pixels.seen_tool import ERROR
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
 _CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
@@ -34,6 +40,18 @@ _FORMATS = {
     "nail.yaml": "affordance.plant.nail.NailEntry",
     "tasks/*.yaml, of a load that is kept or carried": "affordance.choice.keep.KeepEntry",
     "protocols/*.yaml": "affordance.protocols.protocol.Protocol",
+}
+
+
+# Assumption of the study of robustness, by the settings that it changes, where names differ.
+_CHANGED_BY = {
+    "prior.deviation_sd": "deviation_sd",
+    "noise.model": "noise_structure",
+    "noise.independent_samples": "noise_structure",
+    "sample_period": "noise_structure",
+    "noise.weber_fraction": "weber_fraction",
+    "noise.threshold": "threshold",
+    "mpc.horizon": "horizon",
 }
 
 
@@ -115,11 +133,38 @@ def list_all_settings() -> str:
     varied = _read_assumptions()
     rows = []
     for each in list_settings():
-        name = next((key for key in varied if each.name.replace(".", "_").endswith(key)), "")
-        moved = _name_moved(kept, name) if name else "not varied"
+        name = _CHANGED_BY.get(each.name, each.name.replace(".", "_"))
+        moved = _name_moved(kept, name) if name in varied else "not varied"
         unit = "" if each.unit == "1" else each.unit
         rows.append((f"`{each.name}`", show_setting(each.value), unit, each.meaning, moved, _link(each.source)))
     return format_rows(["setting", "value", "unit", "meaning", "claims that it moves most", "source"], rows)
+
+
+def list_identification() -> str:
+    """Every assumption of identification with value, unit and source."""
+    priors = [(kind.value, PRIORS[kind]) for kind in SignalKind]
+    rows = [*_list_fields("", IdentificationSettings())]
+    rows += [row for kind, prior in priors for row in _list_fields(f"{kind}: ", prior)]
+    return format_rows(_OF_FIELDS, rows)
+
+
+def list_learners() -> str:
+    """Every assumption of learners with kinds, and of what pictures and drawings are off by, with unit and source."""
+    kinds = GateSettings(KAPPA[Pick.MAP])
+    rows = [*_list_fields("kinds, most probable: ", kinds)]
+    rows += [row for row in _list_fields("kinds, drawn: ", GateSettings(KAPPA[Pick.DRAWN])) if "kappa" in row[0]]
+    return format_rows(_OF_FIELDS, [*rows, *_list_fields("solids seen from two sides: ", ERROR)])
+
+
+def _list_fields(lead: str, holder: Any) -> Iterator[tuple[str, str, str, str, str]]:
+    """Fields of settings that have a source, each with value, unit, meaning and source."""
+    meanings = read_meanings(type(holder))
+    for name, hint in get_type_hints(type(holder), include_extras=True).items():
+        for note in get_args(hint)[1:]:
+            if isinstance(note, Setting):
+                unit = "" if note.unit == "1" else note.unit
+                shown = show_setting(getattr(holder, name))
+                yield f"{lead}`{name}`", shown, unit, meanings.get(name, ""), _link(note.source)
 
 
 def _link(source: str) -> str:
@@ -167,6 +212,7 @@ _KINDS = {
     "boolean": "true or false",
     "object": "mapping",
 }
+_OF_FIELDS = ["assumption", "value", "unit", "meaning", "source"]
 _KEYS = ["key", "value", "if left out", "meaning"]
 
 
@@ -228,6 +274,8 @@ PARTS: dict[str, Callable[[], str]] = {
     "studies": list_studies,
     "assumptions": list_assumptions,
     "settings": list_all_settings,
+    "identification": list_identification,
+    "learners": list_learners,
     "formats": list_formats,
     "errors": list_errors,
 }

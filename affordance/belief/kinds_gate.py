@@ -23,7 +23,7 @@ scatter of objects within a material (``Prior.deviation_sd``). They are two numb
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,7 @@ from affordance.belief.density_belief import DensityBelief, FindLikelihood
 from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
+from affordance.files.constraints import Setting
 
 # Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
@@ -51,12 +52,17 @@ class GateSettings(NamedTuple):
         spread: Ratio s of the SD of a further kind's density to the mean density of the most populous kind.
     """
 
-    kappa: float
-    # The value 1 is Laplace's rule of succession: as if one more object, or lift, of any kind had been seen.
-    concentration: float = 1.0
-    switching: float = 1.0
-    # Not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md).
-    spread: float = 2.0
+    kappa: Annotated[
+        float,
+        Setting("1", "fitted to two groups of people, once for each way to pick (docs/decisions/0026-kinds.md)"),
+    ]
+    concentration: Annotated[
+        float, Setting("1", "Laplace's rule of succession: as if one more object had been seen")
+    ] = 1.0
+    switching: Annotated[float, Setting("1", "Laplace's rule of succession: as if one more lift had been seen")] = 1.0
+    spread: Annotated[float, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")] = (
+        2.0
+    )
 
 
 class Hypothesis(NamedTuple):

@@ -7,11 +7,12 @@ import enum
 from dataclasses import dataclass
 from typing import Annotated
 
-from affordance.files.constraints import SEEDS, Whole, Within, check_fields
+from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fields
 
 NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
 _SHARE = Within(0.0, 10.0)
+_RECORDED = "docs/decisions/0020-recorded-data.md"
 
 
 class SignalKind(enum.Enum):
@@ -40,21 +41,32 @@ class SignalPrior:
             change between two runs, in the signal's unit.
     """
 
-    gain_sd: float
-    load_friction: float
-    load_friction_sd: float
-    friction_sd: float
+    gain_sd: Annotated[
+        float,
+        Setting(
+            "1",
+            "over windows of 6 s of a UR10e with a known load, gains of the loaded joints scatter by 1.6 to 4.3 %, "
+            f"estimation error included ({_RECORDED}); torque and wrist sensors as strain gauges, an assumption",
+        ),
+    ]
+    load_friction: Annotated[float, Setting("1", f"a UR10e's gears lose 3 to 10 % of the load ({_RECORDED})")]
+    load_friction_sd: Annotated[
+        float, Setting("1", "covers a UR10e's joints; servos lose a third of the load and need their own")
+    ]
+    friction_sd: Annotated[
+        float,
+        Setting(
+            "unit of the signal",
+            "friction of a UR10e may change by some tenths of an ampere from run to run, 3 N m at 10 N m/A; the "
+            "offset of a wrist sensor drifts by some newtons with temperature",
+        ),
+    ]
 
 
-# Gains drift from run to run: over windows of 6 s of a UR10e with a known load, gains of the loaded joints scatter by
-# 1.6 to 4.3 %, estimation error included; 2 % is assumed. Torque sensors: 1 %, as strain gauges; an assumption.
-# mu: a UR10e's gears lose 3 to 10 % of the load, servos a third: before calibration 5 +- 7 %; servos need their own.
-# Friction of a UR10e may change by some tenths of an ampere from run to run; 3 N m at 10 N m/A.
-_PRIORS = {
+PRIORS = {
     SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.0, 0.0, 0.3),
     SignalKind.MOTOR_TORQUE: SignalPrior(0.02, 0.05, 0.07, 3.0),
     SignalKind.CURRENT: SignalPrior(0.02, 0.05, 0.07, 0.3),
-    # A strain-gauge sensor's calibration holds to about 1 %; its offset drifts by some newtons with temperature.
     SignalKind.WRENCH: SignalPrior(0.01, 0.0, 0.0, 3.0),
 }
 
@@ -86,27 +98,41 @@ class IdentificationSettings:
         seed: Seed of the samples.
     """
 
-    gains: bool = True
-    load_friction: bool = True
-    friction: bool = True
-    tare: bool = True
-    floor: bool = True
-    correlated_noise: bool = True
+    gains: Annotated[bool, Setting("", f"gains drift between runs ({_RECORDED})")] = True
+    load_friction: Annotated[bool, Setting("", f"gears lose a share of the load ({_RECORDED})")] = True
+    friction: Annotated[bool, Setting("", f"friction changes between runs ({_RECORDED})")] = True
+    tare: Annotated[bool, Setting("", "an empty hand holds nothing (docs/identify.md)")] = True
+    floor: Annotated[bool, Setting("", f"what an empty hand seems to hold does not average out ({_RECORDED})")] = True
+    correlated_noise: Annotated[
+        bool, Setting("", f"with white noise 90 % intervals hold in 12 % of the cases ({_RECORDED})")
+    ] = True
     signal_prior: SignalPrior | None = None
-    load_friction_drift: Annotated[float, _SHARE] = 0.02  # as the gains'
-    friction_drift: Annotated[float, _SHARE] = 0.1  # lubricants thin by some per cent a kelvin
-    # Currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to 50 %.
-    gain_common_sd: Annotated[float, _SHARE] = 0.20
-    gain_own_sd: Annotated[float, _SHARE] = 0.12
-    min_speed: Annotated[float, MIN_SPEED] = 0.03  # below it the sign of a filtered velocity flickers
-    # A fourth-order Butterworth passes a quarter of its cut-off to 1e-5.
-    cutoff_factor: Annotated[float, Within(0.1, 1e3)] = 4.0
-    trim: Annotated[float, Within(0.0, 1e3)] = 1.0
-    block: Annotated[float, Within(1e-3, 1e3)] = 2.0  # errors are correlated over 0.3 to 1 s
-    max_rate: Annotated[float, Within(1.0, 1e5)] = 100.0
-    repeat_tolerance: Annotated[float, Within(0.0, 10.0)] = 0.02
-    num_samples: Annotated[int, NUM_SAMPLES] = 32_000  # edges of intervals move by less than .1 SD with the seed
-    unseen_share: Annotated[float, _SHARE] = 0.2
+    load_friction_drift: Annotated[float, _SHARE, Setting("1", "as the gains'")] = 0.02
+    friction_drift: Annotated[float, _SHARE, Setting("1", "lubricants thin by some per cent a kelvin")] = 0.1
+    gain_common_sd: Annotated[
+        float,
+        _SHARE,
+        Setting(
+            "1",
+            "currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to "
+            f"50 % ({_RECORDED})",
+        ),
+    ] = 0.20
+    gain_own_sd: Annotated[float, _SHARE, Setting("1", "the same recording")] = 0.12
+    min_speed: Annotated[float, MIN_SPEED, Setting("rad/s", "below it the sign of a filtered velocity flickers")] = (
+        0.03
+    )
+    cutoff_factor: Annotated[
+        float, Within(0.1, 1e3), Setting("1", "a fourth-order Butterworth passes a quarter of its cut-off to 1e-5")
+    ] = 4.0
+    trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
+    block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
+    max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0
+    repeat_tolerance: Annotated[float, Within(0.0, 10.0), Setting("rad", "an assumption")] = 0.02
+    num_samples: Annotated[
+        int, NUM_SAMPLES, Setting("1", "edges of intervals move by less than a tenth of an SD with the seed")
+    ] = 32_000
+    unseen_share: Annotated[float, _SHARE, Setting("1", "an assumption")] = 0.2
     seed: Annotated[int, SEEDS] = 0
 
     def __post_init__(self) -> None:
@@ -119,7 +145,7 @@ class IdentificationSettings:
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:
         """Returns the prior of a kind of signal, with zeros for nuisances that are switched off."""
-        prior = self.signal_prior or _PRIORS[kind]
+        prior = self.signal_prior or PRIORS[kind]
         return SignalPrior(
             prior.gain_sd if self.gains else 0.0,
             prior.load_friction if self.load_friction else 0.0,

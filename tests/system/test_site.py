@@ -2,11 +2,17 @@
 
 import importlib.util
 import re
+import typing
 
 import affordance
 from affordance.cli import COMMANDS
 from affordance.files.model_folder import MODELS
-from affordance.named_settings import list_settings
+from affordance.identification.settings import IdentificationSettings
+from affordance.named_settings import describe_changes, list_settings
+from affordance.settings import DEFAULT_SETTINGS
+from studies.robustness.assumptions import sample_settings
+from studies.robustness.build import build_world
+from studies.robustness.experiment import load
 
 ROOT = MODELS.parent
 _SPEC = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
@@ -70,6 +76,41 @@ def test_claims_stand_with_the_assumption_that_moves_them_most():
     assert "weight.density_estimate (0.67)" in row
     (row,) = (line for line in generated.list_all_settings().splitlines() if line.startswith("| `cost_measure`"))
     assert "reach.correct_grip (0.20)" in row
+
+
+def test_settings_of_the_noise_stand_with_the_structure_that_varies_them():
+    settings = {line.split("`")[1]: line for line in generated.list_all_settings().splitlines()[2:]}
+    for name in ("noise.model", "noise.independent_samples", "sample_period"):
+        assert "com.mass_and_com" in settings[name]
+        assert "not varied" not in settings[name]
+    assert "weight.density_estimate" not in settings["prior.mode"]
+    assert "not varied" in settings["mpc.num_steps"]
+
+
+def test_every_setting_that_the_study_varies_is_found_by_name():
+    """Settings that a drawn setting of the study changes are exactly those that are not called "not varied"."""
+    study = load()
+    sample = sample_settings(study.assumptions, 8, 0)
+    changed = set()
+    for setting in sample:
+        changed |= set(describe_changes(build_world(setting, MODELS, DEFAULT_SETTINGS).settings))
+    rows = [line for line in generated.list_all_settings().splitlines()[2:] if "not varied" not in line]
+    named = {row.split("`")[1] for row in rows}
+    assert named == changed - {"noise.sd"}  # of the other model
+
+
+def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
+    identification, learners = generated.list_identification(), generated.list_learners()
+    settings = IdentificationSettings()
+    for name in typing.get_type_hints(IdentificationSettings):
+        assert f"| `{name}` | " in identification or name in ("signal_prior", "seed")
+    assert f"| `block` | {settings.block:g} | s |" in identification
+    assert "| current: `friction_sd` | 0.3 | unit of the signal |" in identification
+    assert "| kinds, most probable: `kappa` | 0.21 |" in learners
+    assert "| kinds, drawn: `kappa` | 0.22 |" in learners
+    assert "`log_volume_sd` | 0.15 |" in learners
+    for row in [*identification.splitlines()[2:], *learners.splitlines()[2:]]:
+        assert all(cell.strip() for cell in row.strip("|").split("|")[3:])
 
 
 def test_keys_of_files_come_with_units():

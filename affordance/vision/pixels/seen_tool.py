@@ -7,12 +7,13 @@ cavity or a core of another material, is part of the stated error, whose size wa
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import SeeingError
+from affordance.files.constraints import Setting
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.inertia import Shape
 from affordance.objects.tool import Tool
@@ -33,6 +34,8 @@ from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
 from affordance.vision.pixels.surface import Surface, find_silhouette, measure_surface
 
+_MEASURED = "errors over the ten learning tools at their true densities (docs/decisions/0024-real-tools.md)"
+
 
 class SolidError(NamedTuple):
     """Errors of the solids of a method.
@@ -44,14 +47,14 @@ class SolidError(NamedTuple):
             axis.
     """
 
-    bias: float
-    log_volume_sd: float
-    place_sd: float
+    bias: Annotated[float, Setting("1", _MEASURED)]
+    log_volume_sd: Annotated[float, Setting("1", _MEASURED)]
+    place_sd: Annotated[float, Setting("1", _MEASURED)]
 
 
-# Errors over the ten learning tools at their true densities. Standard deviations are such that a normal
-# distribution's 90 % interval ends at the 90th percentile of the absolute errors: most of the error
-# comes from one hollow tool, so that the root mean square would be too small for 90 % and too large for the rest.
+# Standard deviations are such that a normal distribution's 90 % interval ends at the 90th percentile of the absolute
+# errors: most of the error comes from one hollow tool, so that the root mean square would be too small for 90 % and
+# too large for the rest.
 ERROR = SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011)
 
 
