@@ -1,16 +1,19 @@
 """Observers who choose what they hold next: their choices, the trials at which they would stop, and bad input."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
+from helpers.children import ROOT
 from helpers.short_holds import choose_for_one_tool
 from helpers.stacked import stack
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
@@ -115,3 +118,15 @@ def test_the_same_seed_gives_the_same_choices(lived):
     experiment, observers = lived
     again = experiment.run_learner(None, 0)
     np.testing.assert_array_equal(again["presented"], observers[0]["presented"])
+
+
+def test_example_in_the_documentation_gives_the_numbers_below_it(tmp_path):
+    page = (ROOT / "docs" / "protocols.md").read_text(encoding="utf-8")
+    ((example, said),) = re.findall(r"```yaml\n(name: .*?)```\n\n```text\n(.*?)```", page, re.DOTALL)
+    path = tmp_path / "pick_next.yaml"
+    path.write_text(example, encoding="utf-8")
+    experiment = load_protocol_experiment(str(path))
+    numbers = experiment.compute_metrics(None, None, stack([experiment.run_learner(None, k) for k in range(4)]))
+    assert {name: np.asarray(numbers[name]).tolist() for name in ("place_of_brass", "stopped")} == yaml.safe_load(
+        said
+    )

@@ -153,7 +153,7 @@ ALL = {
             "as shipped": active_runs.lift_next,
             "nobody doubts what was felt": functools.partial(active_runs.lift_next, has_no_doubts=True),
         },
-        dict.fromkeys(("like_next", "brass_last"), "nobody doubts what was felt"),
+        dict.fromkeys(("like_next", "brass_last", "three_lifts"), "nobody doubts what was felt"),
     ),
     "learners": CounterExamples(
         {"as shipped": runs.lift_decoy_again, "one kind": functools.partial(runs.lift_decoy_again, kappa=ONE_KIND)},

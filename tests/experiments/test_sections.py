@@ -1,7 +1,7 @@
 """Every bound of every section is needed: some numbers contradict it and nothing else.
 
-Numbers are in tests/experiments/counterexamples/, a file for each section file. That a simulation can give such
-numbers is tested in test_counter_examples.py.
+Numbers are in tests/experiments/counterexamples/, a file for each section file and protocol. That a simulation can
+give such numbers is tested in test_counter_examples.py.
 """
 
 import itertools
@@ -16,7 +16,7 @@ from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
 
-PROTOCOLS = ("weight", "com", "reach", "hammer")
+PROTOCOLS = ("weight", "com", "reach", "hammer", "next_lift")
 SECTIONS = find_sections()
 # Studies whose claims only test_counter_examples.py contradicts, by simulation.
 OF_STUDIES = {"arms", "learners", "tools"}
