@@ -31,7 +31,7 @@ from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
 from affordance.reporting.formatting import ENOUGH_OBSERVERS
-from affordance.reporting.report import write_section
+from affordance.reporting.report import OWN_MODELS, write_section
 from affordance.reporting.section import Section, render_report, render_section
 from affordance.runs.commit import find_commit
 from affordance.runs.random_streams import Stream
@@ -145,7 +145,7 @@ def describe_setup(experiment: Experiment) -> dict[str, Any]:
     learners = getattr(experiment, "learners", (settings.learner,))
     return {
         "arm": settings.arm.name,
-        "models": "those of the program" if folder == MODELS else folder.name,
+        "models": OWN_MODELS if folder == MODELS else folder.name,
         "learners": [learner.value for learner in learners],
         "settings": describe_changes(settings),
     }

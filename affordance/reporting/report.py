@@ -6,6 +6,7 @@ Every experiment keeps its section with its figures; the page is made from the s
 import base64
 import json
 import logging
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
+from affordance.belief.learner import Learner
 from affordance.files.atomic import quarantine, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
@@ -26,6 +28,10 @@ _LEFT_OUT = "left_out.json"
 _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 # The paper's simulations; no protocol of a user's own has such a name.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
+# Name of the program's own models in a setup; their arm is the paper's.
+OWN_MODELS = "those of the program"
+# Page that says what was chosen after an outcome was seen, in a clone.
+_TRUST = MODELS.parent / "docs" / "trust.md"
 # Result of the study of robustness, in a clone.
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
 # Space between a number and its unit, at which no line is to end.
@@ -65,7 +71,7 @@ def write_report(folder: Path) -> Path:
 
     Returns: Path of the page.
     """
-    sections, shares = [], _read_shares()
+    sections, (shares, num_settings) = [], _read_shares()
     for path in folder.glob(f"*/{_SECTION}"):
         try:
             section = _SECTIONS.validate_json(path.read_bytes(), strict=True)
@@ -88,19 +94,30 @@ def write_report(folder: Path) -> Path:
         num_met=sum(claim.met for claim in claims),
         runs=[(", ".join(names).replace("_", " "), run) for run, names in runs.items()],
         is_one_setup=len({run.setup for run in runs}) < 2,
+        num_settings=num_settings,
+        trust=_find_trust(folder),
     )
     path = folder / "report.html"
     write_text(path, _UNIT.sub("\u00a0", page))
     return path
 
 
-def _read_shares() -> dict[str, float]:
-    """Reads the share of settings in which each claim holds, by section and key; none outside of a clone."""
+def _read_shares() -> tuple[dict[str, float], int]:
+    """Reads the share of settings in which each claim holds, by section and key, and how many settings there are.
+
+    Outside of a clone there are none.
+    """
     try:
         kept = json.loads(_ROBUSTNESS.read_text(encoding="utf-8"))
-        return {name: float(claim["holds"]) for name, claim in kept["claims"].items()}
+        return {name: float(claim["holds"]) for name, claim in kept["claims"].items()}, int(kept["settings"])
     except (OSError, ValueError, TypeError, LookupError, AttributeError):
-        return {}
+        return {}, 0
+
+
+def _find_trust(folder: Path) -> str:
+    """Finds the page about trust, relative to a folder of results in the same clone; empty if there is none."""
+    folder, clone = folder.resolve(), _TRUST.parents[1]
+    return os.path.relpath(_TRUST, folder) if folder.is_relative_to(clone) and _TRUST.is_file() else ""
 
 
 class _Run(NamedTuple):
@@ -131,10 +148,10 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
 
 def _describe_setup(setup: Mapping[str, Any]) -> str:
     """Describes arm, models, learners and changed settings in words."""
-    changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items()) or "none"
-    words = "learner" if len(setup["learners"]) == 1 else "learners"
-    learners = ", ".join(setup["learners"]).replace("_", " ")
-    return f"arm: {setup['arm']}; models: {setup['models']}; {words}: {learners}; changed settings: {changed}"
+    changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items())
+    learners = "; ".join(Learner(name).label for name in setup["learners"])
+    arm = "the paper's arm" if setup["models"] == OWN_MODELS else f"the arm {setup['arm']} of {setup['models']}"
+    return f"{arm}; {learners}; {f'changed settings: {changed}' if changed else 'no setting changed'}"
 
 
 def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:

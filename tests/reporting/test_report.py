@@ -9,7 +9,7 @@ import re
 import pytest
 
 from affordance.reporting.claims import ClaimResult, CriterionResult, ReportFigure
-from affordance.reporting.report import remove_section, write_report, write_section
+from affordance.reporting.report import OWN_MODELS, remove_section, write_report, write_section
 from affordance.reporting.section import Section, Table
 
 
@@ -113,10 +113,27 @@ def test_shares_of_settings_are_those_of_the_study(folder, monkeypatch, tmp_path
     kept = tmp_path / "kept.json"
     monkeypatch.setattr("affordance.reporting.report._ROBUSTNESS", kept)
     assert "of settings" not in write_both(folder)
-    kept.write_text(json.dumps({"claims": {"weight.drop": {"holds": 0.614}, "com.other": {"holds": 0.5}}}))
+    assert "other settings" not in write_both(folder)
+    kept.write_text(
+        json.dumps({"settings": 300, "claims": {"weight.drop": {"holds": 0.614}, "com.other": {"holds": 0.5}}})
+    )
     page = write_both(folder)
     assert page.count("Holds in 61\u00a0% of settings.") == 1
-    assert page.count("% of settings that the paper leaves open") == 1
+    assert " ".join(page.split()).count("over 300 other settings, the claim holds in 61 %<") == 1
+    assert page.count("other settings") == 1
+
+
+@pytest.mark.parametrize("is_clone", [True, False])
+def test_head_leads_to_the_page_about_trust_in_a_clone_only(folder, monkeypatch, tmp_path, is_clone):
+    trust = (folder.parent if is_clone else tmp_path / "elsewhere") / "docs" / "trust.md"
+    trust.parent.mkdir(parents=True, exist_ok=True)
+    trust.touch()
+    monkeypatch.setattr("affordance.reporting.report._TRUST", trust)
+    page = write_both(folder)
+    assert ('<a href="../docs/trust.md">How far to trust it</a>' in page) == is_clone
+    assert (
+        "said in the project&#39;s docs/trust.md" in page or "said in the project's docs/trust.md" in page
+    ) != is_clone
 
 
 def test_contents_point_to_every_section(folder):
@@ -237,7 +254,8 @@ def test_head_names_arm_models_learner_and_changed_settings(folder):
         write_metrics(folder, name, settings={"prior.sd": 8000.0, "uses_posterior": True})
     page = write_both(folder)
     said = (
-        "arm: arm.dmd.yaml; models: my_models; learner: density; changed settings: prior.sd = 8000, uses_posterior ="
+        "the arm arm.dmd.yaml of my_models; one density for each colour; changed settings: prior.sd = 8000, "
+        "uses_posterior ="
     )
     assert f"com, weight</b>: {said} true; 20 observers or objects, seed 3" in page
     assert page.index(said) < page.index("<section")
@@ -245,15 +263,13 @@ def test_head_names_arm_models_learner_and_changed_settings(folder):
 
 
 def test_head_tells_runs_apart_that_differ(folder):
-    write_metrics(folder, "weight", learners=["density", "kinds_map"])
+    write_metrics(folder, "weight", models=OWN_MODELS, learners=["density", "kinds_map"])
     write_metrics(folder, "com", settings={"noise.model": "white"})
     page = write_both(folder)
+    arm = "the arm arm.dmd.yaml of my_models"
+    assert f"com</b>: {arm}; one density for each colour; changed settings: noise.model = white;" in page
     assert (
-        "com</b>: arm: arm.dmd.yaml; models: my_models; learner: density; changed settings: noise.model = white;"
-        in page
-    )
-    assert (
-        "weight</b>: arm: arm.dmd.yaml; models: my_models; learners: density, kinds map; changed settings: none;"
+        "weight</b>: the paper&#39;s arm; one density for each colour; kinds, most probable; no setting changed;"
         in page
     )
     assert "One noise model, one prior" not in page
