@@ -34,8 +34,6 @@ _FOLDS, _SEEN = 4, 1e-3
 # A sample with which an option is infeasible is charged this many times the mean cost of the dearest feasible option:
 # with a threshold of probability in its place, information would have a negative worth.
 _FAILURE = 2.0
-# Torque below which a joint does not feel a load, [N m].
-_LEAST_TORQUE = 1e-12
 # Standard deviations beyond which percepts are squeezed, so that tails do not lead the fit.
 _TAIL = 3.0
 _TIE = 1e-9
@@ -62,17 +60,9 @@ class PossibleHold(NamedTuple):
         load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
         return load
 
-
-class Percept(NamedTuple):
-    """Sensation of a hold, one outcome for each sample.
-
-    Attributes:
-        values: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
-        p_held: Probability that the arm can hold the object within its torque limits.
-    """
-
-    values: Array
-    p_held: float
+    def compute_probability(self, static: StaticHold, tau_max: Array) -> float:
+        """Computes the probability that the arm can hold the object within torque limits, (num_joints,), [N m]."""
+        return float((np.abs(static.tau_arm + self.compute_load(static)) <= tau_max).all(axis=1).mean())
 
 
 class Decision(NamedTuple):
@@ -140,28 +130,22 @@ class Worth(NamedTuple):
     p_best_after: Array
 
 
-def feel(
-    hold: PossibleHold, static: StaticHold, tau_max: Array, noise: NoiseModel, sd: Array, rng: np.random.Generator
-) -> Percept:
+def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
     """Draws what would be felt of an object, one outcome for each sample, reduced to what tells about materials.
-
-    Of a load beyond the torque limits as much is felt as the arm can bear.
 
     Args:
         hold: Object.
         static: Arm in the posture of the hold.
-        tau_max: Torque limits, (num_joints,), [N m].
         noise: Errors of measured torques.
         sd: Standard deviations of the samples of material means, (M,), [kg/m^3].
         rng: Random generator of the errors of torque.
+
+    Returns: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
     """
     load = hold.compute_load(static)
-    room = np.maximum(tau_max - np.sign(load) * static.tau_arm, 0.0)
-    share = (room / np.maximum(np.abs(load), _LEAST_TORQUE)).min(axis=1)
-    felt = np.minimum(share, 1.0)[:, None] * load
-    total = static.tau_arm + felt
+    total = static.tau_arm + load
     scale = noise.compute_sd(total.mean(axis=0))
-    felt += noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(total.shape)
+    felt = load + noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(total.shape)
     regressor = static.Y @ hold.geometry.Phi
     # All but the materials' means: errors of torque and geometry, and the object's own deviation.
     own = hold.densities - hold.densities.mean(axis=0)
@@ -171,8 +155,9 @@ def feel(
     root = np.linalg.cholesky(covariance)
     u, s, _ = np.linalg.svd(np.linalg.solve(root, regressor) * sd, full_matrices=False)
     if not s.size or s[0] == 0.0:
-        return Percept(np.zeros((len(felt), 0)), float((share >= 1.0).mean()))
-    return Percept(felt @ np.linalg.solve(root.T, u[:, s > _SEEN * s[0]]), float((share >= 1.0).mean()))
+        return np.zeros((len(felt), 0))
+    reduced: Array = felt @ np.linalg.solve(root.T, u[:, s > _SEEN * s[0]])
+    return reduced
 
 
 class PricedDecisions:

@@ -266,8 +266,9 @@ def _rank(
     for tool in candidates:
         geometry = samples.build_geometry(tool.name, tool.grips[0].X_TG if tool.grips else None)
         hold = PossibleHold(tool.name, geometry, samples.draw_own(tool.name), samples.draw_errors(tool.name))
-        percept = feel(hold, static, arm.limits.tau_max, noise, sd, np.random.default_rng([seed, 1]))
-        felt[tool.name] = percept.values if percept.p_held >= _HOLDABLE else percept.values[:, :0]
+        p_held = hold.compute_probability(static, arm.limits.tau_max)
+        percept = feel(hold, static, noise, sd, np.random.default_rng([seed, 1]))
+        felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
         worth = measure_worth([felt[tool.name]], priced)
         information = measure_information(hold, static, noise, covariance, samples.common)
         found.append(
@@ -276,9 +277,9 @@ def _rank(
                 float(worth.worths @ priced.uses),
                 worth.se,
                 tuple(float(each) for each in worth.worths),
-                information if percept.p_held >= _HOLDABLE else 0.0,
+                information if p_held >= _HOLDABLE else 0.0,
                 tuple(float(each) for each in worth.p_best_after),
-                percept.p_held,
+                p_held,
             )
         )
     return tuple(sorted(found, key=lambda each: (-each.worth, -each.information))), Outlook(felt, priced)
