@@ -2,7 +2,7 @@
 
 ``repeat_z`` and its relatives are numbers of the study of active choice, by material: the root mean square of z, the
 error of the believed mean density over its standard deviation, over observers who hold one piece of stock ten times.
-1 is right; 2 is an interval of half the width that it should have. ``repeat_z`` is that of a lasting memory,
+1 is exact; 2 is an interval of half the width that it should have. ``repeat_z`` is that of a lasting memory,
 ``repeat_z_observers`` that of observers within a simulation, by their learner; ``repeat_z_anew`` is a control: an
 observer who forgets each object after its hold, and so counts its deviation from its material anew.
 """
@@ -30,12 +30,14 @@ from affordance.proprioception.estimator import TorqueStatistics, condition_on_t
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import predict_object
+from studies.active.world import make_stock
 
 # A deviation leaves at least this share of a density.
 _LEAST = 0.3
 # Function from all holds of one object to the belief about its material.
-type _Learn = Callable[[Sequence[TrialEvidence], Tool, Settings], DensityBelief]
+type _Learn = Callable[[Sequence[TrialEvidence], Sequence[ComponentFeatures], Settings], DensityBelief]
 
 
 @dataclass(frozen=True)
@@ -57,16 +59,16 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
     """Runs a block of observers; returns errors over standard deviations, (observers, materials), by learner."""
     settings = DEFAULT_SETTINGS
     static = StaticHold(load_arm(settings.arm))
-    pieces = _load_stock()
+    pieces = load_stock()
     found = {name: np.zeros((config.num_observers, len(pieces))) for name in _LEARNERS}
     for number, piece in enumerate(pieces):
-        material = piece.components[0].material
+        material, features = piece.components[0].material, measure_drawing(piece)
         for observer in range(config.num_observers):
             rng = np.random.default_rng([config.seed, number, config.num_observers * block + observer, 41])
             rho = material.density + settings.prior.deviation_sd * rng.standard_normal()
             trials = hold(piece, max(rho, _LEAST * material.density), static, settings, config.num_holds, rng)
             for name, learn in _LEARNERS.items():
-                belief = learn(trials, piece, settings)
+                belief = learn(trials, features, settings)
                 sd = np.sqrt(belief.covariance[0, 0])
                 found[name][observer, number] = (belief.untruncated_mean[0] - material.density) / sd
     return found
@@ -74,7 +76,7 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
 
 def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     """Describes blocks of observers: the root mean square by material; extremes, the control left aside."""
-    names = [piece.components[0].material.name for piece in _load_stock()]
+    names = [piece.components[0].material.name for piece in load_stock()]
     z = {
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
         for name, values in found.items()
@@ -90,8 +92,13 @@ def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     }
 
 
-def _load_stock() -> tuple[Tool, ...]:
-    return tuple(load_tools(MODELS / "workshop" / "blanks.yaml", load_materials()))
+def load_stock() -> tuple[Tool, ...]:
+    """Loads one piece of each material: those of the workshop, and rods of materials that it has no piece of."""
+    materials = load_materials()
+    stock = load_tools(MODELS / "workshop" / "blanks.yaml", materials)
+    shown = {part.material.name for piece in stock for part in piece.components}
+    others = [each for name, each in materials.items() if name not in shown]
+    return (*stock, *(make_stock(stock[1], "rod", each) for each in others))
 
 
 def hold(
@@ -120,16 +127,20 @@ def hold(
     return trials
 
 
-def _sum_up(trials: Sequence[TrialEvidence], piece: Tool, settings: Settings) -> DensityBelief:
+def _sum_up(trials: Sequence[TrialEvidence], features: tuple[ComponentFeatures, ...], settings: Settings) -> DensityBelief:
     return sum_objects([trials], settings.prior).build_belief()
 
 
 def _observe(
-    learner: Learner, remembers_objects: bool, trials: Sequence[TrialEvidence], piece: Tool, settings: Settings
+    learner: Learner,
+    remembers_objects: bool,
+    trials: Sequence[TrialEvidence],
+    features: Sequence[ComponentFeatures],
+    settings: Settings,
 ) -> DensityBelief:
     memory = start_memory(learner)
     for trial in trials:
-        belief = predict_object(measure_drawing(piece), memory, settings.prior)
+        belief = predict_object(features, memory, settings.prior)
         statistics = TorqueStatistics(trial.features, trial.num_samples)
         deviation_sd = settings.prior.deviation_sd
         posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)

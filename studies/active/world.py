@@ -81,7 +81,7 @@ def build_workshop(tasks: tuple[str, ...] = TASKS) -> Workshop:
     tools = {"mash": load_tools(folder / "uncommon.yaml", materials)}
     hammers = load_tools(folder / "tools.yaml", materials)
     return _build(
-        [*stock, *(_make(stock[1], "rod", each) for each in others)],
+        [*stock, *(make_stock(stock[1], "rod", each) for each in others)],
         {name: (name, tools.get(name, hammers)) for name in tasks},
     )
 
@@ -92,7 +92,7 @@ def build_paper_world() -> Workshop:
     materials = load_materials()
     rod, block = (load_tools(MODELS / "workshop" / "blanks.yaml", materials)[place] for place in (1, 2))
     held = load_tools(MODELS / "tools" / "com.yaml", materials)[:2]
-    stock = [_make(one, kind, materials[each]) for one, kind in ((rod, "rod"), (block, "block")) for each in _PAPERS]
+    stock = [make_stock(one, kind, materials[each]) for one, kind in ((rod, "rod"), (block, "block")) for each in _PAPERS]
     novel = load_tools(MODELS / "tools" / "novel.yaml", materials)
     return _build(
         [*held, *stock], {f"{task}, {tool.name}": (task, [tool]) for task in _PAPERS_TASKS for tool in novel}
@@ -109,7 +109,7 @@ def _build(stock: Sequence[Tool], decisions: Mapping[str, tuple[str, Sequence[To
     return Workshop({tool.name: tool for tool in stock}, questions, StaticHold(load_arm(settings.arm)), settings)
 
 
-def _make(pattern: Tool, kind: str, material: Material) -> Tool:
+def make_stock(pattern: Tool, kind: str, material: Material) -> Tool:
     """Makes a piece of stock of the form of another, of one material."""
     parts = tuple(replace(part, material=material, looks_like=material) for part in pattern.components)
     return replace(pattern, name=f"{kind} of {material.name}", components=parts)
