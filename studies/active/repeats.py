@@ -127,7 +127,9 @@ def hold(
     return trials
 
 
-def _sum_up(trials: Sequence[TrialEvidence], features: tuple[ComponentFeatures, ...], settings: Settings) -> DensityBelief:
+def _sum_up(
+    trials: Sequence[TrialEvidence], features: Sequence[ComponentFeatures], settings: Settings
+) -> DensityBelief:
     return sum_objects([trials], settings.prior).build_belief()
 
 

@@ -92,7 +92,9 @@ def build_paper_world() -> Workshop:
     materials = load_materials()
     rod, block = (load_tools(MODELS / "workshop" / "blanks.yaml", materials)[place] for place in (1, 2))
     held = load_tools(MODELS / "tools" / "com.yaml", materials)[:2]
-    stock = [make_stock(one, kind, materials[each]) for one, kind in ((rod, "rod"), (block, "block")) for each in _PAPERS]
+    stock = [
+        make_stock(one, kind, materials[each]) for one, kind in ((rod, "rod"), (block, "block")) for each in _PAPERS
+    ]
     novel = load_tools(MODELS / "tools" / "novel.yaml", materials)
     return _build(
         [*held, *stock], {f"{task}, {tool.name}": (task, [tool]) for task in _PAPERS_TASKS for tool in novel}

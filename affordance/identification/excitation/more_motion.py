@@ -1,4 +1,4 @@
-"""Further motion that would show what a run left undetermined: a few motions are tried, none is designed."""
+"""Benefit of further motion after a run: a few motions are drawn and predicted, none is designed."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.excitation.expectation import Aim, Expectation
+from affordance.identification.excitation.expectation import Aim, Expectation, Spread
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
     MotionFamily,
@@ -20,7 +20,7 @@ from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 _SECONDS = 4.0  # more
-_POSTURES = 2
+_POSTURES, _DRAWS = 2, 3  # of a visit; motions of each pace
 # Times the top speed and acceleration of the run, by the words for a motion.
 _PACES = {
     "slowly through other postures": (1.0, 1.0),
@@ -36,9 +36,9 @@ _OF = {"mass": Aim.MASS, **dict.fromkeys(QUANTITIES[1:4], Aim.COM), **dict.fromk
 def suggest_motion(
     robot: RobotChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Says what four more seconds would bring for the first quantity that was not seen, and of which motion.
+    """Says what four more seconds would bring for the mass, and for the first other quantity that was not seen.
 
-    Yields nothing if everything was seen, or if the arm is believed to be as in its file: an empty run helps more.
+    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more.
 
     Args:
         robot: Model of the arm, with gravity as in the run.
@@ -47,10 +47,9 @@ def suggest_motion(
         settings: Identification settings.
     """
     fit, hidden = belief.fit, {_OF[name] for name in belief.hidden}
-    wanted = next((each for each in _AIMS if each[0] in hidden), None)
-    if wanted is None or fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
+    if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
         return
-    aim, unit, factor = wanted
+    mass, *others = _AIMS
     rate = fit.evidence.rate
     evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
     expectation = Expectation(
@@ -61,26 +60,38 @@ def suggest_motion(
         evidence.phantom_covariance,
         settings=settings,
     )
-    now = expectation.measure(evidence, fit.statistics).get(aim)
+    now = expectation.measure(evidence, fit.statistics)
     rng, times = np.random.default_rng(0), list_times(_SECONDS)
-    least, words, name, pace = now, "", "", ""
+    found: list[tuple[str, Spread]] = []
+    pace = ""
     for name, family in _list_families(robot, belief):
-        motion = family.build(family.draw(rng), times)
-        if motion is None:
-            continue
-        added = expectation.build_evidence(motion).compute_statistics(settings).products
-        total = replace(fit.statistics, products=fit.statistics.products + rate / motion.rate * added)
-        found = expectation.measure(evidence, total).get(aim)
         pace = f"up to {family.limits.v_max.max():.1f} rad/s and {family.limits.vdot_max.max():.1f} rad/s^2"
-        if found <= least:
-            least, words = found, f"{name} ({pace})"
-    if least < _HELPS * now:
-        yield (
-            f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {_WORDS[aim]} from {factor * now:.2g} to "
-            f"{factor * least:.2g} {unit}; affordance excite --for {aim.value} designs a motion"
-        )
-    else:
-        yield f"{_SECONDS:g} s more would hardly show the {_WORDS[aim]}, even if moved {name} ({pace})"
+        drawn = [family.build(family.draw(rng), times) for _ in range(_DRAWS)]
+        for motion in (each for each in drawn if each is not None):
+            added = expectation.build_evidence(motion).compute_statistics(settings).products
+            total = replace(fit.statistics, products=fit.statistics.products + rate / motion.rate * added)
+            found.append((f"{name} ({pace})", expectation.measure(evidence, total)))
+    if not found:
+        return
+    for aim, unit, factor in (mass, *[each for each in others if each[0] in hidden][:1]):
+        best = int(np.argmin([spread.get(aim) for _, spread in found]))
+        words, least = found[best][0], found[best][1].get(aim)
+        sds = [_show(factor * sd) for sd in (now.get(aim), min(least, now.get(aim)))]
+        if least < _HELPS * now.get(aim):
+            yield (
+                f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {_WORDS[aim]} from {sds[0]} to "
+                f"{sds[1]} {unit}; affordance excite --for {aim.value} designs a motion"
+            )
+        else:
+            yield (
+                f"{_SECONDS:g} s more would hardly help: the best of {len(found)} motions drawn at random ({pace}) "
+                f"leaves the SD of the {_WORDS[aim]} at {sds[1]} of {sds[0]} {unit}"
+            )
+
+
+def _show(number: float) -> str:
+    """Formats a number with two digits, never as a power of ten."""
+    return np.format_float_positional(number, precision=2, fractional=False, trim="-")
 
 
 def _list_families(robot: RobotChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:

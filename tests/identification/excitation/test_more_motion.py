@@ -1,4 +1,4 @@
-"""Benefit of four more seconds of motion: a line where something was not seen, none where all was."""
+"""Benefit of four more seconds of motion: a line on the mass always, another on what was not seen."""
 
 import re
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
 
+from affordance.identification.excitation import more_motion
 from affordance.identification.identify import Runs, identify
 from affordance.identification.settings import IdentificationSettings
 
@@ -27,19 +28,38 @@ def lines(robot, rng):
 
 
 def test_a_short_run_is_told_what_more_would_bring(lines):
-    (line,) = lines(0.02, 4.0)
-    found = re.search(r"SD of the (\w[\w ]*) from ([\d.e-]+) to ([\d.e-]+) (g|mm|kg m\^2); affordance excite", line)
+    (*_, line) = lines(0.02, 4.0)
+    found = re.search(r"SD of the (\w[\w ]*) from ([\d.]+) to ([\d.]+) (g|mm|kg m\^2); affordance excite", line)
     assert found is not None, line
     assert 0.0 < float(found[3]) < 0.8 * float(found[2])
 
 
 def test_what_cannot_be_shown_is_said(lines):
-    (line,) = lines(1.0, 6.0)
-    assert line.startswith("4 s more would hardly show the moments of inertia, even if moved faster (up to ")
+    _, line = lines(1.0, 6.0)
+    assert line.startswith("4 s more would hardly help: the best of 9 motions drawn at random (up to ")
+    assert re.search(r"leaves the SD of the moments of inertia at ([\d.]+) of ([\d.]+) kg m\^2$", line)
 
 
-def test_nothing_is_said_where_all_was_seen(lines):
-    assert lines(0.001, 20.0) == []
+def test_only_the_mass_is_spoken_of_where_all_was_seen(lines):
+    (line,) = lines(0.001, 20.0)
+    assert " SD of the mass " in line
+
+
+def test_three_motions_of_each_pace_show_more_than_one(robot, monkeypatch):
+    def find_least():
+        line = next(
+            note for note in run_pair(robot, np.random.default_rng(0), 0.3, 6.0).notes if " the mass " in note
+        )
+        return float(re.search(r"SD of the mass (?:from [\d.]+ to|at) ([\d.]+) ", line)[1])
+
+    thrice = find_least()
+    monkeypatch.setattr(more_motion, "_DRAWS", 1)
+    assert thrice < find_least()
+
+
+def test_nothing_is_said_without_an_empty_run(robot, rng):
+    loaded = generate_run(robot, PAYLOAD, truth=Truth(noise_sd=0.1), rng=rng, duration=4.0)
+    assert not [note for note in identify(robot, Runs(loaded), settings=SETTINGS).notes if note.startswith("4 s")]
 
 
 def test_suggestion_does_not_change_the_belief(robot, monkeypatch):
@@ -47,4 +67,4 @@ def test_suggestion_does_not_change_the_belief(robot, monkeypatch):
     monkeypatch.setattr("affordance.identification.identify.suggest_motion", lambda *arguments: ())
     without = run_pair(robot, np.random.default_rng(3), 1.0, 6.0)
     np.testing.assert_array_equal(with_it.bodies.pi, without.bodies.pi)
-    assert len(with_it.notes) == len(without.notes) + 1
+    assert len(with_it.notes) == len(without.notes) + 2

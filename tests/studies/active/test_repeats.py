@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from affordance.belief.learner import Learner
-from studies.active.repeats import RepeatsConfig, describe_repeats, run_block
+from affordance.objects.materials import load_materials
+from studies.active.repeats import RepeatsConfig, describe_repeats, load_stock, run_block
 
 
 def describe(**changes: int) -> dict[str, Any]:
@@ -19,8 +20,15 @@ def found() -> dict[str, Any]:
     return describe(num_observers=8)
 
 
+def test_one_piece_of_every_material_is_held(found: dict[str, Any]) -> None:
+    pieces = [{part.material.name for part in piece.components} for piece in load_stock()]
+    assert sorted(name for each in pieces for name in each) == sorted(load_materials())
+    assert all(len(each) == 1 for each in pieces)
+    assert set(found["repeat_z"]) == set(load_materials())
+
+
 def test_one_deviation_counts_once(found: dict[str, Any]) -> None:
-    """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997)."""
+    """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997 each)."""
     everyone = [found["repeat_z"], *found["repeat_z_observers"].values()]
     assert len(everyone) == 1 + len(Learner)
     for z in everyone:
