@@ -214,7 +214,7 @@ def draw_posture(models: Path) -> Figure:
     rendered, side, above = figure.subplots(1, 3, width_ratios=[1.5, 1.0, 1.0])
     rendered.imshow(picture)
     rendered.set_axis_off()
-    rendered.set_title(f"at home, with {longest.name}")
+    rendered.set_title(f"at home, with {longest.name.replace('_', ' ')}")
     for axes, row, name, label in (
         (side, 2, "from the right", "up (m)"),
         (above, 1, "from above", "to the left (m)"),

@@ -158,7 +158,7 @@ def draw(
     left.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
     true = weight.tools[0].components[0].material.density
     right.axhline(true, color="#000000", linewidth=1.0, linestyle=":", label="true")
-    names = [f"{trial}. {tool.name}" for trial, tool in enumerate(held, start=1)]
+    names = [f"{trial}. {tool.name.replace('_', ' ')}" for trial, tool in enumerate(held, start=1)]
     for axes in (left, right):
         axes.set_xticks(positions, names, rotation=40, ha="right")
     left.set_ylabel("farthest height of the object (cm)")
