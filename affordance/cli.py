@@ -17,6 +17,8 @@ from affordance.exceptions import AffordanceError, BadValueError, describe_choic
 from affordance.files.model_folder import import_study
 from affordance.version import __version__
 
+# What argparse says of arguments that are missing, before their names.
+_REQUIRED = "the following arguments are required: "
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 # Lines of help of the commands, here so that the help imports none; a dash in a name is an underscore in its module.
 COMMANDS = {
@@ -46,7 +48,15 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Prints an error and exits with status 2."""
+        lead, _, missing = message.partition(_REQUIRED)
+        if not lead and missing:
+            message = self._describe_missing(missing.split(", ")[0])
         self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}\n")
+
+    def _describe_missing(self, shown: str) -> str:
+        """Describes a missing argument, as argparse names it, by its help."""
+        meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
+        return ": ".join([shown, "is missing", *(each.help for each in meant if each.help)])
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
         """Parses arguments; an unknown one is reported with the nearest known one."""

@@ -40,6 +40,9 @@ _FORMATS = {
     "nail.yaml": "affordance.plant.nail.NailEntry",
     "tasks/*.yaml, of a load that is kept or carried": "affordance.choice.keep.KeepEntry",
     "protocols/*.yaml": "affordance.protocols.protocol.Protocol",
+    "RUN.yaml, which describes the recording RUN.csv": "affordance.identification.recording.run_entry.RunEntry",
+    "The payload on a controller, of `--claimed`": "affordance.identification.payload_formats.PayloadEntry",
+    "gains.yaml, which `identify` writes and `--gains` reads": "affordance.identification.evidence.gains._GainsEntry",
 }
 
 
@@ -211,6 +214,7 @@ _KINDS = {
     "string": "text",
     "boolean": "true or false",
     "object": "mapping",
+    "array": "list",
 }
 _OF_FIELDS = ["assumption", "value", "unit", "meaning", "source"]
 _KEYS = ["key", "value", "if left out", "meaning"]
@@ -221,7 +225,17 @@ def _list_keys(schema: dict[str, Any], named: dict[str, Any]) -> Iterator[tuple[
     for key, entry in schema.get("properties", {}).items():
         default = "must be given" if key in required else f"`{json.dumps(entry.get('default'))}`"
         shown = "" if default == "`null`" else default
-        yield f"`{key}`", _describe_type(entry, named), shown, entry.get("description", "")
+        meaning = entry.get("description") or _find_meaning(entry, named)
+        yield f"`{key}`", _describe_type(entry, named), shown, meaning
+
+
+def _find_meaning(entry: dict[str, Any], named: dict[str, Any]) -> str:
+    """Finds the first sentence about the mapping, or the mappings of a list, that a key holds."""
+    for each in (entry, *entry.get("anyOf", []), entry.get("items", {})):
+        if "$ref" in each:
+            described: str = named[each["$ref"].rpartition("/")[2]].get("description", "")
+            return described.split("\n\n")[0]
+    return ""
 
 
 def _describe_type(entry: dict[str, Any], named: dict[str, Any]) -> str:
@@ -244,6 +258,14 @@ def _describe_type(entry: dict[str, Any], named: dict[str, Any]) -> str:
     return " or ".join(
         f"{_KINDS[each]}{bounds}" for each in ([kinds] if isinstance(kinds, str) else kinds) if each != "null"
     )
+
+
+def list_first_mistakes() -> str:
+    """First mistakes on the command line that are tested, and what is said of each."""
+    path = _ROOT / "tests" / "system" / "bad_values" / "commands.yaml"
+    group = yaml.safe_load(path.read_text(encoding="utf-8"))["first mistakes"]
+    rows = [(f"`affordance {words}`", f"`{said.replace('…', ' ... ')}`") for words, said in group["rows"]]
+    return format_rows(["typed", "the answer says"], rows)
 
 
 def list_errors() -> str:
@@ -278,4 +300,5 @@ PARTS: dict[str, Callable[[], str]] = {
     "learners": list_learners,
     "formats": list_formats,
     "errors": list_errors,
+    "first_mistakes": list_first_mistakes,
 }

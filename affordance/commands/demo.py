@@ -3,7 +3,7 @@
 import argparse
 import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
@@ -19,12 +19,16 @@ MASS = 0.550
 TRIALS = _FOLDER / "trials.jsonl"
 
 
-def check_alone(arguments: argparse.Namespace, names: Iterable[str]) -> None:
-    """Raises a BadValueError for an option that a demonstration brings with it."""
-    given = [name for name in names if getattr(arguments, name)]
-    if given:
-        option = f"--{given[0].replace('_option', '').replace('_', '-')}"
-        raise BadValueError("--demo", "", f"brings its own data, must be given without {option}")
+def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None:
+    """Raises a BadValueError for an argument that a demonstration brings with it.
+
+    Args:
+        arguments: Parsed arguments.
+        names: Shown names of such arguments, by their names in ``arguments``.
+    """
+    for name, shown in names.items():
+        if getattr(arguments, name):
+            raise BadValueError("--demo", "", f"brings its own data, must be given without {shown}")
 
 
 def announce(*commands: Sequence[object], quietly: bool = False) -> None:

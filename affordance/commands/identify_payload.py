@@ -79,7 +79,8 @@ def run(arguments: argparse.Namespace) -> int:
     if claimed is not None:
         claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
         content["claimed"] = {"verdict": claim[1].verdict, **claim[1]._asdict(), **claimed._asdict()}
-    text = describe_payload(belief, claim, taught=lesson, anyway=arguments.anyway)
+    materials = {each.name: each.colour for each in load_materials(arguments.materials).values()} if seen else {}
+    text = describe_payload(belief, claim, materials=materials, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
         _write(arguments.out, belief, content, text, is_used)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
@@ -88,7 +89,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_demo(arguments: argparse.Namespace) -> int:
     """Identifies the recording that comes with the package."""
-    check_alone(arguments, ("robot", "robot_option", "loaded", "empty", "object", "description", "tip", "base"))
+    options = ("loaded", "empty", "object", "description", "tip", "base")
+    check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in options})
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
     announce(["identify", *words, "--size-error", 0.02, "--unseen", 0.02], quietly=arguments.json)
     arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
@@ -135,7 +137,7 @@ def _teach(
             with open_memory(arguments.memory) as before:
                 ledger.merge(before)
         is_new = ledger.append([trial])
-        changed = ledger.count_of_other_arms(trial.robot, trial.fingerprint)
+        changed = ledger.count_of_other_arms(trial.robot, trial.fingerprint, *_recognise(Path(robot.source)))
         memory = ledger.recall(prior=prior)
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     lesson = f"{place} {'has learned them' if is_new else 'learns nothing: this run has taught it before'}"
@@ -144,6 +146,13 @@ def _teach(
             f"; the arm of {trial.robot} was another in {changed} earlier trials, which still count for materials"
         )
     return belief, lesson
+
+
+def _recognise(source: Path) -> list[str]:
+    """Lists the fingerprint that simulated trials of an arm in directives have."""
+    from affordance.simulation.trial_record import recognise_arm  # here, as a run that teaches nothing need not wait
+
+    return [recognise_arm(source)] if source.name == ARM_FILE.name else []
 
 
 def _place_object(run: Run, values: Sequence[float]) -> Run:

@@ -47,7 +47,12 @@ _SURELY = 0.995
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("tasks", nargs="+", metavar="TASK", help="tasks of the robot that are to be done: hammer, reach, ...")
+    add(
+        "tasks",
+        nargs="+",
+        metavar="TASK",
+        help="tasks of the robot that are to be done: hammer, reach, mash, carry, hold",
+    )
     add(
         "--may-hold",
         type=Path,

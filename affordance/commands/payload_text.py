@@ -1,11 +1,13 @@
 """Text of an identified payload, as it is read: verdict, payload, materials, claim, assumptions, lines to paste."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 from affordance.identification.payload_claim import ClaimVerdict
 from affordance.identification.payload_formats import PayloadSetting, format_payload
 from affordance.identification.posterior.marginals import UNITS
 from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.objects.colour import Colour, is_same_colour, show_colour
 
 _NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _VERDICTS = {
@@ -19,17 +21,26 @@ def describe_payload(
     belief: PayloadBelief,
     claim: tuple[PayloadSetting, ClaimVerdict] | None = None,
     *,
+    materials: Mapping[str, Colour] = MappingProxyType({}),
     taught: str = "",
     anyway: bool = False,
 ) -> str:
-    """Writes a belief for a terminal, with the payload that is claimed and what a memory has learned, if any."""
+    """Writes a belief for a terminal.
+
+    Args:
+        belief: Belief about the payload.
+        claim: Payload that is set on the controller, and the verdict on it; None if none is claimed.
+        materials: Colours of materials by their names, by which densities are named.
+        taught: Sentence about what a memory has learned; empty if nothing was taught.
+        anyway: Whether lines for the robot are written of a result that is not to be trusted.
+    """
     blocks = [_give_verdict(belief), _tabulate(belief)]
     if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
         blocks.append(f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})")
     blocks += _list("Not seen", belief.unseen)
     learned = [
-        f"colour {', '.join(f'{value:.2f}' for value in each.colour)}: {each.median:.0f} kg/m^3, 90 % from "
+        f"{_name_colour(each.colour, materials)}: {each.median:.0f} kg/m^3, 90 % from "
         f"{each.interval90[0]:.0f} to {each.interval90[1]:.0f}"
         for each in belief.learned
     ]
@@ -40,6 +51,12 @@ def describe_payload(
     blocks += _list("Assumed", belief.assumptions)
     blocks.append(_write_lines(belief, anyway))
     return "\n\n".join(blocks)
+
+
+def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
+    """Names the materials of a colour, as "oak #b07a45"."""
+    names = [name for name, own in materials.items() if is_same_colour(own, colour)]
+    return " ".join([*([" or ".join(names)] if names else ["colour"]), show_colour(colour)])
 
 
 def _give_verdict(belief: PayloadBelief) -> str:

@@ -7,7 +7,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.suite import load_experiment
 from affordance.named_settings import parse_changes
-from affordance.protocols.protocol import find_number_of_observers
+from affordance.protocols.protocol import find_number_of_observers, list_shipped
 from affordance.reporting.learner_predictions import format_predictions
 from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
@@ -19,7 +19,7 @@ _REPEATS = 50
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("protocol", help="path of a protocol, or the name of a shipped one")
+    parser.add_argument("protocol", help=f"path of a protocol, or one of {', '.join(list_shipped())}")
     add_run_options(
         parser,
         None,

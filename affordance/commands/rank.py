@@ -142,7 +142,7 @@ def _count_other_arms(place: str | None, robot: Robot) -> int:
 
 def _run_demo(arguments: argparse.Namespace) -> int:
     """Ranks our hammers by a memory of the trials that come with the package."""
-    check_alone(arguments, ("task", "file", "memory"))
+    check_alone(arguments, {"task": "a task", "file": "--task", "memory": "--memory"})
     announce(
         ["memory", "import", "demo.sqlite", TRIALS],
         ["rank", "hammer", "--memory", "demo.sqlite"],

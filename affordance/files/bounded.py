@@ -6,6 +6,7 @@ entries and levels too, and repeats no key. Every mistake gives a one-line error
 """
 
 import csv
+import difflib
 import json
 import math
 import re
@@ -39,6 +40,8 @@ _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 # Most characters of a number: the largest double, written without an exponent, has 309.
 _MOST_DIGITS = 1000
+# Least similarity, as of difflib, of names of files that are taken for a slip: one letter of seven has 0.86.
+_ALIKE = 0.8
 
 
 def read_bytes(path: Path, most: int) -> bytes:
@@ -58,9 +61,15 @@ def read_bytes(path: Path, most: int) -> bytes:
 def suggest_file(path: Path) -> str:
     """Suggests the file whose name is nearest to that of a missing one in its folder; empty if none is near."""
     try:
-        return suggest(path.name, [each.name for each in path.parent.iterdir()])
+        files = (each for each in path.parent.iterdir() if _is_alike(path.stem, each.stem))
+        return suggest(path.name, [each.name for each in files])
     except (OSError, ValueError):
         return ""
+
+
+def _is_alike(one: str, other: str) -> bool:
+    """Returns True for names that are a slip or two apart; suffixes, which most files share, do not count."""
+    return difflib.SequenceMatcher(None, one, other).ratio() >= _ALIKE
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:

@@ -79,7 +79,7 @@ class Within(Constraint):
             low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # integers in full
             bounds = f"from {low} to {high}" if math.isfinite(self.high) else f"at least {low}"
             bounds = bounds if math.isfinite(self.low) else "finite"
-            raise complain(f"is {show_value(value)}, must be {bounds}", at)
+            raise complain(f"is {show_value(value)}, must be {bounds}{self._suggest(value)}", at)
         try:
             number = float(value)
         except OverflowError as error:
@@ -87,6 +87,20 @@ class Within(Constraint):
         if not math.isfinite(number):
             raise complain(f"is {number}, must be finite", at)
         return number
+
+    def _suggest(self, value: float) -> str:
+        """Suggests a value in bounds for one that is not; empty if none is likely to be meant."""
+        return ""
+
+
+@dataclass(frozen=True)
+class Length(Within):
+    """Constraint on a length, [m]: finite, and from ``low`` to ``high``; one that would fit in mm is pointed out."""
+
+    @override
+    def _suggest(self, value: float) -> str:
+        metres = 1e-3 * min(value, 1e9)
+        return f"; {metres:g} if mm were meant" if self.low <= metres <= self.high else ""
 
 
 @dataclass(frozen=True)
@@ -104,6 +118,11 @@ class Whole(Within):
         if not number.is_integer():
             raise complain(f"is {number:g}, must be a whole number", at)
         return int(number)
+
+    @override
+    def _suggest(self, value: float) -> str:
+        nearest = self.low if value < self.low else self.high
+        return "" if math.isnan(value) else f"; the nearest is {nearest:.12g}"
 
 
 # Seeds of random draws, as of NumPy.

@@ -9,7 +9,7 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
@@ -20,7 +20,13 @@ from affordance.files.constraints import OURS
 
 
 class DataModel(BaseModel):
-    """Mapping in a file, with the keys of the class and no others."""
+    """Mapping in a file, with the keys of the class and no others.
+
+    Attributes:
+        elsewhere: Keys that are often given here and belong elsewhere, each with the place where it belongs.
+    """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
 
@@ -53,8 +59,7 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
     elif first["type"] == "missing":
         problem = "is missing" + _suggest(place, found)
     elif first["type"] in ("extra_forbidden", "invalid_key"):
-        known = list_keys(model, place[:-1])
-        problem = f"is not a key known here (known: {', '.join(known)}){suggest(place[-1], known)}"
+        problem = _describe_unknown(_find_model(model, place[:-1]), place[-1])
     else:
         problem = f"is {show_value(first['input'])}, {_describe_bound(first)}"
         if first["type"] == "too_short" and isinstance(first["input"], Mapping):
@@ -76,6 +81,22 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
     """Lists the keys that a mapping at a place of a model may have."""
+    return _list_names(_find_model(model, place))
+
+
+def _list_names(model: type[BaseModel]) -> list[str]:
+    return [field.alias or name for name, field in model.model_fields.items()]
+
+
+def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
+    """Describes a key that a mapping does not have, and where it belongs or which one is near."""
+    known = _list_names(model)
+    place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
+    hint = f"; {place}" if place else suggest(key, known)
+    return f"is not a key known here (known: {', '.join(known)}){hint}"
+
+
+def _find_model(model: type[BaseModel], place: Sequence[int | str]) -> type[BaseModel]:
     annotation: Any = model
     for part in place:
         annotation = _strip(annotation)
@@ -89,8 +110,8 @@ def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
             )
         else:  # entries of a list or of a mapping of names
             annotation = next(each for each in typing.get_args(annotation)[::-1] if each is not Ellipsis)
-    annotation = _strip(annotation)
-    return [field.alias or name for name, field in annotation.model_fields.items()]
+    found: type[BaseModel] = _strip(annotation)
+    return found
 
 
 def _strip(annotation: Any) -> Any:

@@ -52,12 +52,19 @@ class PayloadSetting(NamedTuple):
         return pi
 
 
-class _PayloadEntry(DataModel):
+class PayloadEntry(DataModel):
     """Payload in YAML, with principal moments or all six."""
 
-    mass: Annotated[float, Within(0.0, _MOST)]
-    com: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR))] = (0.0, 0.0, 0.0)
-    inertia: Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None = None
+    mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
+    com: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR)), Field(description="Centre of mass in the tip, [m].")] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+    inertia: Annotated[
+        Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
+        Field(description="Ixx, Iyy, Izz, or with Ixy, Ixz, Iyz too, about the centre of mass, [kg m^2]."),
+    ] = None
 
 
 class _EndEffectorEntry(DataModel):
@@ -114,7 +121,7 @@ def read_payload(path: StrPath) -> PayloadSetting:
     path = check_path("path", path)
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
-        entry = check_content(path, "", read_yaml(path), _PayloadEntry)
+        entry = check_content(path, "", read_yaml(path), PayloadEntry)
         return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
     if suffix == ".json":
         hand = check_content(path, "", _find_mapping(read_json(path)), _EndEffectorEntry)
@@ -166,7 +173,7 @@ def _read_urscript(path: Path, text: str) -> PayloadSetting:
     if len(place) != 3 or (inertia is not None and len(inertia) != 6):
         raise BadValueError(path, "set_target_payload", "must have three coordinates and six moments, or none")
     content = {"mass": float(mass), "com": place, "inertia": inertia}
-    entry = check_content(path, "", content, _PayloadEntry)
+    entry = check_content(path, "", content, PayloadEntry)
     return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
 
 
@@ -192,7 +199,7 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
         moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
         content["inertia"] = list(moments)
-    entry = check_content(path, "", content, _PayloadEntry)
+    entry = check_content(path, "", content, PayloadEntry)
     return _build(entry.mass, entry.com, moments)
 
 

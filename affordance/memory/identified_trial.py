@@ -48,5 +48,7 @@ def build_identified_trial(
 
 
 def _name_robot(source: Path) -> str:
-    """Names a robot by its file, or by the folder that import-arm wrote."""
+    """Names a robot by its file, or by the folder that import-arm wrote; the paper's arm as simulations do."""
+    if source.resolve() == ARM.resolve():
+        return "paper's arm"
     return source.resolve().parent.name if source.name == ARM.name else source.stem

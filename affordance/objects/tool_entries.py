@@ -1,13 +1,14 @@
 """Data models of tool files: keys, types and bounds."""
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy
 from pydantic import Field
 
 from affordance.arrays import Array
-from affordance.files.constraints import Text, Vector, Whole, Within
+from affordance.files.constraints import Length, Text, Vector, Whole, Within
 from affordance.files.data_model import DataModel
 
 # Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
@@ -15,9 +16,9 @@ from affordance.files.data_model import DataModel
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
 
 
-type Lengths = Annotated[tuple[float, float, float], Vector(3, Within(SIZE_MIN, SIZE_MAX))]
-type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Within(SIZE_MIN, SIZE_MAX))]
-type Position = Annotated[tuple[float, float, float], Vector(3, Within(-SIZE_MAX, SIZE_MAX))]
+type Lengths = Annotated[tuple[float, float, float], Vector(3, Length(SIZE_MIN, SIZE_MAX))]
+type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Length(SIZE_MIN, SIZE_MAX))]
+type Position = Annotated[tuple[float, float, float], Vector(3, Length(-SIZE_MAX, SIZE_MAX))]
 type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 360.0))]
 type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
 # Names are used in tables, labels and files of trajectories, where each occupies the length of the longest.
@@ -37,6 +38,8 @@ class PoseEntry(DataModel):
 
 class ComponentEntry(DataModel):
     """Solid part of a tool, or parts of a mesh, in a file; the reader checks which keys go together."""
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"density": "a density belongs to a material, in materials.yaml"}
 
     semi_axes: Annotated[
         Lengths | None, Field(description="An ellipsoid: half the lengths along its own axes, [m].")
@@ -76,7 +79,7 @@ class StrikeEntry(DataModel):
 class ToolEntry(DataModel):
     """Tool in a file."""
 
-    name: Name
+    name: Annotated[Name, Field(description="Name of the tool, unlike all others of the file.")]
     components: Annotated[list[ComponentEntry], Field(min_length=1, description="Solid parts of the tool.")]
     grips: Annotated[
         Annotated[dict[str, PoseEntry], Field(min_length=1)] | None,

@@ -92,9 +92,11 @@ class GradualEntry(DataModel):
 class BlockEntry(DataModel):
     """Block of presentations of some objects, each once per repetition."""
 
-    name: Annotated[str, Text()]
+    name: Annotated[str, Text(), Field(description="Name of the block, unlike all others.")]
     objects: Annotated[str, Text(), Field(description="Group of objects that are presented.")] = ALL
-    repetitions: Annotated[int, Whole(1, _PRESENTATIONS_MAX)] = 1
+    repetitions: Annotated[
+        int, Whole(1, _PRESENTATIONS_MAX), Field(description="Times that each object is presented.")
+    ] = 1
     order: Annotated[
         Literal["fixed", "shuffled", "latin square", "chosen"],
         Field(

@@ -169,7 +169,10 @@ _DRAWN = {
 class FigureEntry(DataModel):
     """Entry of a figure, by the kind of drawing."""
 
-    draw: Literal["objects", "heights", "heights of points", "density and drop", "lifts"]
+    draw: Annotated[
+        Literal["objects", "heights", "heights of points", "density and drop", "lifts"],
+        Field(description="Kind of the drawing."),
+    ]
     of: Annotated[str, Text(), Field(description="Group that is drawn.")] = ALL
     decoy: Annotated[
         Annotated[str, Text()] | None,
@@ -178,7 +181,7 @@ class FigureEntry(DataModel):
     predicted_from: Annotated[
         Annotated[str, Text()] | None, Field(description="Group whose forces predict those drawn, of lifts.")
     ] = None
-    title: str = ""
+    title: Annotated[str, Field(description="Title of the drawing.")] = ""
 
     @model_validator(mode="after")
     def check_keys(self) -> Self:

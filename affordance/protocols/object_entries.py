@@ -24,7 +24,7 @@ from affordance.protocols.requirements import Requirement, check_requirements
 class CylinderEntry(DataModel):
     """A cylinder along the hand's z, held at its middle."""
 
-    name: Name
+    name: Annotated[Name, Field(description="Name of the cylinder, unlike all others of the file.")]
     radius: Annotated[float, Within(1e-3, 0.5), Field(description="Radius, [m].")]
     height: Annotated[float, Within(1e-3, 1.0), Field(description="Height, [m].")]
     mass: Annotated[float, Within(1e-3, 100.0), Field(description="Mass, [kg].")]

@@ -56,7 +56,7 @@ type FigureName = Annotated[str, FileName(), AfterValidator(_check_figure)]
 class NoiseEntry(DataModel):
     """Errors of measured joint torques."""
 
-    weber_fraction: Annotated[float, Within(0.0, 1.0)]
+    weber_fraction: Annotated[float, Within(0.0, 1.0), Field(description="Error as a share of the torque.")]
     # Not zero: a joint without load would measure its torque without error.
     threshold: Annotated[float, Within(1e-6, 10.0), Field(description="Absolute threshold of the error, [N m].")]
 
@@ -64,7 +64,7 @@ class NoiseEntry(DataModel):
 class ObserversEntry(DataModel):
     """Simulated observers."""
 
-    number: Annotated[int, Whole(1, 1_000_000)] = 200
+    number: Annotated[int, Whole(1, 1_000_000), Field(description="Number of observers of each learner.")] = 200
     learners: Annotated[
         Annotated[list[Annotated[Learner, OneOf(Learner)]], Field(min_length=1)] | None,
         Field(description="Learners, each of which is simulated; that of the command line if left out."),

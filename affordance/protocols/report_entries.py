@@ -36,7 +36,10 @@ class ReportEntry(DataModel):
         Field(description="A section of the program whose prose, figures and tables are used."),
     ] = None
     order: Annotated[Order | None, Field(description="Place among the sections.")] = None
-    title: Annotated[str, Text()] | None = None
+    title: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="Title of the section; the name of the protocol if left out."),
+    ] = None
     summary: Annotated[
         Annotated[str, Text()] | None, Field(description="Summary of what was done; the question if left out.")
     ] = None
@@ -45,7 +48,9 @@ class ReportEntry(DataModel):
         Field(description="Figures of the report; all of the protocol, by their titles, if left out."),
     ] = None
     claims: list[Claim] = Field(default_factory=list)
-    remarks: list[Annotated[str, Text()]] | None = None
+    remarks: Annotated[
+        list[Annotated[str, Text()]] | None, Field(description="Sentences that no run can contradict.")
+    ] = None
 
     def build(self, source: Path, title: str, question: str, *, numbers: Any, figures: Any) -> PlainReport:
         """Builds the report of a protocol, whose name is the title, from its entries."""

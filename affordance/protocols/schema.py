@@ -1,6 +1,7 @@
 """JSON schema of protocols for editors, and a commented template of a protocol."""
 
 import json
+import re
 from pathlib import Path
 
 from affordance.exceptions import BadValueError
@@ -25,6 +26,10 @@ def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
         raise BadValueError(path, "name", f"is {name!r}, must be of small letters, digits and underscores")
     if path.exists():
         raise BadValueError(path, "", "exists already; give another name, or remove it")
+    if not re.fullmatch("[a-z0-9_]+", name):
+        near = re.sub("[^a-z0-9]+", "_", name.lower()).strip("_")
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise BadValueError(path, "name", f"is {name!r}, must be of small letters, digits and underscores{hint}")
     text = (MODELS / FOLDER / _TEMPLATE).read_text(encoding="utf-8")
     write_text(path, text.replace(_NAME, name))
     try:

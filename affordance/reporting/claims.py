@@ -83,15 +83,15 @@ class Criterion(DataModel):
     """
 
     name: Annotated[str, Text(), Field(description="Meaning of the expression in words.")]
-    value: Bound
-    above: Bound = None
-    at_least: Bound = None
-    at_most: Bound = None
-    below: Bound = None
-    is_: Annotated[Bound, Field(alias="is")] = None
+    value: Annotated[Bound, Field(description="Expression of numbers of metrics.json that is judged.")]
+    above: Annotated[Bound, Field(description="Bound that the value must exceed.")] = None
+    at_least: Annotated[Bound, Field(description="Least value.")] = None
+    at_most: Annotated[Bound, Field(description="Largest value.")] = None
+    below: Annotated[Bound, Field(description="Bound that the value must stay below.")] = None
+    is_: Annotated[Bound, Field(alias="is", description="What the value must be.")] = None
     unit: Annotated[str, Field(description="Unit of value and bound as shown.")] = ""
     scale: Annotated[float, Within(), Field(description="Factor from SI to that unit.")] = 1.0
-    digits: Annotated[int, Whole(0, 12)] = 2
+    digits: Annotated[int, Whole(0, 12), Field(description="Number of decimals that are shown.")] = 2
 
     @model_validator(mode="before")
     @classmethod
@@ -111,17 +111,17 @@ class Criterion(DataModel):
 class Claim(DataModel):
     """Statement with its source, and the criteria by which the numbers confirm or contradict it."""
 
-    key: Annotated[str, Text()]
+    key: Annotated[str, Text(), Field(description="Name of the claim in metrics.json.")]
     source: Annotated[str, Text(), Field(description="Source of the claim; 'ours' for a claim of the author's own.")]
-    text: Annotated[str, Text()]
-    criteria: Annotated[list[Criterion], Field(min_length=1)]
+    text: Annotated[str, Text(), Field(description="Statement in words.")]
+    criteria: Annotated[list[Criterion], Field(min_length=1, description="Bounds, all of which must be met.")]
 
 
 class ReportFigure(DataModel):
     """Figure of the report with its caption."""
 
     file: Annotated[str, FileName(), Field(description="File name in the folder of results, as 'heights.png'.")]
-    caption: Annotated[str, Text()]
+    caption: Annotated[str, Text(), Field(description="Text below the figure.")]
 
 
 class TableEntry(DataModel):

@@ -11,7 +11,7 @@ from pathlib import Path
 from affordance.arguments import check_kind
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
-from affordance.files.bounded import MESH, read_bytes, read_yaml
+from affordance.files.bounded import MESH, read_bytes, read_yaml, suggest_file
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
@@ -123,7 +123,9 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
     if options.tip:
         raise BadValueError("--tip", "", "is of a robot's file, which --robot must name")
     if path is not None and not path.is_dir():
-        raise BadValueError("--robot", "", f"is {str(path)!r}, which is no folder and no robot's file")
+        raise BadValueError(
+            "--robot", "", f"is {str(path)!r}, which is no folder and no robot's file{suggest_file(path)}"
+        )
     return Robot() if path is None else Robot.load(path)
 
 

@@ -34,7 +34,7 @@ def parser():
         (["reach", "--repeats", "many"], "prog: --repeats: is 'many', must be a whole number"),
         (["reach", "--mass", "x"], "prog: --mass: is 'x', must be a number"),
         (["reach", "far"], "prog: is given 'far', which is one argument too many"),
-        ([], "prog: the following arguments are required: task"),
+        ([], "prog: task: is missing"),
     ],
 )
 def test_errors_are_one_line(parser, words, message, capsys):

@@ -113,6 +113,18 @@ def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
         assert all(cell.strip() for cell in row.strip("|").split("|")[3:])
 
 
+def test_every_key_of_a_file_has_a_meaning():
+    rows = [line for line in generated.list_formats().splitlines() if line.startswith("| `")]
+    assert len(rows) > 100
+    assert [line for line in rows if line.endswith("|  |")] == []
+
+
+def test_first_mistakes_are_listed():
+    rows = generated.list_first_mistakes().splitlines()[2:]
+    assert len(rows) == 24
+    assert "| `affordance rnu weight` | `the command is 'rnu' ... did you mean 'run'?` |" in rows
+
+
 def test_keys_of_files_come_with_units():
     formats = generated.list_formats()
     for row in (

@@ -137,18 +137,24 @@ def read_gains(path: StrPath) -> Gains:
     return load_model(check_path("path", path), _GainsEntry).build()
 
 
-class _JointEntry(DataModel):
+class JointEntry(DataModel):
     """Gain of a joint, its load friction and its friction."""
 
-    gain: Annotated[float, Within(-1e6, 1e6)]
-    load_friction: Annotated[float, Within(-2.0, 2.0)]
-    covariance: Annotated[_Triple, Vector(3, Within())]
-    noise_variance: Annotated[float, Within(0.0, 1e12)]
-    friction: Annotated[_Triple, Vector(3, Within())] | None = None
-    friction_sd: Annotated[_Triple, Vector(3, Within(0.0))] | None = None
+    gain: Annotated[float, Within(-1e6, 1e6), Field(description="Signal for one N m, g.")]
+    load_friction: Annotated[float, Within(-2.0, 2.0), Field(description="Share of the load lost in friction, mu.")]
+    covariance: Annotated[_Triple, Vector(3, Within()), Field(description="Of g, of g and h = mu g, of h.")]
+    noise_variance: Annotated[float, Within(0.0, 1e12), Field(description="Long-run variance of the error.")]
+    friction: Annotated[
+        Annotated[_Triple, Vector(3, Within())] | None,
+        Field(description="Friction by direction, by velocity, and offset."),
+    ] = None
+    friction_sd: Annotated[
+        Annotated[_Triple, Vector(3, Within(0.0))] | None, Field(description="Their standard deviations.")
+    ] = None
 
     @model_validator(mode="after")
     def check_values(self) -> Self:
+        """Refuses a gain of zero, and numbers that are no covariance."""
         gg, gh, hh = self.covariance
         if self.gain == 0.0:
             raise complain("is 0, must be another number", "gain")
@@ -162,11 +168,13 @@ class _JointEntry(DataModel):
 class _GainsEntry(DataModel):
     """File of gains."""
 
-    source: Annotated[str, Text()]
-    robot: str = ""
-    signal: Annotated[SignalKind, OneOf(SignalKind)]
-    common_sd: Annotated[float, Within(0.0, 1.0)]
-    joints: Annotated[dict[str, _JointEntry], Field(min_length=1)]
+    source: Annotated[str, Text(), Field(description="Origin of the gains, in words.")]
+    robot: Annotated[str, Field(description="Fingerprint of the arm; empty if unknown.")] = ""
+    signal: Annotated[SignalKind, OneOf(SignalKind), Field(description="Kind of the signal.")]
+    common_sd: Annotated[
+        float, Within(0.0, 1.0), Field(description="Relative standard deviation of a factor common to all gains.")
+    ]
+    joints: Annotated[dict[str, JointEntry], Field(min_length=1, description="Gains by the names of joints.")]
 
     @model_validator(mode="after")
     def check_friction(self) -> Self:

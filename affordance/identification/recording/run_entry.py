@@ -20,15 +20,17 @@ topic: /joint_states                   # topic of joint states in a bag; wrench_
 
 import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, override
 
 import numpy as np
 import scipy
-from pydantic import Field, PlainValidator
+from pydantic import Field, PlainValidator, WithJsonSchema
+from pydantic.json_schema import JsonSchemaValue
 
 from affordance.arrays import Array
 from affordance.exceptions import describe_choice, show_value
-from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
+from affordance.files.constraints import Constraint, OneOf, Text, Vector, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.identification.recording.run import GRAVITY, RunDescription
 from affordance.identification.settings import SignalKind
@@ -102,15 +104,27 @@ def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
     return ColumnMap(patterns, None, 1.0)
 
 
-def _choose(choices: Mapping[str, Any]) -> PlainValidator:
-    """Declares words, each of which stands for a value."""
+@dataclass(frozen=True)
+class _Word(Constraint):
+    """Constraint on a text: one of several words, each of which stands for a value."""
 
-    def check(value: object) -> Any:
-        if not isinstance(value, str) or value not in choices:
-            raise complain(f"is {show_value(value)}, must be {' or '.join(choices)}")
-        return choices[value]
+    choices: Mapping[str, Any]
 
-    return PlainValidator(check)
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"enum": list(self.choices)}
+
+    @override
+    def check(self, value: Any) -> Any:
+        if not isinstance(value, str) or value not in self.choices:
+            raise complain(f"is {show_value(value)}, must be {' or '.join(self.choices)}")
+        return self.choices[value]
+
+
+def _describe(meaning: str, default: Any) -> Any:
+    """Declares the meaning of a key, and its default as a file gives it."""
+    return Field(description=meaning, json_schema_extra={"default": default})
 
 
 def _check_columns(value: object) -> str | tuple[str, ...] | dict[str, str | tuple[str, ...]]:
@@ -135,24 +149,38 @@ def _check_columns(value: object) -> str | tuple[str, ...] | dict[str, str | tup
     return value
 
 
-class _UnitsEntry(DataModel):
+class UnitsEntry(DataModel):
     """Factors from the units of a table's columns to SI units."""
 
-    time: Annotated[float | None, _choose({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})] = None
-    q: Annotated[float, _choose({"rad": 1.0, "deg": np.pi / 180.0})] = 1.0
-    v: Annotated[float, _choose({"rad/s": 1.0, "deg/s": np.pi / 180.0})] = 1.0
-    vdot: Annotated[float, _choose({"rad/s^2": 1.0, "deg/s^2": np.pi / 180.0})] = 1.0
-    tau: Annotated[float, _choose({"N m": 1.0, "N mm": 1e-3})] = 1.0
-    current: Annotated[float, _choose({"A": 1.0, "mA": 1e-3})] = 1.0
-    wrench: Annotated[float, _choose({"N, N m": 1.0})] = 1.0
+    time: Annotated[
+        float | None,
+        _Word({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}),
+        Field(description="Unit of time; that of the logger if left out."),
+    ] = None
+    q: Annotated[float, _Word({"rad": 1.0, "deg": np.pi / 180.0}), _describe("Unit of joint angles.", "rad")] = 1.0
+    v: Annotated[
+        float, _Word({"rad/s": 1.0, "deg/s": np.pi / 180.0}), _describe("Unit of joint velocities.", "rad/s")
+    ] = 1.0
+    vdot: Annotated[
+        float, _Word({"rad/s^2": 1.0, "deg/s^2": np.pi / 180.0}), _describe("Unit of joint accelerations.", "rad/s^2")
+    ] = 1.0
+    tau: Annotated[float, _Word({"N m": 1.0, "N mm": 1e-3}), _describe("Unit of torques.", "N m")] = 1.0
+    current: Annotated[float, _Word({"A": 1.0, "mA": 1e-3}), _describe("Unit of currents.", "A")] = 1.0
+    wrench: Annotated[
+        float, _Word({"N, N m": 1.0}), _describe("Unit of forces and torques at the wrist.", "N, N m")
+    ] = 1.0
 
 
-class _PayloadEntry(DataModel):
+class CompensatedEntry(DataModel):
     """Mass, centre of mass and principal moments about it, as controllers take them."""
 
-    mass: Annotated[float, Within(0.0, _MOST)]
-    com: Annotated[_Triple, _LENGTHS]
-    inertia: Annotated[_Triple, Vector(3, Within(0.0, _MOST))] = (0.0, 0.0, 0.0)
+    mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
+    com: Annotated[_Triple, _LENGTHS, Field(description="Centre of mass in the tip, [m].")]
+    inertia: Annotated[
+        _Triple,
+        Vector(3, Within(0.0, _MOST)),
+        Field(description="Principal moments about it, along the axes of the tip, [kg m^2]."),
+    ] = (0.0, 0.0, 0.0)
 
     def build(self) -> Array:
         """Builds the ten parameters at the tip, shape (10,)."""
@@ -162,11 +190,13 @@ class _PayloadEntry(DataModel):
         return payload
 
 
-class _PoseEntry(DataModel):
+class ObjectPoseEntry(DataModel):
     """Pose of the seen tool in the tip."""
 
-    position: Annotated[_Triple, _LENGTHS]
-    rpy_deg: Annotated[_Triple, Vector(3, Within(-360.0, 360.0))] = (0.0, 0.0, 0.0)
+    position: Annotated[_Triple, _LENGTHS, Field(description="Position of the origin, [m].")]
+    rpy_deg: Annotated[
+        _Triple, Vector(3, Within(-360.0, 360.0)), Field(description="Roll, pitch and yaw, [deg].")
+    ] = (0.0, 0.0, 0.0)
 
     def build(self) -> Array:
         """Builds the pose X_tip_T, shape (4, 4)."""
@@ -179,24 +209,50 @@ class _PoseEntry(DataModel):
 class RunEntry(DataModel):
     """Description of a table, its joints and its signal."""
 
-    joints: Annotated[list[Annotated[str, Text()]], Field(min_length=1)] = Field(default_factory=list)
-    signal: Annotated[SignalKind | None, OneOf(SignalKind)] = None
-    tip: Annotated[str, Text()] = ""
-    base: Annotated[str, Text()] = ""
-    gravity: Annotated[_Triple, Vector(3, Within(-20.0, 20.0))] = GRAVITY
-    columns: Annotated[str | tuple[str, ...] | dict[str, str | tuple[str, ...]], PlainValidator(_check_columns)] = (
-        "standard"
-    )
-    units: _UnitsEntry = _UnitsEntry()
-    compensates: Annotated[bool, _choose({"nothing": False, "arm": True})] = False
-    compensated_payload: _PayloadEntry | None = None
-    reference_mass: Annotated[float, Within(1e-3, _MOST)] | None = None
-    object_pose: _PoseEntry | None = None
-    force_on: Annotated[float, _choose({"object": 1.0, "robot": -1.0})] = 1.0
-    drop_torn_rows: Annotated[int, Whole(0, 1_000_000)] = 0
-    skip_rows: Annotated[int, Whole(0, 1_000_000)] = 0
-    topic: Annotated[str, Text()] = ""
-    wrench_topic: Annotated[str, Text()] = ""
+    joints: Annotated[
+        list[Annotated[str, Text()]],
+        Field(min_length=1, description="Joints in the order of the columns; a ROS bag names them itself."),
+    ] = Field(default_factory=list)
+    signal: Annotated[
+        SignalKind | None, OneOf(SignalKind), Field(description="What was recorded; by the columns if left out.")
+    ] = None
+    tip: Annotated[str, Text(), Field(description="Link that carries the payload, or the wrist sensor.")] = ""
+    base: Annotated[str, Text(), Field(description="Link in which gravity is given.")] = ""
+    gravity: Annotated[
+        _Triple, Vector(3, Within(-20.0, 20.0)), Field(description="Gravity in the base, [m/s^2].")
+    ] = GRAVITY
+    columns: Annotated[
+        str | tuple[str, ...] | dict[str, str | tuple[str, ...]],
+        PlainValidator(_check_columns),
+        WithJsonSchema({"type": ["string", "array", "object"]}),
+        Field(
+            description="standard, libfranka, ur_rtde, names for a table without any, or a map to the log's names."
+        ),
+    ] = "standard"
+    units: Annotated[UnitsEntry, _describe("Units of the columns.", {})] = UnitsEntry()
+    compensates: Annotated[
+        bool,
+        _Word({"nothing": False, "arm": True}),
+        _describe("arm if the controller has subtracted the arm's own torque from the signal.", "nothing"),
+    ] = False
+    compensated_payload: Annotated[
+        CompensatedEntry | None, Field(description="Payload that the controller has subtracted besides.")
+    ] = None
+    reference_mass: Annotated[
+        Annotated[float, Within(1e-3, _MOST)] | None, Field(description="Mass of the load, if it was weighed, [kg].")
+    ] = None
+    object_pose: Annotated[ObjectPoseEntry | None, Field(description="Pose of the seen object in the tip.")] = None
+    force_on: Annotated[
+        float,
+        _Word({"object": 1.0, "robot": -1.0}),
+        _describe("Which of the two a wrench pushes.", "object"),
+    ] = 1.0
+    drop_torn_rows: Annotated[
+        int, Whole(0, 1_000_000), Field(description="Number of incomplete rows that may be left out.")
+    ] = 0
+    skip_rows: Annotated[int, Whole(0, 1_000_000), Field(description="Number of rows above the table.")] = 0
+    topic: Annotated[str, Text(), Field(description="Topic of joint states in a bag that has several.")] = ""
+    wrench_topic: Annotated[str, Text(), Field(description="Topic of wrenches in a bag.")] = ""
 
     def build(self, joints: Sequence[str], kind: SignalKind) -> RunDescription:
         """Builds the description of a run from its joints and the kind of its signal."""

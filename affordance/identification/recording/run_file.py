@@ -37,7 +37,10 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     if not path.exists():
         raise BadValueError(path, "", f"does not exist{suggest_file(path)}")
     if not description_file.exists():
-        problem = f"has no description: {description_file.name} in the same folder must name at least its joints"
+        problem = (
+            f"has no description: {description_file.name} in the same folder must name at least its joints and its "
+            "signal, in two lines such as 'joints: [joint_1, joint_2]' and 'signal: joint_torque'"
+        )
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
     if path.is_dir() or path.suffix in _BAGS:
