@@ -1,4 +1,4 @@
-"""What could be done where a task cannot: by a lighter tool, or an easier task."""
+"""Nearest task that can be done where one cannot: by a lighter tool, or an easier task."""
 
 from collections.abc import Callable, Iterator
 from typing import Protocol, runtime_checkable

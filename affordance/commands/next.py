@@ -129,7 +129,7 @@ def run(arguments: argparse.Namespace) -> int:
                 (task.name, task.p_best, [each.p_best_after[k] for each in advice.ranked])
                 for k, task in enumerate(advice.decisions)
             ],
-            unit=advice.unit,
+            label=_label_worth(advice, arguments.uses),
             title=sentence,
         )
         save_figure(figure, arguments.out, _NAME)
@@ -148,8 +148,7 @@ def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
         for each in advice.decisions
     ]
     width = max(len(each.name) for each in advice.ranked)
-    times = "a use of each" if uses == 1.0 else f"{uses:g} uses of each"
-    lines.append(f"{'':<{width}}  worth, {times} ({unit})  information (nat)  P(best) then")
+    lines.append(f"{'':<{width}}  {_label_worth(advice, uses)}  information (nat)  P(best) then")
     for each in advice.ranked:
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
@@ -158,6 +157,11 @@ def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
     lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
     return lines
+
+
+def _label_worth(advice: HoldAdvice, uses: float) -> str:
+    times = "a use of each" if uses == 1.0 else f"{uses:g} uses of each"
+    return f"worth, {times} ({advice.unit})"
 
 
 def describe_stop(advice: HoldAdvice, uses: float = 1.0) -> str:
@@ -190,11 +194,11 @@ def describe_stop(advice: HoldAdvice, uses: float = 1.0) -> str:
         head += f"; then {name_object(later[0])}"
     if min(advice.p_best_planned) >= CERTAIN:
         return f"{head}; certain after about {len(advice.plan)}."
-    then = ", ".join(f"{p:.2f}" for p in advice.p_best_planned)
-    holds = "hold" if len(advice.plan) == 1 else "holds"
-    return (
-        f"{head}. After about {len(advice.plan)} {holds} nothing more is gained; P(best) of {then} is expected then."
+    then = ", ".join(
+        f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
     )
+    holds = "hold" if len(advice.plan) == 1 else "holds"
+    return f"{head}. After about {len(advice.plan)} {holds} nothing more is gained; P(best) is then {then}."
 
 
 def _describe_support(decision: OpenDecision) -> str:

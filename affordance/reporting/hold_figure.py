@@ -1,13 +1,16 @@
 """Figure of what may be held next, and what it is worth."""
 
 from collections.abc import Sequence
+from textwrap import fill
 
 from matplotlib.figure import Figure
 
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
 
 # Height of a row, and of all else, [inch].
-_ROW, _REST = 0.35, 1.4
+_ROW, _REST = 0.35, 1.6
+# Characters of a line of the title.
+_TITLE = 100
 
 
 def draw_holds(
@@ -15,12 +18,13 @@ def draw_holds(
     worths: Sequence[tuple[float, float]],
     tasks: Sequence[tuple[str, float, Sequence[float]]],
     *,
-    unit: str,
+    label: str,
     title: str,
 ) -> Figure:
     """Draws worths, with standard errors, of K named objects, and the probability of being right before and after.
 
-    Tasks have a name, the probability that their choice is right now, and that after holding each object, (K,).
+    The label says what worths are, with their unit. Tasks have a name, the probability that their choice is right now,
+    and that after holding each object, (K,).
     """
     rows = len(names)
     figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")
@@ -35,7 +39,7 @@ def draw_holds(
         capsize=3.0,
     )
     left.set_yticks(places, names)
-    left.set_xlabel(f"worth ({unit}), with standard error")
+    left.set_xlabel(f"{label}, with standard error")
     left.set_xlim(left=0.0)
     for k, (task, now, after) in enumerate(tasks):
         colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
@@ -45,6 +49,6 @@ def draw_holds(
     right.set_xlabel("P(best) of the choice then (dotted: now)")
     right.legend(frameon=False)
     left.invert_yaxis()
-    figure.suptitle(title)
+    figure.suptitle(fill(title, _TITLE))
     tidy(left, right)
     return figure
