@@ -43,6 +43,7 @@ LONGEST = (
     "studies/hammering/test_blows.py",
     "studies/trust/test_calibration.py",
     "system/test_command_line.py",
+    "commands/test_watch.py",
     "experiments/test_hammer.py",
     "experiments/test_weight.py",
     "system/test_bad_input.py",

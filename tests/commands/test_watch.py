@@ -1,21 +1,24 @@
 """``affordance watch`` in a real browser, and its messages for bad input."""
 
-import os
 import re
-import signal
-import sys
-import threading
 
 import numpy as np
 import pytest
-from helpers.browser import find_browser, open_page
-from helpers.children import PATIENCE
+from helpers.robot_files import write_urdf
+from helpers.trials import hold
+from helpers.watched import HEIGHT, PANEL, RADIUS, watch
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.reporting.live_scene import LiveScene, Wish, trace_densities
+from affordance.memory.ledger import open_memory
+from affordance.reporting import live_scene
+from affordance.reporting.live_scene import DENSITY, SIZE, LiveScene, Wish, trace_densities
+from affordance.robots.importer import ImportOptions
+from affordance.robots.kept import import_arm
 from affordance.simulation.trial import TrialRunner
 
+# Rate on the page: now, and least and greatest, in per cent of real time.
+RATE = re.compile(r"(\d+) rtr% \(\d+-\d+\)")
 # One short hold, after which nothing happens unless somebody wants it to.
 PROTOCOL = """
 name: patience
@@ -28,62 +31,88 @@ blocks:
 numbers:
   drop_m: {measure: drop}
 """
-# Identity of the panel that the page shows, or "" while there is none, and height of the object in the hand, [m].
-PANEL = """() => {
-    let panel = "";
-    viewer.scene_tree.find(["drake", "panel"]).object.traverse(node => {
-        if (node.geometry) panel = node.geometry.uuid;
-    });
-    return panel;
-}"""
-HEIGHT = """() => {
-    let height = -1;
-    viewer.scene_tree.find(["drake", "arm", "tool"]).object.traverse(node => {
-        if (node.geometry) height = node.matrixWorld.elements[13];
-    });
-    return height;
-}"""
+# The same hold, after which a hammer's blow is chosen and done.
+STRIKE = """
+name: strike
+question: Does a blow show its force?
+objects: {file: tools/com.yaml, groups: {first: {from: 1, to: 1}}}
+novel: {file: tools/novel.yaml}
+blocks:
+  - {name: lifts, objects: first, order: shuffled, do: {hold: {duration: 0.5}}, measured: false}
+  - {name: choices, objects: novel, do: {choose: {hammer: nail.yaml}}, teaches: false, ask_after_each: true}
+"""
 
 
-def test_a_button_changes_what_a_browser_shows(children, tmp_path):
-    find_browser()
-    path = tmp_path / "patience.yaml"
-    path.write_text(PROTOCOL)
-    child = children([sys.executable, "-m", "affordance", "watch", str(path)], env={**os.environ, "DISPLAY": ""})
-    guard = threading.Timer(PATIENCE, child.kill)  # kills the child, whose output would otherwise be awaited for ever
-    guard.daemon = True
-    guard.start()
-    lines = [child.stdout.readline() for _ in range(3)]  # the hold is over
-    address = re.search(r"http://localhost:\d+", lines[0])
-    assert address, child.communicate()
-    said, asked = [], []
-    with open_page() as page:
-        page.set_default_timeout(1000.0 * PATIENCE)
-        page.on("console", lambda message: said.append((message.type, message.text)))
-        page.on("pageerror", lambda error: said.append(("error", str(error))))
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto(address.group())
-        page.wait_for_function(f"() => ({PANEL})() && ({HEIGHT})() > 0")
-        before, height = page.evaluate(PANEL), page.evaluate(HEIGHT)
-        page.get_by_text("Open Controls").click()
+def write(folder, name, text):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, weight):
+    """A slider's factor is that of the mass, cubed for the size, and the object on the page grows by it."""
+    mass = weight.tools[0].mass
+    with watch(children, write(tmp_path, "patience.yaml", PROTOCOL)) as watched:
+        page = watched.page
+        watched.read(2)  # the hold is over
+        before, height, radius = (page.evaluate(each) for each in (PANEL, HEIGHT, RADIUS))
         page.get_by_text("Decoy").click()
         page.wait_for_function(f"before => ({PANEL})() && ({PANEL})() != before", arg=before)
         page.wait_for_function(f"height => ({HEIGHT})() != height", arg=height)
         for button in ("Next object", "Reset"):
-            lines += [child.stdout.readline() for _ in range(2)]  # the hold before it is over
+            watched.read(2)  # the hold before it is over
             page.get_by_text(button).click()
-    assert [each for each in said if each[0] == "error"] == []
-    assert {url for url in asked if not url.startswith((address.group(), "data:", "blob:"))} == set()
-    lines += [child.stdout.readline() for _ in range(2)]
-    os.killpg(child.pid, signal.SIGINT)
-    _, err = child.communicate(timeout=PATIENCE)
-    guard.cancel()
-    assert (child.returncode, err) == (0, "")
-    assert [line.strip() for line in lines[1:]] == [
-        *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg"),
-        *("decoy: rod 10cm, 0.04 kg", "felt: rod 10cm, 0.04 kg"),
-        *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg") * 2,
-    ]
+        watched.read(2)
+        assert watched.lines == [
+            *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg"),
+            *("decoy: rod 10cm, 0.04 kg", "felt: rod 10cm, 0.04 kg"),
+            *("held: rod 10cm, 0.40 kg", "felt: rod 10cm, 0.40 kg") * 2,
+        ]
+        density = watched.move(DENSITY, 0.8)
+        assert watched.read(2)[0] == f"held: rod 10cm, {density * mass:.2f} kg"
+        size = watched.move(SIZE, 0.7)
+        assert watched.read(2)[0] == f"held: rod 10cm, {density * size**3 * mass:.2f} kg"
+        assert (density, size) == pytest.approx((1.6, 1.2), abs=0.1)
+        assert page.evaluate(RADIUS) == pytest.approx(size * radius, rel=1e-6)
+        rates = [int(found[1]) for text in page.evaluate("() => drawn") if (found := RATE.match(text))]
+    assert rates
+    assert 20 < np.median(rates) < 150
+
+
+def test_a_blow_shows_its_force(children, tmp_path):
+    with watch(children, write(tmp_path, "strike.yaml", STRIKE)) as watched:
+        watched.page.keyboard.press("n")  # whatever was done before the page was there is done again
+        watched.page.wait_for_function("() => arrows.length > 0")
+        assert max(watched.page.evaluate("() => arrows")) > 0.01
+
+
+def find_peak(curve):
+    """The density at which a line on the panel is highest, [kg/m^3]."""
+    left, _, wide, _ = live_scene._AXES
+    return (curve[curve[:, 1].argmax(), 0] - left) / wide * live_scene._DENSITY_MAX
+
+
+def test_another_robot_begins_with_what_a_memory_believes(children, tmp_path, weight):
+    """The line of the belief begins at a density of half the truth, to 0.1 %, and moves towards the truth."""
+    (part,) = weight.tools[0].components
+    truth = part.material.density
+    robot, path = tmp_path / "robot", tmp_path / "memory.sqlite"
+    import_arm(write_urdf(tmp_path), ImportOptions("right_tool"), robot, with_meshes=False, fits_tasks=False)
+    with open_memory(path) as ledger:
+        ledger.append([hold("bar", (part.looks_like.colour,), (0.5 * truth,), 1)])
+        ((remembered,),) = ledger.recall().belief.compute_percentiles([0.5])
+    assert remembered == pytest.approx(0.5 * truth, rel=0.05)
+    protocol = write(tmp_path, "patience.yaml", PROTOCOL)
+    with watch(children, protocol, "--robot", robot, "--memory", path) as watched:
+        watched.read(2)
+        watched.page.keyboard.press("r")  # as the first hold may have begun before the page was there
+        watched.read(2)
+        links = watched.page.evaluate("() => Object.keys(viewer.scene_tree.find(['drake', 'arm', 'arm']).children)")
+        first, *_, last = [lines for lines in watched.read_curves() if lines][-1]
+    assert links == ["right_1", "right_2", "right_3", "right_4"]
+    begun, ended = map(find_peak, (first, last))
+    assert begun == pytest.approx(remembered, rel=1e-3)
+    assert begun + 50.0 < ended < truth
 
 
 class _Meshcat:
