@@ -55,10 +55,11 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, wei
     with watch(children, write(tmp_path, "patience.yaml", PROTOCOL)) as watched:
         page = watched.page
         watched.read(2)  # the hold is over
-        before, height, radius = (page.evaluate(each) for each in (PANEL, HEIGHT, RADIUS))
+        before, height = page.evaluate(PANEL), page.evaluate(HEIGHT)
+        radius = page.wait_for_function(f"() => Math.max(0, ({RADIUS})())").json_value()
         page.get_by_text("Decoy").click()
         page.wait_for_function(f"before => ({PANEL})() && ({PANEL})() != before", arg=before)
-        page.wait_for_function(f"height => ({HEIGHT})() != height", arg=height)
+        page.wait_for_function(f"height => ({HEIGHT})() > 0 && ({HEIGHT})() != height", arg=height)
         for button in ("Next object", "Reset"):
             watched.read(2)  # the hold before it is over
             page.get_by_text(button).click()
@@ -73,7 +74,7 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, wei
         size = watched.move(SIZE, 0.7)
         assert watched.read(2)[0] == f"held: rod 10cm, {density * size**3 * mass:.2f} kg"
         assert (density, size) == pytest.approx((1.6, 1.2), abs=0.1)
-        assert page.evaluate(RADIUS) == pytest.approx(size * radius, rel=1e-6)
+        page.wait_for_function(f"radius => Math.abs(({RADIUS})() - radius) < 1e-6 * radius", arg=size * radius)
         rates = [int(found[1]) for text in page.evaluate("() => drawn") if (found := RATE.match(text))]
     assert rates
     assert 20 < np.median(rates) < 150
