@@ -78,6 +78,11 @@ def test_random_motions_are_followed_further_and_the_floor_is_that_of_lengths_wh
     assert 2.0 < numbers["seconds_to_floor"]["stated"] < 4.0
     drawn = draw_errors((2, 4, 8), {"arm": numbers["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
     assert [len(line.get_xdata()) for line in drawn.axes[0].lines] == [2, 2, 3, 3]
+    assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == ["what will be stated", "random"]
+    drawn.draw_without_rendering()
+    assert [text.get_text() for text in drawn.axes[0].get_xticklabels()] == ["2", "4", "8"]
+    arms = draw_errors((2, 4, 8), {"ur10e": numbers["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
+    assert arms.axes[0].get_title() == "UR10e"
 
 
 def test_good_postures_weigh_better_than_home():
