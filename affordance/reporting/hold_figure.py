@@ -23,8 +23,8 @@ def draw_holds(
 ) -> Figure:
     """Draws worths, with standard errors, of K named objects, and the probability of being right before and after.
 
-    The label says what worths are, with their unit. Tasks have a name, the probability that their choice is right now,
-    and that after holding each object, (K,).
+    The label says what worths are, with their unit. Tasks have a name, the probability that their choice is right
+    now, and that after holding each object, (K,).
     """
     rows = len(names)
     figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")
