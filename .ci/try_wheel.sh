@@ -17,6 +17,8 @@ unset PYTHONPATH
 test -s results/report.html
 "$work/env/bin/affordance" tutorials --out lessons --copy-only
 test "$(ls lessons | wc -l)" -eq 9
+"$work/env/bin/affordance" identify --demo
+"$work/env/bin/affordance" rank --demo
 # The examples of README and of the page of own objects, one file each.
 awk '/^```python/ {n++; on = 1; next} /^```/ {on = 0} on {print > ("example_" n ".py")}' "$project/README.md" "$project/docs/objects.md"
 for example in example_*.py; do

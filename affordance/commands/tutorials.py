@@ -35,7 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
         print(f"{target}{': kept as it is' if kept else ''}")
     program = next((each for each in _PROGRAMS if importlib.util.find_spec(each)), None)
     if program is None:
-        print("pip install jupyterlab jupytext opens them as notebooks; any editor shows them")
+        missing = ["jupyterlab", *([] if importlib.util.find_spec("jupytext") else ["jupytext"])]
+        print(f"pip install {' '.join(missing)} opens them as notebooks; any editor shows them")
     elif not arguments.copy_only:
         return subprocess.call([sys.executable, "-m", program, str(folder)])
     return 0

@@ -43,10 +43,16 @@ def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_
     first = out / LESSONS[0].name
     assert first.read_text() == LESSONS[0].read_text()
     first.write_text("mine")
-    capsys.readouterr()
+    assert capsys.readouterr().out.splitlines()[-1].startswith("pip install jupyterlab jupytext opens them")
     assert main(["tutorials", "--out", str(out)]) == 0
     assert first.read_text() == "mine"
     assert f"{first}: kept as it is" in capsys.readouterr().out
+
+
+def test_only_what_is_missing_is_named(tmp_path, monkeypatch, capsys):
+    without(monkeypatch, "jupyterlab", "notebook")
+    assert main(["tutorials", "--out", str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("pip install jupyterlab opens them")
 
 
 def test_notebooks_link_to_notebooks():

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command
+from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command, main
+from affordance.commands.demo import TRIALS
 from affordance.commands.study import STUDIES
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
@@ -16,6 +17,20 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS_PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 HOW_TO = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "howto").glob("*.md")))
+# Commands that are run, with options that make them cheap; the others are only parsed: they take a robot's file or a
+# recording of the reader's, or long (run, watch, study, excite), and have tests of their own.
+RUN = {
+    "affordance doctor": "",
+    "affordance settings prior": "",
+    "affordance new-protocol mine": "",
+    "affordance predict mine.yaml": "--repeats 2 --jobs 1",
+    "affordance identify --demo": "",
+    "affordance rank --demo": "--samples 200",
+    "affordance rank hammer": "--samples 200",
+    "affordance next hammer reach": "--samples 100 --only mallet",
+    "affordance memory show workshop.sqlite": "",
+    "affordance tutorials": "--copy-only",
+}
 OBJECTS_PAGE = (ROOT / "docs" / "objects.md").read_text(encoding="utf-8")
 
 
@@ -67,6 +82,18 @@ def test_commands_are_such_as_the_program_takes(line):
     parser = OneLineParser(prog=name)
     load_command(name).add_arguments(parser)
     parser.parse(words)
+
+
+def test_commands_that_are_cheap_run_as_shown(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert set(RUN) <= set(list_commands())
+    assert main(["memory", "import", "workshop.sqlite", str(TRIALS)]) == 0
+    for line, cheaper in RUN.items():
+        capsys.readouterr()
+        assert main(shlex.split(f"{line} {cheaper}")[1:]) == 0, line
+        said = capsys.readouterr()
+        assert said.out, line
+        assert "Traceback" not in said.err, line
 
 
 def test_targets_of_make_exist():
