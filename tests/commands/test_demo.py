@@ -1,7 +1,9 @@
 """Demonstrations run on files of the package, and print their commands."""
 
+from affordance import MODELS, TrialRunner, load_tools
 from affordance.cli import main
-from affordance.commands.demo import EMPTY, LOADED, MASS, TRIALS
+from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, TRIALS
+from affordance.memory.ledger import open_memory
 
 
 def test_identify_says_its_command_and_finds_the_mass_of_the_simulation(capsys):
@@ -30,6 +32,22 @@ def test_trials_are_of_the_arm_that_simulations_have(tmp_path, capsys):
     assert main(["memory", "import", place, str(TRIALS)]) == 0
     assert main(["memory", "show", place]) == 0
     assert capsys.readouterr().out.count("paper's arm") == 8
+
+
+def test_arm_of_a_recording_is_that_of_a_simulated_trial(tmp_path, capsys):
+    """A run identified by the paper's arm is of the robot that simulated holds are of, whose arm was no other."""
+    place = tmp_path / "memory.sqlite"
+    runner, tool = TrialRunner(), load_tools(MODELS / "tools" / "weight.yaml")[0]
+    with open_memory(place) as ledger:
+        ledger.append([runner.run_hold(tool, runner.start_memory(), duration=0.5, seed=(0, 0)).evidence])
+    words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
+    words += ["--size-error", 0.02, "--unseen", 0.02, "--samples", 500, "--memory", place]
+    assert main(["identify", *map(str, words)]) == 0
+    said = capsys.readouterr().out
+    assert "has learned them" in said
+    assert "was another" not in said
+    assert main(["memory", "show", str(place)]) == 0
+    assert "models" not in capsys.readouterr().out
 
 
 def test_recordings_are_small():
