@@ -1,13 +1,14 @@
 """Documentation site: every page is a chapter, generated parts name all there is, and links lead somewhere."""
 
 import importlib.util
+import itertools
 import re
 import typing
 
 import affordance
 from affordance.cli import COMMANDS
 from affordance.files.model_folder import MODELS
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from affordance.named_settings import describe_changes, list_settings
 from affordance.settings import DEFAULT_SETTINGS
 from studies.robustness.assumptions import sample_settings
@@ -104,6 +105,8 @@ def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
     settings = IdentificationSettings()
     for name in typing.get_type_hints(IdentificationSettings):
         assert f"| `{name}` | " in identification or name in ("signal_prior", "seed")
+    for kind, name in itertools.product(SignalKind, typing.get_type_hints(SignalPrior)):
+        assert f"| {kind.value}: `{name}` | " in identification
     assert f"| `block` | {settings.block:g} | s |" in identification
     assert "| current: `friction_sd` | 0.3 | unit of the signal |" in identification
     assert "| kinds, most probable: `kappa` | 0.21 |" in learners

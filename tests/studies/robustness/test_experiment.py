@@ -187,3 +187,14 @@ def test_a_blow_that_cannot_be_simulated_leaves_the_force_unjudged(monkeypatch):
     assert np.isnan(outcome.outcomes["hammer.sufficient_force"])
     assert outcome.outcomes["hammer.correct_grip"] == 1.0
     assert (outcome.reasons["hammer"], outcome.reasons["com"]) == ("", "it passes through the nail")
+
+
+def test_claims_are_drawn_by_experiment(monkeypatch):
+    """Headlines of an experiment stand with its own claims, whatever their place among all claims."""
+    drawn = []
+    monkeypatch.setattr(study, "draw_multiverse", lambda claims, *others, **arrays: drawn.extend(claims))
+    claim = {"holds": 0.5, "ci95": [0.4, 0.6], "null_level": 0.1, "first_order": {"x": 0.0}}
+    LOADED._draw(
+        {"claims": dict.fromkeys(("reach.chance", "hammer.chance", "reach.after_one", "com.mass"), claim)}
+    )
+    assert drawn == ["com: mass", "reach: chance", "reach: after one", "hammer: chance"]
