@@ -194,7 +194,5 @@ def test_claims_are_drawn_by_experiment(monkeypatch):
     drawn = []
     monkeypatch.setattr(study, "draw_multiverse", lambda claims, *others, **arrays: drawn.extend(claims))
     claim = {"holds": 0.5, "ci95": [0.4, 0.6], "null_level": 0.1, "first_order": {"x": 0.0}}
-    LOADED._draw(
-        {"claims": dict.fromkeys(("reach.chance", "hammer.chance", "reach.after_one", "com.mass"), claim)}
-    )
+    LOADED._draw({"claims": dict.fromkeys(("reach.chance", "hammer.chance", "reach.after_one", "com.mass"), claim)})
     assert drawn == ["com: mass", "reach: chance", "reach: after one", "hammer: chance"]
