@@ -46,7 +46,7 @@ HEADER = [
     "tool",
     "same choice",
     "of",
-    "else dearer by",
+    "else more costly by",
     "largest difference of works",
     "infeasible: inner, full",
 ]
