@@ -1,12 +1,14 @@
 """``affordance watch`` in a real browser, and its messages for bad input."""
 
 import re
+from contextlib import suppress
 
 import numpy as np
 import pytest
 from helpers.robot_files import write_urdf
 from helpers.trials import hold
 from helpers.watched import HEIGHT, PANEL, RADIUS, watch
+from playwright.sync_api import TimeoutError
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
@@ -81,10 +83,14 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, wei
 
 
 def test_a_blow_shows_its_force(children, tmp_path):
+    """Contact lasts a few milliseconds, so that not every blow has it in a picture; one of ten does."""
     with watch(children, write(tmp_path, "strike.yaml", STRIKE)) as watched:
-        watched.page.keyboard.press("n")  # whatever was done before the page was there is done again
-        watched.page.wait_for_function("() => arrows.length > 0")
-        assert max(watched.page.evaluate("() => arrows")) > 0.01
+        for _ in range(10):
+            watched.page.keyboard.press("n")
+            with suppress(TimeoutError):
+                watched.page.wait_for_function("() => arrows.length > 0", timeout=8000.0)
+                break
+        assert max(watched.page.evaluate("() => arrows"), default=0.0) > 0.01
 
 
 def find_peak(curve):
