@@ -5,14 +5,15 @@ import time
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from matplotlib.figure import Figure
 from pydrake.common import MemoryFile
+from pydrake.common.value import Value
 from pydrake.geometry import InMemoryMesh, Mesh, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, SceneGraph
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
-from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, OutputPort
 
 from affordance.arrays import Array
@@ -25,6 +26,8 @@ from affordance.plant.load import load_arm
 from affordance.reporting.replay import open_meshcat, set_stage
 
 _FRAMES_PER_SECOND = 30.0
+# Simulated time between pictures of contact forces, [s], and ratio of real to simulated time while there are any.
+_CONTACT_PERIOD, _SLOWNESS = 0.002, 10.0
 # Sliders: label, least and greatest value; both multiply what the objects' file says.
 DENSITY, SIZE = "True density, times", "Size, times"
 _SLIDERS = {DENSITY: (0.1, 2.0), SIZE: (0.5, 1.5)}
@@ -107,10 +110,11 @@ class LiveScene:
         (scene_graph,) = (system for system in builder.GetMutableSystems() if isinstance(system, SceneGraph))
         shown = MeshcatVisualizerParams(prefix="arm", publish_period=1.0 / _FRAMES_PER_SECOND)
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, shown)
-        forces = ContactVisualizerParams(prefix="contact", publish_period=1.0 / _FRAMES_PER_SECOND)
+        forces = ContactVisualizerParams(prefix="contact", publish_period=_CONTACT_PERIOD)
         ContactVisualizer.AddToBuilder(builder, plant, self.meshcat, forces)
         clock = builder.AddNamedSystem("live_clock", _LiveClock(self))
         builder.Connect(posterior, clock.GetInputPort("posterior"))
+        builder.Connect(plant.get_contact_results_output_port(), clock.GetInputPort("contact"))
 
     def announce(self, what: str, tool: Tool, memory: Memory, *, follows: bool = True) -> None:
         """Shows what is done with a tool, its true densities, and the belief about materials, on the panel.
@@ -165,9 +169,12 @@ class LiveScene:
 
 
 class _LiveClock(SampledSystem):
-    """Clock that keeps a presentation at the pace of the wall, shows the belief, and ends it at a visitor's wish.
+    """Clock that keeps a presentation in real time, shows the belief, and ends it at a visitor's wish.
+
+    While something is in contact, which lasts some milliseconds, it slows down, so that forces can be seen.
 
     Input ports:
+        contact: Contact results of the plant.
         posterior: Belief given the samples so far, ObjectBelief.
     """
 
@@ -176,11 +183,20 @@ class _LiveClock(SampledSystem):
         self._scene = scene
         self._start = 0.0
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
+        self._contact = self.DeclareAbstractInputPort("contact", Value(ContactResults()))
         self.DeclareInitializationPublishEvent(self._begin)
+        self.DeclarePeriodicPublishEvent(_CONTACT_PERIOD, 0.0, self._slow_down)
         self.DeclarePeriodicPublishEvent(1.0 / _FRAMES_PER_SECOND, 0.0, self._keep_pace)
 
     def _begin(self, context: Context) -> None:
         self._start = time.monotonic() - context.get_time()
+
+    def _slow_down(self, context: Context) -> None:
+        contact = cast(ContactResults, self._contact.Eval(context))
+        if contact.num_point_pair_contacts() or contact.num_hydroelastic_contacts():
+            pause = (_SLOWNESS - 1.0) * _CONTACT_PERIOD
+            self._start += pause
+            time.sleep(pause)
 
     def _keep_pace(self, context: Context) -> EventStatus:
         self._scene.follow(self._posterior.Eval(context))
