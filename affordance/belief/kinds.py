@@ -113,10 +113,15 @@ class Kinds:
         return max(candidates, key=lambda kind: (counts[kind], -kind))
 
     def find_reference(self, colour: int) -> float | None:
-        """Finds the mean density of a colour's most populous kind, [kg/m^3]; None if no such object was lifted."""
+        """Finds the scale of the densities of a colour's further kinds, [kg/m^3]; None if no such object was lifted.
+
+        It is the root mean square of the mean density of the most populous kind: its mean where that is well known.
+        Of a kind that was hardly felt, whose mean may come out near zero by errors alone, a mean would tell no scale.
+        """
         if not self.count_objects()[self.list_of(colour)].any():
             return None
-        return max(float(self.belief.untruncated_mean[self.find_most_populous(colour)]), DENSITY_FLOOR)
+        kind = self.find_most_populous(colour)
+        return float(np.sqrt(self.belief.untruncated_mean[kind] ** 2 + self.belief.covariance[kind, kind]))
 
     def predict_new(self, colour: int, prior: Prior, spread: float) -> KindPrior:
         """Predicts the density of a new kind of a colour.
@@ -124,7 +129,7 @@ class Kinds:
         Args:
             colour: Index of the colour.
             prior: Prior of the first kind of a colour.
-            spread: Ratio of the SD of a further kind's density to the mean density of the most populous kind.
+            spread: Ratio of the SD of a further kind's density to the scale of the most populous kind's.
         """
         reference = self.find_reference(colour)
         return KindPrior(prior.mode, prior.sd) if reference is None else KindPrior(reference, spread * reference)
