@@ -11,10 +11,10 @@ S_h the selection of these kinds and delta ~ N(0, diag(kappa rho_hat)^2), rho_ha
 The evidence of the measured torques has a closed form, and p(h) is proportional to prior times evidence. Only the
 present lift counts: if evidence for odd members were accumulated over lifts, every object would end as its own kind.
 
-A further kind of a colour has a density N(ref, (s ref)^2), ref the mean of the colour's most populous kind. There is
-no absolute scale, so the odds are invariant to a common factor of all densities. The breadth of a new kind is kappa
-times its posterior density under the hypothesis, as with the size of errors, since it is unknown before the lift. The
-first kind of a colour has the prior of all materials.
+A further kind of a colour has a density N(ref, (s ref)^2), ref the root mean square of the density of the colour's
+most populous kind, sqrt(mean^2 + variance). There is no absolute scale, so the odds are invariant to a common factor
+of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the size
+of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
 
 kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
 scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
@@ -49,7 +49,7 @@ class GateSettings(NamedTuple):
         kappa: Breadth of a category over its mean density.
         concentration: Concentration alpha of new kinds, in objects.
         switching: Readiness c of an object to change its kind, in lifts.
-        spread: Ratio s of the SD of a further kind's density to the mean density of the most populous kind.
+        spread: Ratio s of the SD of a further kind's density to the root mean square of the most populous kind's.
     """
 
     kappa: Annotated[
