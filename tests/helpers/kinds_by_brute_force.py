@@ -9,6 +9,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial.hermite_e import hermegauss
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
@@ -114,11 +115,16 @@ def believe_own(lifts, name, born, kappa, priors):
 
 
 def predict_new(lifts, colour, born, priors):
-    """Mean and SD of a kind that is new: those of all materials for the first of its colour."""
+    """Mean and SD of a kind that is new: those of all materials for the first of its colour.
+
+    Of a further one they are in proportion to the root mean square of the most populous kind's density.
+    """
     populous = find_most_populous(lifts, colour, born)
     if populous is None:
         return MODE, SD
-    reference = believe_kinds(lifts, [populous], priors)[0][0]
+    (mean,), ((variance,),) = believe_kinds(lifts, [populous], priors)
+    nodes, weights = hermegauss(3)  # exact for the square of a normal variable
+    reference = np.sqrt(weights @ (mean + np.sqrt(variance) * nodes) ** 2 / weights.sum())
     return reference, SPREAD * reference
 
 

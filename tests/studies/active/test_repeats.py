@@ -38,6 +38,18 @@ def test_one_deviation_counts_once(found: dict[str, Any]) -> None:
     assert found["repeat_z_least"] == min(min(z.values()) for z in everyone)
 
 
+def test_no_learner_leaves_a_light_rod_by_errors_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Observers of whom some, of each learner with kinds, were 15 SDs off and more while a mean near zero was a scale.
+
+    What is left are errors of a normal distribution; one of 96 is beyond 4.5 with p = 0.0007.
+    """
+    (beech,) = (piece for piece in load_stock() if piece.components[0].material.name == "beech")
+    monkeypatch.setattr("studies.active.repeats.load_stock", lambda: (beech,))
+    found = run_block(RepeatsConfig(num_observers=24), 6)
+    for name in ("repeat_z", *(learner.value for learner in Learner)):
+        assert np.abs(found[name]).max() < 4.5, name
+
+
 def test_all_agree_after_one_hold() -> None:
     once = describe(num_observers=2, num_holds=1)
     z = list(once["repeat_z"].values())
