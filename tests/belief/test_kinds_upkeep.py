@@ -110,7 +110,9 @@ def test_the_most_populous_kind_has_most_objects_and_of_equals_is_the_oldest():
     assert populate(kinds, [1, 0, 2, 2]).find_most_populous(0) == 0
 
 
-@pytest.mark.parametrize(("mean", "sd", "scale"), [(0.0, 400.0, 400.0), (-300.0, 400.0, 500.0), (5000.0, 0.0, 5000.0)])
+@pytest.mark.parametrize(
+    ("mean", "sd", "scale"), [(0.0, 400.0, 400.0), (-300.0, 400.0, 500.0), (5000.0, 0.0, 5000.0)]
+)
 def test_a_further_kind_has_the_scale_of_what_the_most_populous_may_weigh(mean, sd, scale):
     """It is sqrt(mean^2 + sd^2): of a kind that was hardly felt, a mean near zero or below it tells no scale."""
     belief = DensityBelief.from_moments([mean, 7000.0], np.diag([sd + 1e-6, 300.0]) ** 2)
