@@ -13,8 +13,8 @@ present lift counts: if evidence for odd members were accumulated over lifts, ev
 
 A further kind of a colour has a density N(ref, (s ref)^2), ref the root mean square of the density of the colour's
 most populous kind, sqrt(mean^2 + variance). There is no absolute scale, so the odds are invariant to a common factor
-of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the size
-of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
+of all densities. The breadth of a new kind is kappa times its posterior density under the hypothesis, as with the
+size of errors, since it is unknown before the lift. The first kind of a colour has the prior of all materials.
 
 kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
 scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
