@@ -8,7 +8,8 @@ from pathlib import Path
 from affordance.arguments import check_number, check_whole
 from affordance.belief.object_belief import FeltObject
 from affordance.choice.demand import Criterion
-from affordance.choice.next_hold import CERTAIN, HoldAdvice, OpenDecision, Question, advise_hold
+from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
+from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import plan_options
 from affordance.choice.tool_options import list_tool_options
 from affordance.commands.options import (

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from affordance.belief.density_belief import EMPTY_BELIEF
 from affordance.belief.kind_memory import start_memory as start_learner
 from affordance.belief.object_belief import FeltObject
-from affordance.choice.next_hold import CERTAIN, HoldAdvice
+from affordance.choice.hold_advice import CERTAIN, HoldAdvice
 from affordance.objects.colour import Colour
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds

@@ -10,8 +10,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
+from affordance.choice.hold_advice import HoldAdvice
 from affordance.choice.hold_worth import Decision
-from affordance.choice.next_hold import HoldAdvice, Question, advise_hold
+from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import plan_options, price_options
 from affordance.choice.tool_options import list_drawn_options
 from affordance.files.model_folder import MODELS

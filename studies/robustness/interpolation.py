@@ -29,7 +29,7 @@ from affordance.arrays import Array
 TOLERANCE = 5e-5
 # Number of nodes of a spline before gaps are halved, and the least of different ones, from which all are simulated.
 _NUM_FIRST, _LEAST_FIRST = 7, 4
-# The middle of a gap is met to this share of the tolerance: beside a kink a spline errs by up to twice as much.
+# Share of the tolerance to which the middle of a gap is met: near a kink a spline errs by up to twice as much.
 _LINE_SHARE = 0.5
 # So many new motions in succession must be met by polynomials: one may be by accident, as of an odd function.
 _NUM_MET = 2

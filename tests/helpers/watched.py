@@ -107,7 +107,7 @@ class Watched:
         return lines
 
     def move(self, label: str, share: float) -> float:
-        """Moves a slider to a share of its length; returns the value that then stands beside it."""
+        """Moves a slider to a share of its length; returns the value that the page then shows for it."""
         row = self.page.locator("li.has-slider", has_text=label)
         box = row.locator(".slider").bounding_box()
         assert box is not None

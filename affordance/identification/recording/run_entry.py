@@ -236,7 +236,7 @@ class RunEntry(DataModel):
         _describe("arm if the controller has subtracted the arm's own torque from the signal.", "nothing"),
     ] = False
     compensated_payload: Annotated[
-        CompensatedEntry | None, Field(description="Payload that the controller has subtracted besides.")
+        CompensatedEntry | None, Field(description="Payload that the controller has subtracted as well.")
     ] = None
     reference_mass: Annotated[
         Annotated[float, Within(1e-3, _MOST)] | None, Field(description="Mass of the load, if it was weighed, [kg].")

@@ -65,10 +65,10 @@ def test_outline_distance_is_counted_in_pixels():
     """The outline of a ball on the optical axis is a circle of known radius, with distances right to 0.08 pixels."""
     ball = make_ellipsoid([0.05] * 3, [0.0, 0.0, 0.8])
     radius = CAMERA.focal_length * 0.05 / np.sqrt(0.8**2 - 0.05**2)
-    for beside in (-2.0, -0.5, 0.0, 0.5, 2.0):
-        pixel = np.add(CAMERA.centre, (radius - beside, 0.0))
+    for offset in (-2.0, -0.5, 0.0, 0.5, 2.0):
+        pixel = np.add(CAMERA.centre, (radius - offset, 0.0))
         distance = trace_rays(ball, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length).outline_distance[0]
-        assert distance == pytest.approx(beside, abs=0.08)
+        assert distance == pytest.approx(offset, abs=0.08)
 
 
 def test_deformations_are_affine_maps_of_the_surface(rng):
