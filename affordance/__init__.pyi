@@ -4,7 +4,8 @@ from .belief.kind_memory import KindMemory, start_memory
 from .belief.learner import Learner
 from .belief.material_memory import MaterialMemory
 from .choice.hammer import Hammer, load_hammer
-from .choice.next_hold import HoldAdvice, advise_hold
+from .choice.hold_advice import HoldAdvice
+from .choice.next_hold import advise_hold
 from .choice.observed_options import list_options
 from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
