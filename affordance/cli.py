@@ -11,10 +11,10 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn, Protocol, cast
 
-from affordance.commands.study import FORMER, STUDIES
+from affordance.commands.study import FORMER
 from affordance.drake.system_libraries import provide_libraries
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice, show_value, suggest
-from affordance.files.model_folder import import_study
+from affordance.exceptions import AffordanceError, describe_choice, show_value, suggest
+from affordance.files.model_folder import import_study, list_studies
 from affordance.version import __version__
 
 # What argparse says of arguments that are missing, before their names.
@@ -33,7 +33,7 @@ COMMANDS = {
     "excite": "design a motion that shows mass, centre of mass or inertia, or what a task will cost",
     "identify": "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings",
     "memory": "show, forget, merge, export, import or verify a lasting memory of what robots have felt",
-    "study": f"a study that takes its time: {', '.join(STUDIES)}",
+    "study": f"a study that takes its time: {', '.join(list_studies()) or 'in a clone of the repository'}",
     "tutorials": "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter",
     "doctor": "say which parts work on this machine, and how to get the others",
 }
@@ -142,7 +142,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
             provide_libraries()
         words = words[1:]
         if name == "study" and words and not words[0].startswith("-"):
-            command: Command = (study := load_study(words[0]))
+            study: Study = import_study(words[0])
+            command: Command = study
             name, description, words = f"study {words[0]}", study.HELP, words[1:]
         else:
             command, description = load_command(name), COMMANDS[name]
@@ -165,18 +166,6 @@ def describe_system_error(error: OSError) -> str:
     """Describes an error of the system in one line: the file, if known, and the fault."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
     return " ".join(": ".join(str(part) for part in parts if part).split())
-
-
-def load_study(name: str) -> Study:
-    """Imports a study, which is a command.
-
-    Raises:
-        BadValueError: There is no such study.
-        UnavailableError: The package does not lie in a clone.
-    """
-    if name not in STUDIES:
-        raise BadValueError("study", "", describe_choice(name, STUDIES))
-    return cast(Study, import_study(STUDIES[name]).STUDY)
 
 
 def load_command(name: str) -> Command:

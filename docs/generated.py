@@ -21,10 +21,10 @@ import affordance
 from affordance.belief.kind_memory import KAPPA
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
-from affordance.cli import COMMANDS, Command, OneLineParser, load_command, load_study
-from affordance.commands.study import STUDIES
+from affordance.cli import COMMANDS, Command, OneLineParser, load_command
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Setting
+from affordance.files.model_folder import import_study, list_studies
 from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
 from affordance.named_settings import list_settings, read_meanings, show_setting
 from affordance.vision.pixels.seen_tool import ERROR
@@ -98,9 +98,9 @@ def list_commands() -> str:
     return "\n\n".join(_describe_command(name, text, load_command(name)) for name, text in COMMANDS.items())
 
 
-def list_studies() -> str:
+def describe_studies() -> str:
     """Every study with its usage and options."""
-    studies = {name: load_study(name) for name in STUDIES}
+    studies = {name: import_study(name) for name in list_studies()}
     return "\n\n".join(_describe_command(f"study {name}", study.HELP, study) for name, study in studies.items())
 
 
@@ -293,7 +293,7 @@ def _describe_error(error: type[AffordanceError]) -> tuple[str, str, str, str]:
 PARTS: dict[str, Callable[[], str]] = {
     "names": list_names,
     "commands": list_commands,
-    "studies": list_studies,
+    "studies": describe_studies,
     "assumptions": list_assumptions,
     "settings": list_all_settings,
     "identification": list_identification,

@@ -5,8 +5,12 @@ A study is a folder with a section file and a module ``command.py`` that defines
 
 import argparse
 import datetime
+import importlib
 import inspect
+import itertools
 import json
+import os
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,6 +21,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.commands.options import change_by_name, check_bounds, refuse_changes
+from affordance.exceptions import UnavailableError
+from affordance.experiments.definition import Experiment
+from affordance.experiments.suite import run_suite
 from affordance.files.atomic import quarantine, write_json
 from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
@@ -32,7 +39,7 @@ class Findings(NamedTuple):
 
     Attributes:
         numbers: Content of metrics.json, which claims and templates of the section name. Versions, commit and date of
-            the run are added to it.
+            the run are added to it; ``versions`` may name those of further libraries.
         facts: Further values that the section names.
         figures: Functions that draw figures, by name of the file without suffix.
         details: Content of details.json, further numbers that explain; None for no file.
@@ -61,6 +68,16 @@ class Findings(NamedTuple):
 type Work = Callable[[Path], Iterable[Findings]]
 
 
+class Task(NamedTuple):
+    """Task of which the harness writes no findings: a run by another runner, or a table that an option asks for.
+
+    Attributes:
+        run: Function that does the task, prints what it finds, and returns the exit status.
+    """
+
+    run: Callable[[], int]
+
+
 @dataclass(frozen=True)
 class Study:
     """Study, which is a command.
@@ -73,14 +90,19 @@ class Study:
         folder: Folder of the results in that of ``--out``; empty for that folder itself.
         section: File of the section of the report; None for a study without one.
         refused: Reasons by settings, or groups of settings, that the study does not use.
+        load: Function that loads a study that is an experiment, for ``affordance run``, from a folder of models, root
+            of every random draw, and settings; None for other studies.
+        on_one_thread: True if the study's process is to have one thread, as processes of repeats have.
     """
 
     HELP: str
     add_arguments: Callable[[argparse.ArgumentParser], None]
-    plan: Callable[[argparse.Namespace], Work]
-    folder: str
+    plan: Callable[[argparse.Namespace], Work | Task]
+    folder: str = ""
     section: Path | None = None
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
+    load: Callable[[Path, int, Settings], Experiment] | None = None
+    on_one_thread: bool = False
 
     def check(self, arguments: argparse.Namespace) -> None:
         """Checks the options that studies share.
@@ -98,9 +120,14 @@ class Study:
         Raises:
             AffordanceError: An argument or a file is invalid.
         """
+        if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # it must be set before NumPy is loaded
+            os.environ["OMP_NUM_THREADS"] = "1"
+            os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
         self.check(arguments)
         find_commit()  # kept: of what runs, not of what may lie there when it ends
         work = self.plan(arguments)
+        if isinstance(work, Task):
+            return work.run()
         folder = prepare_folder(arguments.out) / self.folder
         last: dict[str, tuple[Findings, Path]] = {}
         for findings in work(folder):
@@ -113,6 +140,40 @@ class Study:
                 print_section(findings.render(section))
                 print(f"The report: {written}")
         return 0
+
+
+def plan_experiment(experiment: Experiment, arguments: argparse.Namespace) -> Task:
+    """Plans the run of a study that is an experiment, whose runner keeps and writes what it finds."""
+
+    def run() -> int:
+        report, _ = run_suite(
+            [experiment],
+            arguments.out,
+            models=arguments.models,
+            seed=arguments.seed,
+            repeats=arguments.repeats,
+            jobs=arguments.jobs,
+            cluster=arguments.cluster,
+        )
+        print(f"The report: {report}")
+        return 0
+
+    return Task(run)
+
+
+def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -> None:
+    """Adds ``--only``, which selects parts of a study by their names."""
+    names = tuple(names)
+    help_ = f"only these {what}, of {', '.join(names)} (default: all)"
+    parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="NAME", help=help_)
+
+
+def import_part(module: str) -> Any:
+    """Imports a module that needs libraries of the extra [dev]; raises an UnavailableError without them."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise UnavailableError(f"{module} is", f"pip install '.[dev]' installs {error.name}") from error
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
@@ -201,7 +262,8 @@ def write_findings(findings: Findings, folder: Path, section: Path | None) -> Pa
     if section is not None:
         write_section(folder, findings.render(section))
     metrics = folder / "metrics.json"
-    run = {"versions": list_versions(), "commit": find_commit(), "finished": f"{datetime.date.today():%Y-%m-%d}"}
+    versions = {**list_versions(), **findings.numbers.get("versions", {})}
+    run = {"versions": versions, "commit": find_commit(), "finished": f"{datetime.date.today():%Y-%m-%d}"}
     write_json(metrics, {**findings.numbers, **run})  # last: it marks a complete run
     return metrics if section is None else write_report(folder.parent)
 
@@ -223,3 +285,12 @@ def format_row(row: Sequence[str]) -> str:
 def format_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Lays out rows of text as a Markdown table."""
     return "\n".join(format_row(row) for row in (header, ["---"] * len(header), *rows))
+
+
+def print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Prints a Markdown table row by row, as the rows are computed; returns it."""
+    lines = []
+    for line in itertools.chain(format_table(header, ()).splitlines(), map(format_row, rows)):
+        print(line, flush=True)
+        lines.append(line)
+    return "\n".join(lines)

@@ -39,7 +39,7 @@ HERE = Path(__file__).parent
 LONGEST = (
     "experiments/test_counter_examples.py",
     "studies/robustness/test_experiment.py",
-    "studies/seeing/test_experiment.py",
+    "studies/vision/test_experiment.py",
     "studies/hammering/test_blows.py",
     "studies/trust/test_calibration.py",
     "system/test_command_line.py",

@@ -15,7 +15,7 @@ from affordance.commands.options import (
 )
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
-from affordance.files.model_folder import has_studies
+from affordance.files.model_folder import list_studies
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.robots.kept import open_robot
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.repeats = _find_repeats(arguments)
     check_bounds(arguments)
     check_experiment(arguments, (*EXPERIMENTS, "all"))
-    all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or has_studies()]
+    all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
     report, left_out = run_suite(
         all_there if arguments.experiment == "all" else [arguments.experiment],
         arguments.out,

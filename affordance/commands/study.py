@@ -2,22 +2,8 @@
 
 import argparse
 
-from affordance.files.model_folder import import_study
+from affordance.files.model_folder import import_study, list_studies
 
-# Modules that define STUDY (studies/study.py).
-STUDIES = {
-    "robustness": "studies.robustness.command",
-    "people": "studies.people.command",
-    "learners": "studies.learners.command",
-    "arms": "studies.arms.command",
-    "loop": "studies.loop.command",
-    "active": "studies.active.command",
-    "recorded": "studies.recorded.command",
-    "tools": "studies.tools.command",
-    "hammering": "studies.hammering.command",
-    "within_trial": "studies.within_trial.command",
-    "side_by_side": "studies.side_by_side.command",
-}
 # Names that studies had as commands of their own.
 FORMER = {"fit-kappa": "people", "robustness": "robustness"}
 
@@ -28,6 +14,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the studies, one line each."""
-    for name, module in STUDIES.items():
-        print(f"  affordance study {name:<12} {import_study(module).STUDY.HELP}")
+    names = list_studies()
+    for name in names:
+        print(f"  affordance study {name:<12} {import_study(name).HELP}")
+    if not names:
+        print("There are no studies here: they need a clone of the repository.")
     return 0

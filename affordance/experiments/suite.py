@@ -34,12 +34,10 @@ from affordance.vision.pixels.rgbd import save_frame
 
 _LOG = logging.getLogger(__name__)
 
-# Experiments of `affordance run all`, in order; all but the last are protocols that come with the models.
+# Experiments of `affordance run all`, in order: protocols that come with the models, and last a study.
 EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 # Number of simulated observers unless another is given.
 DEFAULT_REPEATS = 200
-# Study of vision, which is part of "all".
-_VISION = "studies.seeing.experiment"
 # Sections that compare finished runs (studies/side_by_side): a new run makes them stale.
 _COMPARISONS = ("agreement", "vision_comparison")
 # Tasks that an experiment needs; if the import of an arm could not fit one, the experiment is not planned.
@@ -60,7 +58,7 @@ def load_experiment(
     settings: Settings = DEFAULT_SETTINGS,
     changes: Changes = NO_CHANGES,
 ) -> Experiment:
-    """Loads the study of vision, or a protocol by its name or path; vision is imported only on demand, as it is slow.
+    """Loads the study of vision, or a protocol by its name or path.
 
     Args:
         name: Name of an experiment, or name or path of a protocol.
@@ -80,7 +78,7 @@ def load_experiment(
         protocols: Any = importlib.import_module("affordance.experiments.protocol_runs")
         found: Experiment = protocols.load_protocol_experiment(name, models, seed, settings, changes)
         return found
-    experiment: Experiment = import_study(_VISION).load(models, seed, change_settings(settings, changes))
+    experiment: Experiment = import_study(name).load(models, seed, change_settings(settings, changes))
     return experiment
 
 

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import UnavailableError
+from affordance.exceptions import BadValueError, UnavailableError, describe_choice
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 _INSTALLED = _PACKAGE / "models"
@@ -15,15 +15,23 @@ MODELS = _INSTALLED if _INSTALLED.is_dir() else _PACKAGE.parent / "models"
 _CLONE = Path(__file__).resolve().parents[2]
 
 
-def has_studies() -> bool:
-    """Returns whether the package lies in a clone of the repository."""
-    return (_CLONE / "studies" / "__init__.py").is_file()
+def list_studies() -> list[str]:
+    """Lists the names of the studies, which are folders with a module ``command``; none outside of a clone."""
+    return sorted(path.parent.name for path in (_CLONE / "studies").glob("*/command.py"))
 
 
-def import_study(module: str) -> Any:
-    """Imports a module, as ``studies.seeing.experiment``; raises an UnavailableError outside of a clone."""
-    if not has_studies():
-        raise UnavailableError(f"the study {module.split('.')[1]} is", "studies need a clone of the repository")
+def import_study(name: str) -> Any:
+    """Imports a study: ``STUDY`` of its module ``command``.
+
+    Raises:
+        UnavailableError: The package does not lie in a clone of the repository.
+        BadValueError: There is no such study.
+    """
+    known = list_studies()
+    if not known:
+        raise UnavailableError(f"the study {name} is", "studies need a clone of the repository")
+    if name not in known:
+        raise BadValueError("study", "", describe_choice(name, known))
     if str(_CLONE) not in sys.path:  # the command of an installed package; its processes inherit the path
         sys.path.append(str(_CLONE))
-    return importlib.import_module(module)
+    return importlib.import_module(f"studies.{name}.command").STUDY

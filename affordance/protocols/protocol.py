@@ -11,7 +11,7 @@ from affordance.exceptions import BadValueError, describe_choice, show_value
 from affordance.files.bounded import read_yaml
 from affordance.files.constraints import FileName, OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, check_content, join_key
-from affordance.files.model_folder import MODELS
+from affordance.files.model_folder import MODELS, list_studies
 from affordance.protocols import ALL
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
@@ -21,11 +21,8 @@ from affordance.reporting.section import PlainReport
 
 # Folder of the program's protocols in the folder of models.
 FOLDER = "protocols"
-# Folders of results that do not belong to a protocol.
-TAKEN = (
-    *("vision", "robustness", "learners", "tools", "arms", "recorded", "hammering", "kappa", "trust", "benchmarks"),
-    *("experience", "frames", "agreement", "vision_comparison", "within_trial", "ours"),
-)
+# Folders of results that belong neither to a protocol nor to a study of the same name.
+TAKEN = ("experience", "frames", "arms", "ours", "vision", "kappa", "benchmarks", "agreement", "vision_comparison")
 # Suffixes of protocol files.
 SUFFIXES = (".yaml", ".yml")
 # Name of the objects that are chosen about and not held, in addition to the groups.
@@ -243,13 +240,10 @@ def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
     shipped = {(folder / FOLDER / f"{name}.yaml").resolve() for folder in (models, MODELS)}
     if path.resolve() in shipped:
         return
-    if name in TAKEN or name in {*list_shipped(models), *list_shipped(MODELS)}:
-        problem = f"is {name!r}, must be another: results/{name} is of {_describe_owner(name)}"
-        raise BadValueError(path, "name", problem)
-
-
-def _describe_owner(name: str) -> str:
-    return "other results of the program" if name in TAKEN else f"the protocol {name} that comes with the program"
+    is_taken = name in (*TAKEN, *list_studies())
+    if is_taken or name in {*list_shipped(models), *list_shipped(MODELS)}:
+        owner = "other results of the program" if is_taken else f"the protocol {name} that comes with the program"
+        raise BadValueError(path, "name", f"is {name!r}, must be another: results/{name} is of {owner}")
 
 
 def list_shipped(models: Path = MODELS) -> list[str]:

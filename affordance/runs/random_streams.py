@@ -19,13 +19,7 @@ class Stream(enum.IntEnum):
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
     OBSERVATION = 10**6 + 7  # observation of an object to choose, with its name
-    CALIBRATION_TRUTH = 10**6 + 11  # true densities (studies/trust/calibration.py)
-    CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
     ACCELERATION = 10**6 + 14  # errors of measured accelerations, with the seed of a trial
-    SETTINGS = 10**6 + 15  # settings of the study of robustness
-    ROBUSTNESS = 10**6 + 16  # measurements and choices of that study's observers
-    PROOF = 10**6 + 17  # settings in which it simulates every hold, on demand
-    FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (studies/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
     LIFT = 10**6 + 22  # measurement errors in these lifts
     CHOSEN = 10**6 + 24  # samples by which observers choose what they hold next

@@ -9,7 +9,7 @@ from scipy.stats import qmc
 
 from affordance.arrays import Array
 from affordance.files.bounded import read_yaml
-from affordance.runs.random_streams import Stream
+from studies.random_streams import StudyStream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
 # Points of the sequence come in powers of two.
@@ -75,7 +75,7 @@ def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
 
     The first settings are the same however many are asked for.
     """
-    rng = np.random.default_rng([seed, Stream.SETTINGS])
+    rng = np.random.default_rng([seed, StudyStream.SETTINGS])
     sequence = qmc.Sobol(num_assumptions, scramble=True, rng=rng)
     points: Array = sequence.random_base2(min(_LOG2_MAX, max(9, int(np.ceil(np.log2(max(count, 1)))))))[:count]
     return points

@@ -1,16 +1,17 @@
 """``affordance study robustness``: evaluates every claim over a sample of all values that the paper does not give."""
 
 import argparse
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from affordance.arguments import check_whole
-from affordance.commands.options import add_run_options, check_bounds, refuse_changes
+from affordance.commands.options import add_run_options
 from affordance.exceptions import BadValueError
-from affordance.experiments.suite import run_suite
 from affordance.files.constraints import Whole
-from affordance.runs.random_streams import Stream
+from studies.random_streams import StudyStream
+from studies.robustness import page
 from studies.robustness.evaluate import Outcome
 from studies.robustness.experiment import (
     DEFAULT_NUM_SETTINGS,
@@ -18,7 +19,7 @@ from studies.robustness.experiment import (
     Robustness,
     load,
 )
-from studies.study import read_settings
+from studies.study import Study, Task, plan_experiment, read_settings
 
 # Bounds of number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
@@ -29,60 +30,41 @@ _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", 
 _UNUSED = ("learner", "feature_source", "vision_error")
 
 
-class _Command:
-    """The study as a command; its runner is that of the experiments, which keeps and writes what it finds."""
-
-    HELP = "judge every claim over a sample of all that the paper does not give"
-
-    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Adds the arguments of the command."""
-        what, former = "settings of the sample", ["--settings"]
-        add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
-        alone = parser.add_mutually_exclusive_group()
-        alone.add_argument(
-            "--setting",
-            metavar="N",
-            help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
-        )
-        alone.add_argument(
-            "--prove",
-            type=int,
-            metavar="N",
-            help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
-        )
-        parser.add_argument(
-            "--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs"
-        )
-
-    def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, or one of its settings.
-
-        Raises:
-            AffordanceError: An argument or a file is invalid.
-        """
-        check_bounds(arguments)
-        check_whole("--repeats", arguments.repeats, _REPEATS)
-        refuse_changes(arguments, _VARIED, "the sample varies it")
-        refuse_changes(arguments, _UNUSED, "observers see true features and learn one density for each colour")
-        experiment = load(arguments.models, arguments.seed, read_settings(arguments))
-        if arguments.setting is not None:
-            return _show_setting(experiment, _read_setting(arguments.setting))
-        if arguments.prove is not None:
-            return _prove(experiment, check_whole("--prove", arguments.prove, _REPEATS))
-        report, _ = run_suite(
-            [experiment],
-            arguments.out,
-            models=arguments.models,
-            seed=arguments.seed,
-            repeats=arguments.repeats,
-            jobs=arguments.jobs,
-            cluster=arguments.cluster,
-        )
-        print(f"The report: {report}")
-        return 0
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    what, former = "settings of the sample", ["--settings"]
+    add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
+    alone = parser.add_mutually_exclusive_group()
+    alone.add_argument(
+        "--setting",
+        metavar="N",
+        help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
+    )
+    alone.add_argument(
+        "--prove",
+        type=int,
+        metavar="N",
+        help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
+    )
+    alone.add_argument("--page", action="store_true", help="fill the tables of docs/robustness.md from results/")
+    parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
 
 
-STUDY = _Command()
+def plan(arguments: argparse.Namespace) -> Task:
+    """Loads the study, and plans its run, that of one of its settings, of a proof, or of the page.
+
+    Raises:
+        AffordanceError: An argument or a file is invalid.
+    """
+    if arguments.page:
+        return Task(page.fill)
+    check_whole("--repeats", arguments.repeats, _REPEATS)
+    experiment = load(arguments.models, arguments.seed, read_settings(arguments))
+    if arguments.setting is not None:
+        return Task(partial(_show_setting, experiment, _read_setting(arguments.setting)))
+    if arguments.prove is not None:
+        return Task(partial(_prove, experiment, check_whole("--prove", arguments.prove, _REPEATS)))
+    return plan_experiment(experiment, arguments)
 
 
 def _read_setting(text: str) -> int | None:
@@ -108,7 +90,7 @@ def _show_setting(experiment: Robustness, index: int | None) -> int:
 
 def _prove(experiment: Robustness, count: int) -> int:
     """Prints how far interpolated motions are from simulated ones; exit status 1 where that is too far."""
-    rng = np.random.default_rng([experiment.seed, Stream.PROOF])
+    rng = np.random.default_rng([experiment.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0
     for index in (None, *(int(each) for each in np.sort(drawn))):
@@ -139,3 +121,17 @@ def _show(value: Any) -> str:
     if isinstance(value, str | bool | dict):
         return str(value)
     return np.array2string(np.asarray(value), precision=4, separator=", ").replace("\n", "")
+
+
+STUDY = Study(
+    HELP="judge every claim over a sample of all that the paper does not give",
+    add_arguments=add_arguments,
+    plan=plan,
+    folder="robustness",
+    section=Robustness.section,
+    refused={
+        _VARIED: "the sample varies it",
+        _UNUSED: "observers see true features and learn one density for each colour",
+    },
+    load=load,
+)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.reporting.statistics import CONFIDENCE, estimate_proportion
-from affordance.runs.random_streams import Stream
+from studies.random_streams import StudyStream
 from studies.robustness.assumptions import Assumption
 
 NUM_BINS = 5
@@ -69,7 +69,7 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
     ci95 = (float(estimate.low), float(estimate.high))
     if min(y.sum(), count - y.sum()) < _LEAST_OUTCOMES:
         return Effects(count, float(y.mean()), ci95, np.zeros(levels.shape[1]), 1.0)
-    rng = np.random.default_rng([seed, Stream.ROBUSTNESS])
+    rng = np.random.default_rng([seed, StudyStream.ROBUSTNESS])
     permuted = np.array([rng.permutation(y) for _ in range(_NUM_PERMUTATIONS)])
     null_level = float(np.quantile(compute_indices(permuted, levels).max(axis=1), CONFIDENCE))
     return Effects(count, float(y.mean()), ci95, compute_indices(y[None], levels)[0], null_level)

@@ -27,11 +27,15 @@ def keep(metrics: Path) -> None:
     write_json(KEPT, numbers)
 
 
-def fill() -> None:
-    """Writes the tables into the page."""
+def fill() -> int:
+    """Keeps the metrics of results/, if there are any, writes the tables into the page, and returns exit status 0."""
+    metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
+    if metrics.is_file():
+        keep(metrics)
     numbers = json.loads(KEPT.read_text(encoding="utf-8"))
     text = _BETWEEN.sub(lambda found: found[1] + describe(numbers) + found[2], PAGE.read_text(encoding="utf-8"))
     write_text(PAGE, text)
+    return 0
 
 
 def read_tables() -> str:
@@ -63,15 +67,3 @@ def describe(numbers: Mapping[str, Any]) -> str:
 
 def _show(table: Table) -> str:
     return f"{table.caption}\n\n{format_table(table.header, table.rows)}"
-
-
-def main() -> None:
-    """Keeps the metrics of results/, if there are any, and fills the page."""
-    metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
-    if metrics.is_file():
-        keep(metrics)
-    fill()
-
-
-if __name__ == "__main__":
-    main()

@@ -28,12 +28,12 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
-from affordance.runs.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
+from studies.random_streams import StudyStream
 from studies.study import run_kept
 from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 from studies.within_trial.study import WHITE
@@ -114,7 +114,7 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
     The draw with a given number is the same for every noise model, so that these can be compared draw by draw.
     """
     prior = config.settings.prior
-    rng = np.random.default_rng([config.seed, number, Stream.CALIBRATION_TRUTH])
+    rng = np.random.default_rng([config.seed, number, StudyStream.CALIBRATION_TRUTH])
     size = len(config.tool.components)
     mean = truncnorm(-prior.mode / prior.sd, np.inf, loc=prior.mode, scale=prior.sd).rvs(size, random_state=rng)
     low = -mean / prior.deviation_sd
@@ -166,7 +166,9 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     """
     mean, own = draw_truth(config, number)
     belief, p_value, bound = learn(config, own, number)
-    samples = belief.draw_samples(np.random.default_rng([config.seed, number, Stream.CALIBRATION_RANK]), NUM_SAMPLES)
+    samples = belief.draw_samples(
+        np.random.default_rng([config.seed, number, StudyStream.CALIBRATION_RANK]), NUM_SAMPLES
+    )
     return {
         "mean": mean,
         "own": own,

@@ -26,7 +26,7 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
-from affordance.runs.random_streams import Stream
+from studies.random_streams import StudyStream
 from studies.study import run_kept
 
 NUM_OBSERVERS = 50
@@ -82,7 +82,7 @@ def compute_cost(
     for repeat in range(num_observers):
         for moment in range(num_moments):
             belief = DensityBelief(arrays["precision"][repeat, moment], arrays["information_vector"][repeat, moment])
-            rng = np.random.default_rng([repeat, moment, Stream.FAULT_CHOICES])
+            rng = np.random.default_rng([repeat, moment, StudyStream.FAULT_CHOICES])
             parameters = choice.draw_parameters(MaterialMemory(colours, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
             right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES

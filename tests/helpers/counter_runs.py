@@ -45,8 +45,8 @@ from studies.robustness.choosing import (
     measure_tasks,
 )
 from studies.robustness.learning import collect_experience_at_rest
-from studies.seeing import experiment as vision
 from studies.side_by_side.sources import CURVES, describe_sources
+from studies.vision import experiment as vision
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]

@@ -8,11 +8,8 @@ ROOT = MODELS.parent
 
 
 def find_sections() -> dict[str, Path]:
-    """Finds the section files; that of the study of seeing is of the experiment ``vision``."""
+    """Finds the section files; that of a study has the name of its folder."""
     shipped = (ROOT / "affordance" / "experiments" / "sections").glob("*.yaml")
     studies = (ROOT / "studies").glob("*/section.yaml")
     several = (ROOT / "studies").glob("*/sections/*.yaml")
-    names = {"seeing": "vision"}
-    return {path.stem: path for path in (*shipped, *several)} | {
-        names.get(path.parent.name, path.parent.name): path for path in studies
-    }
+    return {path.stem: path for path in (*shipped, *several)} | {path.parent.name: path for path in studies}

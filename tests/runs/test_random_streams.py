@@ -5,19 +5,21 @@ from pathlib import Path
 import numpy as np
 
 from affordance.runs.random_streams import Stream
+from studies.random_streams import StudyStream
 
 ROOT = Path(__file__).parents[2]
+STREAMS = (*Stream, *StudyStream)
 # A number of trials that no observer has.
 MOST_TRIALS = 10**4
 
 
 def test_streams_draw_different_numbers():
-    draws = {np.random.default_rng([0, stream]).random() for stream in Stream}
-    assert len(draws) == len(Stream)
+    draws = {np.random.default_rng([0, stream]).random() for stream in STREAMS}
+    assert len(draws) == len(STREAMS)
 
 
 def test_streams_are_no_trials():
-    assert min(Stream) > MOST_TRIALS
+    assert min(STREAMS) > MOST_TRIALS
 
 
 def test_a_trailing_zero_adds_nothing_to_a_seed():

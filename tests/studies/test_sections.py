@@ -30,6 +30,6 @@ def test_all_studies_with_a_report_are_looked_at():
         "loop",
         "recorded",
         "robustness",
-        "seeing",
+        "vision",
         "tools",
     }

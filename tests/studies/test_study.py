@@ -9,9 +9,8 @@ from helpers.study_runs import run_study
 
 from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
-from affordance.commands.study import STUDIES
 from affordance.exceptions import BadValueError
-from affordance.files.model_folder import import_study
+from affordance.files.model_folder import import_study, list_studies
 from studies.study import Findings, Study, keep_result, read_kept, run_kept
 
 SECTION = """
@@ -109,9 +108,9 @@ def test_repeats_of_another_configuration_are_kept_apart(tmp_path):
     assert len(list((tmp_path / "repeats").iterdir())) == 2
 
 
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("name", list_studies())
 def test_every_study_is_a_command(name, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["study", name, "--help"])
     assert ended.value.code == 0
-    assert import_study(STUDIES[name]).STUDY.HELP in " ".join(capsys.readouterr().out.split())
+    assert import_study(name).HELP in " ".join(capsys.readouterr().out.split())

@@ -16,9 +16,9 @@ from affordance.vision.pixels.ellipsoid_fit import Fit, SeenEllipsoid
 from affordance.vision.pixels.pipeline import Detection
 from affordance.vision.pixels.rig import DEFAULT_RIG, find_box
 from affordance.vision.pixels.segmentation import Segmentation
-from studies.seeing import comparison
-from studies.seeing import experiment as vision
-from studies.seeing.random_objects import MAX_PARTS, draw_object
+from studies.vision import comparison
+from studies.vision import experiment as vision
+from studies.vision.random_objects import MAX_PARTS, draw_object
 
 SHAPES = (
     "objects",

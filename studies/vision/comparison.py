@@ -15,7 +15,7 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 from affordance.vision.pixels.pipeline import Detection
 from affordance.vision.systems import predict_object
-from studies.seeing.random_objects import MAX_PARTS
+from studies.vision.random_objects import MAX_PARTS
 
 
 class Comparison(NamedTuple):

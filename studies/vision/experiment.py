@@ -42,9 +42,9 @@ from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 from affordance.vision.pixels.rgbd import Picture, save_frame
 from affordance.vision.pixels.rig import build_rig_diagram, render
-from studies.seeing.comparison import NOTHING, compare
-from studies.seeing.figure import draw_calibration
-from studies.seeing.random_objects import MAX_PARTS, draw_object
+from studies.vision.comparison import NOTHING, compare
+from studies.vision.figure import draw_calibration
+from studies.vision.random_objects import MAX_PARTS, draw_object
 
 # Number of objects for the coverage of intervals, per object of the study of accuracy: 500 to 200.
 COVERAGE_FACTOR = 2.5

@@ -1,0 +1,15 @@
+"""Numbers that separate random draws of studies; none of them is one of the library's ``Stream``."""
+
+import enum
+
+
+@enum.unique
+class StudyStream(enum.IntEnum):
+    """Kind of a random draw in a study."""
+
+    CALIBRATION_TRUTH = 10**6 + 11  # true densities (trust/calibration.py)
+    CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
+    FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (trust/fault_costs.py)
+    SETTINGS = 10**6 + 15  # settings of the study of robustness
+    ROBUSTNESS = 10**6 + 16  # permutations of that study's settings
+    PROOF = 10**6 + 17  # settings in which it simulates every hold, on demand
