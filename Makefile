@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test lowest wheel dist docs lint format diagrams picture bench trust numbers mutants robustness-proof clean
+.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -36,6 +36,13 @@ run: $(VENV)/run.stamp ## run every experiment with 100 observers, and which end
 # Compiled modules are kept, whatever the environment says: processes that tests start would compile them anew.
 test: $(VENV)/dev.stamp ## run the test suite
 	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m pytest
+
+# Workers of pytest and every process that a test starts write files of their own, which are combined (pyproject.toml).
+coverage: $(VENV)/dev.stamp ## run the test suite and measure which lines of affordance/ it runs: at least 97 %
+	rm -rf build/coverage
+	PYTHONDONTWRITEBYTECODE= $(PYTHON) -m coverage run -m pytest
+	$(PYTHON) -m coverage combine --quiet
+	$(PYTHON) -m coverage report
 
 wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
 	./.ci/try_wheel.sh
