@@ -28,36 +28,17 @@ _SYMMETRY = 1e-6
 
 
 def check_number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, unit: str = "") -> float:
-    """Checks that a value is a finite number within bounds.
-
-    Args:
-        name: Name of the argument.
-        value: Value that was given.
-        low: Least admissible number.
-        high: Largest admissible number.
-        unit: Unit of the number, for the message.
-
-    Raises:
-        BadArgumentError: The value is not such a number.
-    """
+    """Checks that a value is a finite number within bounds."""
     return float(run_check(name, Within(low, high).check, value, unit))
 
 
 def check_whole(name: str, value: Any, bound: Whole) -> int:
-    """Checks that a value is a whole number within bounds.
-
-    Raises:
-        BadArgumentError: The value is not such a number.
-    """
+    """Checks that a value is a whole number within bounds."""
     return int(run_check(name, bound.check, value))
 
 
 def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
-    """Checks a seed: a whole number, or several of them to separate draws of different kinds.
-
-    Raises:
-        BadArgumentError: The value is not a seed.
-    """
+    """Checks a seed: a whole number, or several of them to separate draws of different kinds."""
     if isinstance(value, tuple | list) and value:
         return tuple(check_whole(f"{name}[{i}]", each, SEEDS) for i, each in enumerate(value))
     if isinstance(value, tuple | list):
@@ -66,16 +47,9 @@ def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
-    """Checks that a value is an instance of a class.
+    """Checks that a value is an instance of a class; the hint is a way to obtain such an object.
 
-    Args:
-        name: Name of the argument.
-        value: Value that was given.
-        kind: Required class; a Protocol must be checkable at run time.
-        hint: Way to obtain such an object, for the message.
-
-    Raises:
-        BadArgumentError: The value is an instance of another class.
+    A Protocol must be checkable at run time.
     """
     if not isinstance(value, kind):
         given = f"is of type {type(value).__name__}, must be of type {kind.__name__}"
@@ -84,21 +58,13 @@ def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
 
 
 def check_member[E: enum.Enum](name: str, value: Any, kind: type[E]) -> E:
-    """Checks that a value is a member of an Enum, or the text of one.
-
-    Raises:
-        BadArgumentError: There is no such member.
-    """
+    """Checks that a value is a member of an Enum, or the text of one."""
     found: E = run_check(name, OneOf(kind).check, value)
     return found
 
 
 def check_fractions(name: str, values: Any) -> Array:
-    """Checks numbers from 0 to 1, shape (n,).
-
-    Raises:
-        BadArgumentError: A number is not from 0 to 1; the message points out percentages.
-    """
+    """Checks numbers from 0 to 1, shape (n,); the message points out percentages."""
     fractions = check_array(name, values, (None,))
     for i, value in enumerate(fractions):
         if not 0.0 <= value <= 1.0:
@@ -108,16 +74,7 @@ def check_fractions(name: str, values: Any) -> Array:
 
 
 def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
-    """Checks an array of finite numbers and returns it as floating-point numbers.
-
-    Args:
-        name: Name of the argument.
-        values: Array, or lists of numbers.
-        shape: Required shape; None for any length.
-
-    Raises:
-        BadArgumentError: The array has another shape, or a number is not finite.
-    """
+    """Checks an array of finite numbers, of a shape with None for any length; returns floating-point numbers."""
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
@@ -133,21 +90,13 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
 
 
 def check_symmetry(name: str, matrix: Array) -> None:
-    """Checks that a square matrix is symmetric up to rounding.
-
-    Raises:
-        BadArgumentError: The matrix is not symmetric.
-    """
+    """Checks that a square matrix is symmetric up to rounding."""
     if (matrix != matrix.T).any() and np.abs(matrix - matrix.T).max() > _SYMMETRY * np.abs(matrix).max():
         raise BadArgumentError(name, "", "is not symmetric, must be")
 
 
 def check_colour(name: str, values: Any) -> tuple[float, float, float]:
-    """Checks a colour: red, green and blue from 0 to 1.
-
-    Raises:
-        BadArgumentError: The value is not such a colour.
-    """
+    """Checks a colour: red, green and blue from 0 to 1."""
     if isinstance(values, str):
         raise BadArgumentError(name, "", f"is {values!r}, must be red, green and blue from 0 to 1")
     red, green, blue = (float(value) for value in check_array(name, values, (3,)))
@@ -161,8 +110,7 @@ def check_colour(name: str, values: Any) -> tuple[float, float, float]:
 def check_pose(name: str, X: ArrayLike) -> Array:
     """Checks a pose, shape (4, 4), and returns a read-only copy: a rotation and a translation, nothing else.
 
-    Raises:
-        BadArgumentError: The matrix scales, shears or mirrors, or its last row is not (0, 0, 0, 1).
+    The matrix must not scale, shear or mirror, and its last row must be (0, 0, 0, 1).
     """
     pose = check_array(name, X, (4, 4)).copy()
     R = pose[:3, :3]

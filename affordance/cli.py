@@ -76,7 +76,7 @@ class OneLineParser(argparse.ArgumentParser):
             for option in action.option_strings
             if option.startswith("--")
         ]
-        return f"{name}: is no option (known: {', '.join(known)}){suggest(name, known)}"
+        return f"{name}: is not an option (known: {', '.join(known)}){suggest(name, known)}"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
@@ -99,11 +99,7 @@ class Command(Protocol):
         """Adds the command's arguments to a parser."""
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the command and returns the exit status.
-
-        Raises:
-            AffordanceError: The input is invalid; the message is one line.
-        """
+        """Runs the command and returns the exit status; invalid input raises an AffordanceError of one line."""
 
 
 class Study(Command, Protocol):
@@ -113,13 +109,9 @@ class Study(Command, Protocol):
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command and returns the exit status.
+    """Runs a command, by default that of this process, and returns the exit status; messages begin with ``program``.
 
     The status is 0, 2 for invalid input, 3 if some of the work could not be done, or 130 after an interruption.
-
-    Args:
-        arguments: Arguments of the command line; None for those of this process.
-        program: Name of the program, with which messages begin.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words and words[0] in EXPERIMENTS:
@@ -155,7 +147,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         print(f"{program}: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print(f"{program}: interrupted; the same command goes on where it was", file=sys.stderr)
+        print(f"{program}: interrupted; the same command continues where it stopped", file=sys.stderr)
         return 130
     except OSError as error:  # a full disk, a removed folder
         print(f"{program}: {describe_system_error(error)}", file=sys.stderr)

@@ -28,18 +28,16 @@ NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise
 NO_CHANGES: Changes = {}
 _NOISE, _MODEL = "noise", "model"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
-_MODEL_SOURCE = "force felt by hand and arm is told apart by a fraction of it (docs/decisions/0004-noise.md)"
+_MODEL_SOURCE = (
+    "the just noticeable difference of a force on hand and arm is a fraction of it (docs/decisions/0004-noise.md)"
+)
 
 
 class NamedSetting(NamedTuple):
-    """Setting with its name and value.
+    """Setting with its name, a path of fields, its value, and its meaning in words.
 
-    Attributes:
-        name: Name of the setting, a path of fields.
-        value: Value: a number, a text, true or false, or None.
-        unit: Unit, "1" if dimensionless; empty for a setting that is not a number.
-        source: Source of the default value, or reason for it.
-        meaning: Meaning in words.
+    The unit is "1" if dimensionless, and empty for a setting that is not a number. The source is that of the default
+    value, or the reason for it.
     """
 
     name: str
@@ -87,8 +85,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
     """Parses words such as ``prior.sd=8000``; values are read as in YAML.
 
-    Raises:
-        BadValueError: A word is not of that form, or names a setting twice.
+    A word of another form, or a setting that is named twice, raises a BadValueError.
     """
     changes: dict[str, Any] = {}
     for word in words:
@@ -143,7 +140,7 @@ def _describe_unknown(name: str, known: Sequence[str]) -> str:
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)
-    return f"is no setting{suggest(name, known)} (affordance settings lists all)"
+    return f"is not a setting{suggest(name, known)} (affordance settings lists all)"
 
 
 def _flatten(changes: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

@@ -29,11 +29,8 @@ def compute_colour_probabilities(
 ) -> Array:
     """Computes probabilities that a colour is each of K known colours and, last, a new one, shape (K + 1,).
 
-    Args:
-        colour: Measured red, green and blue in [0, 1].
-        colour_sd: Standard deviation of the measurement in each direction of CIELAB.
-        colours: Known colours.
-        lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
+    Errors of the measurement have the standard deviation colour_sd in each direction of CIELAB, and along the
+    brightness another one of lightness_sd, in units of L*.
     """
     spread = np.hypot(colour_sd, JUST_NOTICEABLE)
     differences = convert_to_lab(np.array(colours).reshape(-1, 3)) - convert_to_lab(np.array(colour))

@@ -83,11 +83,7 @@ class DensityBelief:
     information_vector: Array
 
     def __post_init__(self) -> None:
-        """Keeps read-only copies.
-
-        Raises:
-            BadArgumentError: A value is not finite, or the precision is not symmetric and positive definite.
-        """
+        """Keeps read-only copies; a precision that is not finite and positive definite raises a BadArgumentError."""
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
         precision = check_array("precision", self.precision, (size, size)).copy()
@@ -115,8 +111,8 @@ class DensityBelief:
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
         """Builds the belief whose unrestricted normal distribution has a mean, (M,), and a covariance, (M, M).
 
-        Raises:
-            BadArgumentError: Shapes do not fit, a value is not finite, or the covariance is not positive definite.
+        A covariance that is not positive definite, a shape that does not fit, or a value that is not finite raises a
+        BadArgumentError.
         """
         mean = check_array("mean", mean, (None,))
         covariance = check_array("covariance", covariance, (mean.size, mean.size))
@@ -172,11 +168,8 @@ class DensityBelief:
     def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
         """Returns the belief with another material that is one of the known ones, or a new one.
 
-        Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions.
-
-        Args:
-            probabilities: Probabilities of each of the M known materials and, last, of a new one, shape (M + 1,).
-            prior: Prior of a new material.
+        Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions. The
+        probabilities are those of each of the M known materials and, last, of a new one, shape (M + 1,).
         """
         known, covariance = self.untruncated_mean, self.covariance
         means = np.append(known, prior.mode)
@@ -191,7 +184,7 @@ class DensityBelief:
     def add_object_variation(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
         """Returns the belief about densities mu + delta of objects, with delta ~ N(0, deviation_sd^2 I) for each.
 
-        Returns: The joint belief of size num_objects * M, object by object.
+        It is a joint one of size num_objects * M, object by object.
         """
         covariance = np.tile(self.covariance, (num_objects, num_objects))
         covariance[np.diag_indices(len(covariance))] += deviation_sd**2
@@ -220,14 +213,7 @@ class DensityBelief:
         return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
 
     def compute_percentiles(self, fractions: Sequence[float]) -> Array:
-        """Computes percentiles of each density, shape (len(fractions), M), [kg/m^3].
-
-        Args:
-            fractions: Cumulative probabilities, from 0 to 1.
-
-        Raises:
-            BadArgumentError: A fraction is not from 0 to 1.
-        """
+        """Computes percentiles of each density for cumulative probabilities, (P,), shape (P, M), [kg/m^3]."""
         chosen = check_fractions("fractions", fractions)
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
@@ -249,9 +235,7 @@ class DensityBelief:
     def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
         """Computes the log evidence of data under the unrestricted normal distribution, in closed form.
 
-        Args:
-            likelihood: Likelihood of the data.
-            posterior: Posterior: this belief conditioned on the data.
+        The posterior is this belief conditioned on the data.
         """
         return float(
             likelihood.log_constant
@@ -268,11 +252,7 @@ class DensityBelief:
 
         Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared variable
         with one degree of freedom per measured number, or of that number times an F variable if variances of the
-        errors were estimated. The restriction to positive densities is ignored here.
-
-        Args:
-            likelihood: Likelihood of the data.
-            dof: Degrees of freedom of the estimated variances; infinite if they are known.
+        errors were estimated, with dof degrees of freedom. The restriction to positive densities is ignored here.
         """
         posterior = self.condition(likelihood)
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)

@@ -43,13 +43,7 @@ ARM_LEARNER = Learner.KINDS_MAP
 
 
 class ObjectAtHand(NamedTuple):
-    """Object that was recalled last.
-
-    Attributes:
-        known: Appearance, kinds and own densities of the object.
-        place: Index among the objects; None if it was never lifted.
-        prior: Prior of materials that were never met.
-    """
+    """Object that was recalled last, its index among the objects (None if it was never lifted), and the prior."""
 
     known: KnownObject
     place: int | None
@@ -143,11 +137,7 @@ class KindMemory(Memory):
         return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns, felt)
 
     def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:
-        """Weighs all hypotheses about the kinds of the object recalled last; the last of each colour is new.
-
-        Raises:
-            ValueError: No object was recalled.
-        """
+        """Weighs all hypotheses about the kinds of the object recalled last; the last of each colour is new."""
         known, place, prior = self._get_at_hand()
         gate = self.settings.gate
         new = [self.kinds.predict_new(colour, prior, gate.spread) for colour in known.colours]
@@ -160,9 +150,7 @@ class KindMemory(Memory):
         """Infers the kinds of the object recalled last, and learns from the lift; see ``Memory``.
 
         The cost is a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, for any number of lifts.
-
-        Raises:
-            ValueError: No object was recalled.
+        Without a recalled object a ValueError is raised.
         """
         verdicts = self.weigh(find_likelihood)
         chosen = self.settings.pick_verdict(verdicts, self.num_lifts + 1)
@@ -171,17 +159,7 @@ class KindMemory(Memory):
     def take(
         self, verdicts: list[Verdict], chosen: Verdict, find_likelihood: FindLikelihood, deviation_sd: float
     ) -> "Lesson[KindMemory]":
-        """Adopts one of the verdicts about the object recalled last, and learns from the lift.
-
-        Args:
-            verdicts: Verdicts on all hypotheses, from ``weigh``.
-            chosen: Verdict that is adopted.
-            find_likelihood: Function that finds the likelihood of the measured torques.
-            deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
-
-        Raises:
-            ValueError: No object was recalled.
-        """
+        """Adopts one of the verdicts from ``weigh`` about the object recalled last, and learns from the lift."""
         known, place, prior = self._get_at_hand()
         chosen = start_kinds(chosen, find_likelihood, self.settings.gate.spread)
         taken = chosen.hypothesis.kinds

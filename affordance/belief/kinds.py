@@ -18,12 +18,7 @@ from affordance.objects.appearance import Appearance
 
 
 class KindPrior(NamedTuple):
-    """Normal distribution of the mean density of a kind before its first lift.
-
-    Attributes:
-        mean: Mean density, [kg/m^3].
-        sd: Standard deviation of the mean density, [kg/m^3].
-    """
+    """Normal distribution of the mean density of a kind before its first lift: mean and SD, [kg/m^3]."""
 
     mean: float
     sd: float
@@ -44,12 +39,7 @@ class Membership(NamedTuple):
 
 
 class OwnDensities(NamedTuple):
-    """Own densities of an object, for those of its colours in which it is outside the most populous kind.
-
-    Attributes:
-        columns: Indices of m of the object's colours, increasing.
-        belief: Belief about the densities of these colours, of size m.
-    """
+    """Belief about own densities of an object, for its columns outside the most populous kind, increasing."""
 
     columns: tuple[int, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
@@ -115,8 +105,8 @@ class Kinds:
     def find_reference(self, colour: int) -> float | None:
         """Finds the scale of the densities of a colour's further kinds, [kg/m^3]; None if no such object was lifted.
 
-        It is the root mean square of the mean density of the most populous kind: its mean where that is well known.
-        Of a kind that was hardly felt, whose mean may come out near zero by errors alone, a mean would tell no scale.
+        It is the root mean square of the mean density of the most populous kind, which equals the mean if that is
+        well known. The mean alone gives no scale for a kind that was hardly felt: errors may bring it near zero.
         """
         if not self.count_objects()[self.list_of(colour)].any():
             return None
@@ -124,12 +114,9 @@ class Kinds:
         return float(np.sqrt(self.belief.untruncated_mean[kind] ** 2 + self.belief.covariance[kind, kind]))
 
     def predict_new(self, colour: int, prior: Prior, spread: float) -> KindPrior:
-        """Predicts the density of a new kind of a colour.
+        """Predicts the density of a new kind of a colour, for which the prior holds if it is the first one.
 
-        Args:
-            colour: Index of the colour.
-            prior: Prior of the first kind of a colour.
-            spread: Ratio of the SD of a further kind's density to the scale of the most populous kind's.
+        The spread is the ratio of the SD of a further kind's density to the scale of the most populous kind's.
         """
         reference = self.find_reference(colour)
         return KindPrior(prior.mode, prior.sd) if reference is None else KindPrior(reference, spread * reference)

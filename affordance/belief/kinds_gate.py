@@ -101,24 +101,14 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True)
 class KindSettings:
-    """Settings of a learner with kinds.
-
-    Attributes:
-        gate: Settings of the gate.
-        pick: Rule by which a hypothesis is adopted.
-        seed: Seed of random choices, different for each observer.
-    """
+    """Settings of a learner with kinds; the seed of random choices is different for each observer."""
 
     gate: GateSettings
     pick: Pick = Pick.MAP
     seed: tuple[int, ...] = (0,)
 
     def __post_init__(self) -> None:
-        """Checks the gate's numbers, the pick and the seed.
-
-        Raises:
-            BadArgumentError: A number is not finite and positive, or pick or seed is invalid.
-        """
+        """Checks the fields; a number of the gate that is not finite and positive raises a BadArgumentError."""
         for name, value in self.gate._asdict().items():
             check_number(name, value, _LEAST, _MOST)
         object.__setattr__(self, "pick", check_member("pick", self.pick, Pick))
@@ -136,15 +126,10 @@ class KindSettings:
 def compute_kind_probabilities(
     counts: NDArray[np.intp], settings: GateSettings, *, current: int | None = None, num_lifts: int = 0
 ) -> Array:
-    """Computes the probabilities of each kind of a colour and, last, of a new one, before an object is lifted.
+    """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, shape (K + 1,).
 
-    Args:
-        counts: Number of other objects of each of K kinds, shape (K,).
-        settings: Settings of the gate.
-        current: Index of the object's present kind; None if it was never lifted.
-        num_lifts: Number n of consecutive last lifts in which the object was of that kind.
-
-    Returns: Probabilities, shape (K + 1,), which sum to one.
+    Counts, (K,), are of the other objects of each kind; the object itself was of the current one in its last
+    num_lifts lifts, or was never lifted (None).
     """
     shares = np.append(counts, settings.concentration) / (counts.sum() + settings.concentration)
     weights: Array = settings.switching * shares
@@ -155,15 +140,10 @@ def compute_kind_probabilities(
 
 
 def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, settings: GateSettings) -> list[Hypothesis]:
-    """Lists all hypotheses about an object: the product of K_i + 1 over its colours, with K_i kinds each.
+    """Lists hypotheses of positive probability on an object: a product of K_i + 1 over its colours, K_i kinds each.
 
-    Args:
-        kinds: Kinds and their objects; the last kinds are new, one for each of the object's colours.
-        known: Object; its memberships are ignored if it was never lifted.
-        place: Index among the objects; None if it was never lifted.
-        settings: Settings of the gate.
-
-    Returns: Hypotheses with a probability above zero.
+    The last kinds are new, one for each of the object's colours. The place is the object's index, or None if it was
+    never lifted; its memberships are then ignored.
     """
     counts = kinds.count_objects(excluded=place)
     first_new = len(kinds.colours) - len(known.colours)
@@ -202,15 +182,10 @@ def find_stable(known: KnownObject, chosen: Sequence[int]) -> OwnDensities:
 
 
 def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, own: OwnDensities) -> DensityBelief:
-    """Predicts the densities of an object of given kinds, S rho + delta, or its own densities where it has these.
+    """Predicts m densities of an object of given kinds, S rho + delta, or its own densities where it has these.
 
-    Args:
-        kinds: Kinds, K of them.
-        chosen: Index of the kind of each of the object's m colours.
-        scatter_sd: Standard deviation of delta for each kind, shape (K,), [kg/m^3].
-        own: Own densities of the object.
-
-    Returns: Belief of size m.
+    Each of the m colours has the index of its kind; scatter_sd is the SD of delta for each of K kinds, (K,),
+    [kg/m^3].
     """
     indices = np.array(chosen)
     mean = kinds.belief.untruncated_mean[indices]

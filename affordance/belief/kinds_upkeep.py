@@ -25,26 +25,17 @@ def teach(
 ) -> DensityBelief:
     """Updates the mean densities of some of K kinds by a lift: Lambda += S^T P S, eta += S^T q.
 
-    (P, q) is what the likelihood adds after the object's own deviation is marginalised. The cost is O(m^3 + K^3).
-
-    Args:
-        belief: Belief about all kinds, of size K.
-        chosen: Index of the kind of each of the object's m colours.
-        likelihood: Likelihood of the object's densities, of size m.
-        deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
-        earlier: Sum of the likelihoods of the object's earlier lifts as one of these kinds; None if there was none.
+    (P, q) is what the likelihood adds after the object's own deviation is marginalised. The cost is O(m^3 + K^3). The
+    likelihood is of the object's m densities, whose kinds are chosen; earlier is the sum of those of its earlier
+    lifts as one of these kinds, None if there was none.
     """
     return belief.condition(likelihood.marginalise_deviation(deviation_sd, earlier).embed(chosen, belief.size))
 
 
 def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:
-    """Assigns a lifted object to the kinds that were chosen for it.
+    """Assigns a lifted object to a kind for each of its colours, chosen with its probability.
 
-    Args:
-        kinds: Kinds and their objects.
-        known: Object, with the belief about its own densities after the lift.
-        place: Index among the objects; None if it was never lifted before.
-        chosen: Index and probability of the kind of each of its colours.
+    The place is the object's index; None if it was never lifted before.
     """
     memberships = []
     for before, (kind, probability) in zip(known.memberships, chosen, strict=True):
@@ -87,10 +78,7 @@ def find_twins(kinds: Kinds, deviation_sd: float) -> tuple[int, int] | None:
 def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
     """Merges two kinds; the belief equals that of one kind with all their objects from the start.
 
-    Args:
-        kinds: Kinds and their objects.
-        kept: Index of the older kind, which keeps its prior and receives the other's objects.
-        merged: Index of the kind that is removed.
+    The older one is kept, with its prior.
     """
     # Both densities become one, rho = T rho'. That adds both priors, so that of the merged kind is subtracted.
     T = np.delete(np.eye(len(kinds.colours)), merged, axis=1)
@@ -106,12 +94,7 @@ def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
 
 
 def restrict_colours(kinds: Kinds, numbers: Mapping[int, int]) -> Kinds:
-    """Returns the kinds of some of the colours, and the objects that show no other.
-
-    Args:
-        kinds: Kinds and their objects.
-        numbers: New index of each remaining colour, by its old one.
-    """
+    """Returns the kinds of some colours, whose new numbers are given by old, and objects without other colours."""
     objects = tuple(known for known in kinds.objects if set(known.colours) <= numbers.keys())
     remaining = np.array([kind for kind, colour in enumerate(kinds.colours) if colour in numbers], dtype=np.intp)
     restricted = _renumber(replace(kinds, objects=objects), remaining)

@@ -49,12 +49,9 @@ class Likelihood(NamedTuple):
     def marginalise_deviation(self, deviation_sd: float, earlier: "Likelihood | None" = None) -> "Likelihood":
         """Returns the likelihood of material means mu with rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
 
-        The constant is dropped: the evidence of a trial is that of the object's own densities.
-
-        Args:
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-            earlier: Sum of the likelihoods of earlier trials with the same object, whose deviation is the same; the
-                result is what this trial adds to what they have told about mu.
+        The constant is dropped: the evidence of a trial is that of the object's own densities. After earlier trials
+        with the same object, whose deviation is the same, the result is the information that this trial adds about
+        mu.
         """
         P, q, identity = self.precision, self.information_vector, np.eye(len(self.information_vector))
         if earlier is None:

@@ -55,11 +55,7 @@ class MaterialMemory(Memory):
     at_hand: HeldObject | None = None
 
     def __post_init__(self) -> None:
-        """Checks that there is one density for each colour.
-
-        Raises:
-            BadArgumentError: The belief has another size than the colours.
-        """
+        """Raises a BadArgumentError for a belief of another size than the colours."""
         check_kind("belief", self.belief, DensityBelief)
         if self.belief.size != len(self.colours):
             problem = f"is about {self.belief.size} densities, must be about {len(self.colours)}, one for each colour"

@@ -31,11 +31,7 @@ _TAUGHT = "taught_by"
 
 
 def build_memory(path: Path, content: Any) -> MaterialMemory | KindMemory:
-    """Builds the memory of a file's content.
-
-    Raises:
-        BadValueError: The content is no memory.
-    """
+    """Builds the memory of a file's content; any other content raises a BadValueError."""
     try:
         if _OF_KINDS in content:
             return _build_kinds(content)
@@ -45,15 +41,11 @@ def build_memory(path: Path, content: Any) -> MaterialMemory | KindMemory:
         )
         return MaterialMemory(_read_colours(content), _read_belief(content), tuple(objects))
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
-        raise BadValueError(path, "", f"is no memory of materials: {error}") from error
+        raise BadValueError(path, "", f"is not a memory of materials: {error}") from error
 
 
 def find_taught(path: Path, content: Any) -> tuple[str, ...]:
-    """Finds the fingerprints of the runs that taught the memory of a file; none if it does not say.
-
-    Raises:
-        BadValueError: They are not a list of texts.
-    """
+    """Finds the fingerprints of the runs that taught the memory of a file, if it lists them; else a BadValueError."""
     taught = content.get(_TAUGHT, []) if isinstance(content, Mapping) else []
     if not isinstance(taught, list) or not all(isinstance(each, str) for each in taught):
         raise BadValueError(path, _TAUGHT, "must be a list of texts")
@@ -70,11 +62,7 @@ def format_memory(memory: Memory) -> str:
 
 
 def parse_memory(text: str | bytes) -> MaterialMemory | KindMemory:
-    """Restores a memory from its JSON text.
-
-    Raises:
-        BadValueError: The text is no memory.
-    """
+    """Restores a memory from its JSON text; any other text raises a BadValueError."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -83,17 +71,11 @@ def parse_memory(text: str | bytes) -> MaterialMemory | KindMemory:
 
 
 def begin_memory(known: str, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
-    """Returns the memory with which an observer begins.
-
-    Args:
-        known: JSON text of a memory; empty for one without experience.
-        learner: Learner of the observer.
-        seed: Seed of the learner's random draws, if it makes any.
-        kappa: Breadth of a category over its mean density; None for the fitted one.
+    """Returns the memory with which an observer begins: that of a JSON text, or without experience if it is empty.
 
     Raises:
         BadArgumentError: The seed is not a seed, or the text is the memory of another learner.
-        BadValueError: The text is no memory.
+        BadValueError: The text is not a memory.
     """
     start = start_memory(learner, seed, kappa)
     if not known:

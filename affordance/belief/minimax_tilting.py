@@ -95,13 +95,9 @@ def build_proposal(mean: Array, covariance: Array) -> Proposal:
 
 
 def propose(proposal: Proposal, uniforms: Array) -> tuple[Array, Array]:
-    """Proposes positive points.
+    """Proposes points, (N, M), in the caller's order of coordinates, and log weights less the largest one, (N,).
 
-    Args:
-        proposal: Proposal from build_proposal.
-        uniforms: Random numbers, uniform in (0, 1], shape (N, M).
-
-    Returns: Points, shape (N, M), in the caller's order of coordinates; log weights less the largest one, shape (N,).
+    The uniforms are random numbers in (0, 1], (N, M).
     """
     log_uniforms = np.log(uniforms)
     excesses, log_weights = _draw(proposal, len(uniforms), lambda k, t: compute_excess(t, log_uniforms[:, k]))

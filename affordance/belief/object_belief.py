@@ -45,12 +45,10 @@ class FeltObject(NamedTuple):
 
 
 class Recollection[M](NamedTuple):
-    """Recalled belief about an object that is seen.
+    """Recalled belief about an object that is seen, with a memory that includes all of its colours.
 
     Attributes:
-        memory: Memory that includes all colours of the object.
-        densities: Belief about the object's own densities.
-        columns: Index of each part's density among these.
+        columns: Index of each part's density among those of the object.
         felt: Likelihoods that were felt in earlier holds of this object; None if it was never held.
     """
 
@@ -61,13 +59,7 @@ class Recollection[M](NamedTuple):
 
 
 class Lesson[M](NamedTuple):
-    """Result of learning from a trial.
-
-    Attributes:
-        memory: Memory after the trial.
-        densities: Belief about the object's own densities after the trial.
-        likelihood: Likelihood of these densities.
-    """
+    """Result of learning from a trial: memory, and belief about the object's own densities with their likelihood."""
 
     memory: M
     densities: DensityBelief
@@ -75,17 +67,7 @@ class Lesson[M](NamedTuple):
 
 
 class Density(NamedTuple):
-    """Belief about the mean density of objects of one colour, [kg/m^3].
-
-    Attributes:
-        mean: Mean density.
-        sd: Standard deviation of the density.
-        p05: Fifth percentile, the lower end of the 90 % interval.
-        p25: First quartile.
-        median: Median density.
-        p75: Third quartile.
-        p95: 95th percentile, the upper end of the 90 % interval.
-    """
+    """Mean, SD and percentiles of the belief about the mean density of objects of one colour, [kg/m^3]."""
 
     mean: float
     sd: float
@@ -127,7 +109,7 @@ class Memory(Protocol):
         if index is None:
             met = ", ".join(map(show_colour, self.colours)) or "none"
             name = repr(material) if isinstance(material, str) else show_colour(colour)
-            problem = f"is {name}, of which nothing was met; colours met are {met}"
+            problem = f"is {name}, of which no object was met; colours met are {met}"
             raise BadArgumentError("material", "", problem)
         nodes, weights = np.polynomial.hermite_e.hermegauss(_NUM_NODES)
         percentiles = self.belief.compute_percentiles([*_FRACTIONS, *ndtr(nodes)])[:, index]
@@ -145,31 +127,21 @@ class Memory(Protocol):
     ) -> tuple[Self, int]:
         """Returns the memory with a measured colour, and the index of the known colour that represents it.
 
-        Args:
-            colour: Measured colour, red, green and blue in [0, 1].
-            colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
-            prior: Prior of materials that were never met.
-            lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
+        Errors of the measurement have the standard deviation colour_sd in each direction of CIELAB, 0 if it is exact,
+        and along the brightness another one of lightness_sd, in units of L*. The prior is that of materials never
+        met.
         """
 
     def restrict_to(self, colours: Sequence[Colour]) -> Self:
         """Returns the memory of these known colours only, in their order."""
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection[Self]:
-        """Recalls the belief about an object of this appearance.
-
-        Args:
-            appearance: Appearance of each part.
-            prior: Prior of materials that were never met.
-        """
+        """Recalls the belief about an object of this appearance; the prior is that of materials never met."""
 
     def learn(self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson[Self]:
         """Learns from a trial with the object recalled last.
 
-        Args:
-            densities: Belief about the object's own densities before the trial, from ``recall``.
-            find_likelihood: Function that finds the likelihood of the measured torques.
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        The densities are those of ``recall``; objects of a material scatter about its mean by deviation_sd, [kg/m^3].
         """
 
 
@@ -185,13 +157,9 @@ def tabulate_densities(caption: str, memory: Memory) -> str:
 
 @dataclass(frozen=True)
 class ObjectBelief:
-    """Belief about the object at hand.
+    """Belief about the object at hand: memory of all materials, densities of this object, and its geometry.
 
-    Attributes:
-        memory: Beliefs about all materials, those of this object included.
-        densities: Belief about this object's own densities, in the order of Phi's columns; columns of materials that
-            are not in the object are zero.
-        geometry: Geometry of the object: Phi and its uncertainty.
+    Densities are in the order of Phi's columns; columns of materials that are not in the object are zero.
     """
 
     memory: Memory

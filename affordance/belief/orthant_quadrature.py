@@ -32,10 +32,10 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance).
+    """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance): nodes and shares, (K,) each.
 
-    Returns: Nodes, increasing, shape (K,); the share of the probability that each represents, up to a factor, shape
-        (K,). Shares are a smooth function of the node's index and vanish at either end.
+    Nodes increase. Shares are proportional to the probability that each node represents, a smooth function of the
+    node's index that vanishes at either end.
     """
     order = np.append(i, np.delete(np.arange(len(mean)), i))
     root = np.linalg.cholesky(covariance[np.ix_(order, order)])

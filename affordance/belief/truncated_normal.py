@@ -103,18 +103,9 @@ def draw_samples(
     """Draws samples, exactly distributed, shape (num_samples, M).
 
     Proposals are accepted with a probability proportional to their weights. For two or three coordinates more than a
-    quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst.
-
-    Args:
-        mean: Mean of the unrestricted distribution, (M,).
-        covariance: Covariance of the unrestricted distribution, (M, M).
-        rng: Random generator.
-        num_samples: Number of samples.
-        is_even: True if samples are to be spread evenly, in random order, so that averages over them are more
-            accurate; false if they are to be independent.
-
-    Raises:
-        AffordanceError: Hardly any proposal is accepted.
+    quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst. If hardly any
+    is, an AffordanceError is raised. Even samples are spread evenly, in random order, so that averages over them are
+    more accurate; others are independent.
     """
     samples = np.empty((num_samples, len(mean)))
     batch = max(num_samples, _SMALLEST_BATCH)
@@ -166,9 +157,8 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
 def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
     """Computes the truncated normal distribution of each coordinate of weighted points given their other coordinates.
 
-    Their averages over points are the marginals, far smoother than the points themselves.
-
-    Returns: Means over SDs, shape (N, M); SDs, shape (M,); weights, shape (N,).
+    Its means over SDs are of shape (N, M), SDs (M,), weights (N,). Their averages over points are the marginals, far
+    smoother than the points themselves.
     """
     points, weights, _ = _weigh_points(mean, covariance)
     precision = np.linalg.inv(covariance)

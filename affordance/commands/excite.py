@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("--for", dest="aim", default="mass", metavar="AIM", help="mass, com, inertia, or a task (default mass)")
     add("--seconds", type=float, default=8.0, metavar="S", help="length of the motion (default 8)")
-    add("--postures", type=int, metavar="N", help="visit so many postures (default: a Fourier series)")
+    add("--postures", type=int, metavar="N", help="visit N postures (default: a Fourier series)")
     add("--mass", type=float, default=1.0, metavar="KG", help="about what the load weighs (default 1)")
     add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help="tools, for a task")
     add("--only", metavar="NAME", help="tool of it that will be held (default: the first)")

@@ -128,7 +128,7 @@ def check_bounds(arguments: argparse.Namespace) -> None:
             check_whole(f"--{name}", value, bound)
     models = getattr(arguments, "models", None)
     if models is not None and not models.is_dir():
-        raise BadValueError("--models", "", f"is {str(models)!r}, which is no folder")
+        raise BadValueError("--models", "", f"is {str(models)!r}, which is not a folder")
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:

@@ -173,7 +173,7 @@ def choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Cr
     criterion = Criterion(named or Criterion.GRIP)
     if criterion is Criterion.WORK:
         others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
-        raise BadValueError("--by", "", f"is 'work', which holding still takes none of, must be one of {others}")
+        raise BadValueError("--by", "", f"is 'work', which is zero for holding still, must be one of {others}")
     return criterion
 
 

@@ -6,11 +6,7 @@ from affordance.exceptions import UnavailableError
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Creates the renderer.
-
-    Raises:
-        UnavailableError: A library of the renderer is missing.
-    """
+    """Creates the renderer; a missing library of the system raises an UnavailableError."""
     try:
         return MakeRenderEngineVtk(params)
     except RuntimeError as error:

@@ -19,14 +19,7 @@ _STDERR = 2  # file descriptor, which libraries in C use
 
 
 class SystemLibrary(NamedTuple):
-    """Shared library of the system.
-
-    Attributes:
-        file: File name of the library for the loader.
-        package: Name of its package in Debian and derivatives.
-        needed_for: Parts of the program that need the library.
-        is_required: True if the program does not work without it.
-    """
+    """Shared library of the system, with its file name for the loader, and the package of Debian that has it."""
 
     file: str
     package: str
@@ -78,11 +71,7 @@ def write_command(missing: list[SystemLibrary]) -> str:
 def provide_libraries(for_tests: bool = False) -> None:
     """Installs missing libraries with apt-get if run as root; otherwise prints the command that does.
 
-    Args:
-        for_tests: True to include libraries that only tests need.
-
-    Raises:
-        AffordanceError: A required library is still missing.
+    A required library that is still missing then raises an AffordanceError.
     """
     missing = find_missing(for_tests)
     if not missing:

@@ -35,7 +35,7 @@ class ChosenHolds:
     def choose(
         self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
     ) -> tuple[int, bool]:
-        """Chooses among the objects that are left; returns the place of one, and true if none is worth holding."""
+        """Chooses among the remaining objects; returns the index of one, and true if none is worth holding."""
         options = [
             Option(tool.name, grip.name, measure_drawing(tool), grip.X_TG)
             for tool in self.tools
@@ -51,7 +51,10 @@ class ChosenHolds:
         return [tool.name for tool in left].index(advice.next_name), bool(advice.stop)
 
     def list_felt(self, memory: Memory, prior: Prior) -> dict[str, FeltObject]:
-        """Lists by name what each object has told a memory; of objects that look alike the first, as they are one."""
+        """Lists the evidence of a memory about each object, by name.
+
+        Objects that look alike are one, by the name of the first.
+        """
         found: dict[str, FeltObject] = {}
         for tool in self.objects:
             felt = memory.recall([part.appearance for part in measure_drawing(tool)], prior).felt
@@ -65,8 +68,8 @@ def build_chooser(
 ) -> ChosenHolds:
     """Builds the chooser of a protocol.
 
-    Raises:
-        BadValueError: A task is unknown, a block leaves nothing to choose from, or a novel object has no grip.
+    An unknown task, a block that leaves nothing to choose from, or a novel object without a grip raises a
+    BadValueError.
     """
     known = list_tasks(models)
     tasks = {}

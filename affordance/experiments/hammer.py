@@ -101,7 +101,7 @@ class Hammering(ChoiceTask):
         return simulate_blow(held, self.task, cost, densities, settings)
 
     def describe_error(self, simulated: Blow, tool: str, grip: str, settings: Settings) -> str:
-        """Describes by how much the force differs from the demanded one."""
+        """Describes the difference of the force from the demanded one."""
         problem = simulated.describe_force_error(self.task.force, load_arm(settings.arm))
         return problem and f"asks for {self.task.force:.0f} N, {tool} by {grip} {problem}"
 
@@ -207,15 +207,10 @@ def count_light_ends(
 def compute_share_of_light_ends(
     chosen: Chosen, *, rho: Array, near: NDArray[np.intp], far: NDArray[np.intp]
 ) -> float | None:
-    """Computes the fraction of choices that put the less dense end into the hand.
+    """Computes the fraction of choices that put the less dense end into the hand; None if no choice was made.
 
-    Args:
-        chosen: Index of the option, or NO_OPTION, (S,).
-        rho: Densities on which the choices are based, (S, M), [kg/m^3].
-        near: Index of the density nearest to the hand, by option.
-        far: Index of the density farthest from the hand, by option.
-
-    Returns: Fraction of the choices made; None if no choice was made.
+    Chosen, (S,), are indices of options or NO_OPTION, under densities rho, (S, M), [kg/m^3]; near and far are the
+    indices of the density nearest to the hand and farthest from it, by option.
     """
     decided = np.flatnonzero(chosen != NO_OPTION)
     if not len(decided):

@@ -34,17 +34,16 @@ class Predicted(NamedTuple):
 def predict_protocol(experiment: Experiment, out: Path, *, repeats: int, jobs: int) -> Predicted:
     """Simulates the observers of a protocol with each of its learners, or with every learner if it names only one.
 
-    Observers are cached where ``run_experiment`` caches them, so a later run does not simulate them again.
-
-    Raises:
-        BadValueError: The protocol is about choices, which each learner makes in a run of its own,
-            or it gives observers the densities that learners would have to learn.
+    Observers are cached where ``run_experiment`` caches them, so a later run does not simulate them again. A protocol
+    of choices, which each learner makes in a run of its own, or of known densities raises a BadValueError.
     """
     if not isinstance(experiment, PresentationExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)
     if experiment.told:
-        problem = "is given, must not be where learners are compared: who is told learns nothing by kinds"
+        problem = (
+            "is given, must not be where learners are compared: with known densities learners by kinds learn nothing"
+        )
         raise BadValueError(experiment.section, "observers.told", problem)
     if len(experiment.learners) < 2:
         experiment = experiment.with_learners(tuple(Learner))

@@ -72,9 +72,8 @@ def load_protocol_experiment(
 ) -> Experiment:
     """Loads a protocol by its name or path; changes are settings by name, applied after those of the protocol.
 
-    Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not usable.
+    A wrong file, or objects that do not meet the requirements, raise a BadValueError, an unusable arm a
+    ModelFileError.
     """
     path = find_protocol(name, models)
     protocol = load_protocol(path)

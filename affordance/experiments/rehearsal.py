@@ -38,8 +38,7 @@ def check_number_names(experiment: PresentationExperiment, given: Collection[str
 def rehearse_experiment(experiment: PresentationExperiment) -> dict[str, Any]:
     """Computes figures and numbers, with the right shapes and meaningless values, of made-up measurements.
 
-    Raises:
-        BadValueError: A figure, a number, or people's value of one cannot be computed; the key is named.
+    A figure, a number, or people's value of one that cannot be computed raises a BadValueError, which names the key.
     """
     check_figures(experiment)
     layout = experiment.layout

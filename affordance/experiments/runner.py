@@ -112,7 +112,7 @@ def run_observers(
 ) -> tuple[Experience | None, Arrays]:
     """Runs the observers that a folder does not hold yet; arguments are those of ``run_experiment``.
 
-    Returns: Experience, None if they gain none or if they learn in different ways; and arrays of all observers.
+    The experience is None if they gain none or learn in different ways; the arrays are of all observers.
     """
     parts = experiment.split()
     experience = None
@@ -201,7 +201,7 @@ def _warn(name: str, numbers: Mapping[str, Any]) -> None:
     honest = int(sum(outliers[:-1]))
     if honest or sum(rejected):
         _LOG.warning(
-            "%s: %d samples were rejected, and %d trials with honest objects are 5-sigma outliers",
+            "%s: %d samples were rejected, and %d trials with non-decoy objects are 5-sigma outliers",
             name,
             sum(rejected),
             honest,

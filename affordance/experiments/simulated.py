@@ -40,7 +40,7 @@ class HoldChooser(Protocol):
     def choose(
         self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
     ) -> tuple[int, bool]:
-        """Chooses among the objects that are left; returns the place of one, and true if none is worth holding."""
+        """Chooses among the remaining objects; returns the index of one, and true if none is worth holding."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class Simulated(Means):
 
 
 def _list_left(experiment: PresentationExperiment, waiting: Sequence[Presentation]) -> list[Presentation]:
-    """Lists what an observer may choose: all that is left of a repetition, or what comes first in it."""
+    """Lists what an observer may choose: the rest of a repetition, or what comes first in it."""
     now = waiting[0]
     first = experiment.blocks[now.block].first
     if first is not None and now.tool in experiment.objects.groups[first]:

@@ -191,7 +191,7 @@ def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Sett
 def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> tuple[Settings, int]:
     """Returns the settings of an observer that begins with a lasting memory, and the root of its random draws.
 
-    The root is further by the number of trials that are remembered, so that no error of measurement is drawn again.
+    The number of remembered trials is added to the root, so that no error of measurement is drawn again.
     """
     changed = change_settings(settings, changes)
     with open_memory(memory) as ledger:
@@ -227,8 +227,7 @@ class _Attempts:
     ) -> tuple[T, ...]:
         """Returns a function's result for an experiment in a tuple, empty if an expected error leaves it out.
 
-        Raises:
-            AffordanceError: An unexpected error, a SeeingError, or the first error if no experiment is left.
+        An unexpected error, a SeeingError, or the first error if no experiment is left is raised.
         """
         try:
             return (make(),)

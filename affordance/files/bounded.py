@@ -128,8 +128,7 @@ def read_number(path: Path, row: int, column: str, text: str) -> float:
 def read_yaml(path: Path) -> Any:
     """Parses a YAML file; the content must be checked by ``files.data_model``.
 
-    Raises:
-        BadValueError: The file cannot be read, is not YAML, repeats a key, or exceeds the limits on entries or depth.
+    A file that cannot be read, is not YAML, repeats a key, or is too large or too deep raises a BadValueError.
     """
     text = read_text(path, SETTINGS)
     with suppress(yaml.YAMLError, ValueError, RecursionError):

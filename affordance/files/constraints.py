@@ -248,10 +248,8 @@ def check_fields(instance: Any) -> None:
     """Checks all fields of a dataclass by their annotations, and replaces them by the checked values.
 
     Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
-    their texts, paths, truth values, and instances of a class; None where a field may be None.
-
-    Raises:
-        BadArgumentError: A field is of the wrong kind or out of bounds.
+    their texts, paths, truth values, and instances of a class; None where a field may be None. A wrong field raises a
+    BadArgumentError.
     """
     kind: Any = type(instance)
     for name, hint in list_field_types(kind).items():
@@ -262,11 +260,7 @@ def check_fields(instance: Any) -> None:
 
 
 class CheckedFields:
-    """Base of dataclasses of which every field is checked by its annotation when an object is created.
-
-    Raises:
-        BadArgumentError: A value is not of its field's type, is not finite, or is out of bounds.
-    """
+    """Base of dataclasses that check every field by its annotation when created, or raise a BadArgumentError."""
 
     def __post_init__(self) -> None:
         """Checks the fields."""

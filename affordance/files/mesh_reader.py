@@ -34,13 +34,10 @@ _OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
-    """Triangles of a mesh file.
+    """Triangles of a mesh file: corners, (n, 3), in its units, and three of them per face, (m, 3).
 
-    Attributes:
-        vertices: Corners, shape (n, 3), in the units of the file.
-        faces: Three corners per face, shape (m, 3).
-        colours: Red, green and blue of each face in [0, 1], shape (m, 3); NaN where the file gives none, or a texture
-            image, which is not read.
+    Colours of faces are red, green and blue in [0, 1], (m, 3); NaN where the file gives none, or gives an image as
+    texture, which is not read.
     """
 
     vertices: Array
@@ -82,9 +79,8 @@ def read_triangles(path: Path) -> Triangles:
 def load_scene(path: Path, **options: Any) -> Any:
     """Loads a mesh file, in one of FORMATS or COLLADA, as a Scene, with options of trimesh.load_scene.
 
-    Raises:
-        BadValueError: The file cannot be read, is too large, or would expand to more than its size.
-        Exception: trimesh cannot parse the file.
+    A file that cannot be read, is too large, or would expand to more than its size raises a BadValueError; one that
+    trimesh cannot parse raises any error.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()

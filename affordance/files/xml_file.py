@@ -16,8 +16,7 @@ _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
     """Reads an XML file of at most ``most`` bytes with a parser that is called after the checks.
 
-    Raises:
-        BadValueError: The file cannot be read, is larger, is not XML, defines entities, or has too many elements.
+    A file that is larger, is not XML, defines entities, or has too many elements raises a BadValueError.
     """
     content = read_bytes(path, most)
     try:
@@ -34,11 +33,8 @@ def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementT
 def check_xml(content: bytes, path: Path) -> None:
     """Checks that XML has no entities, and neither too many nor too deeply nested elements.
 
-    Raises:
-        BadValueError: The check fails; the message names the line.
-        ExpatError: The content is not XML.
-        LookupError: The encoding is unknown.
-        ValueError: The encoding is unsupported.
+    A failed check raises a BadValueError that names the line, invalid XML an ExpatError, an unknown encoding a
+    LookupError or a ValueError.
     """
     parser = expat.ParserCreate()
     depth = elements = 0

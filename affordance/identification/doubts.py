@@ -47,7 +47,7 @@ _SHIFT = 5.0
 _BETTER, _ENOUGH_RATE = 4.0, 25.0
 # Residual relative to the load's signal above which other readings are tried; of heavy loads it is 0.02 to 0.4.
 _LEFT = 0.5
-# Torque of the load below which a joint says nothing of it, as a share of that of the joint which bears the most.
+# Torque of the load below which a joint carries no information on it, as a share of the largest torque of any joint.
 _TURNED = 0.05
 # Relative error of the mass by both halves of a run at which gains are refuted, if it is as many standard deviations.
 _HALVES, _SDS = 0.05, 3.0

@@ -181,7 +181,7 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
     found = [root] if root.tag == "inertial" else list(root.iter("inertial"))
     if len(found) != 1:
         raise BadValueError(
-            path, "inertial", f"stands there {len(found)} times, must once: cut the payload's link out"
+            path, "inertial", f"appears {len(found)} times, must appear once: cut the payload's link out"
         )
     mass, origin, inertia = (found[0].find(tag) for tag in ("mass", "origin", "inertia"))
     if mass is None:

@@ -24,7 +24,7 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import find_fixed_point
 
-# Colours that are to count as one, by pairs.
+# Pairs of colours that count as one.
 type SameColours = Sequence[tuple[Colour, Colour]]
 
 
@@ -96,13 +96,9 @@ class ObjectSum(NamedTuple):
 
 
 class MaterialSum:
-    """Sum of the evidence about materials, over objects.
+    """Sum of the evidence about M materials, over objects, without the prior of materials never felt.
 
-    Attributes:
-        prior: Prior of materials that were never felt.
-        colours: Colour of each material, in the order they were met.
-        precision: Sum of precisions, without the prior, shape (M, M).
-        information: Sum of information vectors, without the prior, shape (M,).
+    It is a precision, (M, M), and an information vector, (M,), of materials in the order in which they were met.
     """
 
     def __init__(

@@ -66,7 +66,7 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise BadValueError(path, "", f"is no memory: neither exported trials nor JSON: {error}") from error
+        raise BadValueError(path, "", f"is not a memory: neither exported trials nor JSON: {error}") from error
     memory, taught = build_memory(path, content), find_taught(path, content)
     if not memory.colours:
         return []
@@ -74,7 +74,7 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
     precision = memory.belief.precision - start.precision
     least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
     if least < -_ROUNDING * max(largest, 0.0):
-        raise BadValueError(path, "", f"knows less than the prior, which has an SD of {prior.sd:g} kg/m^3 (--set)")
+        raise BadValueError(path, "", f"is less certain than the prior, whose SD is {prior.sd:g} kg/m^3 (--set)")
     information = memory.belief.information_vector - start.information_vector
     digest = hashlib.sha256(text.encode()).hexdigest()
     time = show_time(datetime.fromtimestamp(path.stat().st_mtime, UTC))

@@ -1,4 +1,4 @@
-"""Models of what was felt that are no noise models: identified payloads, and densities believed earlier."""
+"""Models of evidence other than measured torques: identified payloads, and densities believed earlier."""
 
 from dataclasses import dataclass
 
@@ -26,14 +26,14 @@ class PayloadQuadratic:
     ) -> Likelihood:
         """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,).
 
-        The constant is that of the parameters that fit best.
+        Its constant is the likelihood of the parameters that fit best.
         """
         return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
 
 
 @dataclass(frozen=True)
 class MeanDensities:
-    """Likelihood of the mean densities of materials, as an earlier version of the program remembered it.
+    """Likelihood of the mean densities of materials, as an earlier version of the program stored it.
 
     Its features are the precision, row by row, and the information vector, of one density a part.
     """

@@ -1,4 +1,4 @@
-"""Evidence of an identified payload: what a run of a real robot tells about an object that a camera saw."""
+"""Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
 
 from pathlib import Path
 

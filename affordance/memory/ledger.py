@@ -83,7 +83,7 @@ class Ledger:
         self._engine.dispose()
 
     def append(self, trials: Sequence[TrialEvidence]) -> int:
-        """Adds trials, all or none; those that it knows already are left out.
+        """Adds trials, all or none; trials that it has already are skipped.
 
         Args:
             trials: Evidence of the trials, in any order.
@@ -91,7 +91,7 @@ class Ledger:
         Returns: Number of trials that were new.
 
         Raises:
-            BadArgumentError: An argument is no evidence of a trial.
+            BadArgumentError: An argument is not evidence of a trial.
             BadValueError: The database cannot be written; nothing was changed.
         """
         for i, trial in enumerate(trials):
@@ -129,7 +129,7 @@ class Ledger:
             learner: Learner, or its name.
             prior: Prior of materials that were never felt.
             seed: Seed of the learner's random draws, if it makes any.
-            same_colours: Pairs of colours that are to count as one, for a learner with one density for each colour.
+            same_colours: Pairs of colours that count as one, for a learner with one density for each colour.
 
         Raises:
             BadArgumentError: An argument is of the wrong kind.
@@ -150,7 +150,7 @@ class Ledger:
         """Lists trials in the order of their times, those of a selection or all.
 
         Raises:
-            BadArgumentError: A time of the selection is no time, or the id of a trial is too short.
+            BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
             BadValueError: The database cannot be read, or a record is invalid.
         """
         with connect(self._engine, self.place, writes=False) as connection:
@@ -174,12 +174,12 @@ class Ledger:
             return int(connection.execute(changed).scalar_one())
 
     def forget(self, selection: Selection) -> int:
-        """Forgets trials, as if they had never been.
+        """Forgets trials, as if they had never been appended.
 
         Returns: Number of trials that were forgotten.
 
         Raises:
-            BadArgumentError: Nothing is selected by any name, a time is no time, or the id of a trial is too short.
+            BadArgumentError: The selection is empty, a time is invalid, or the id of a trial is too short.
             BadValueError: The database cannot be written; nothing was changed.
         """
         if not any(selection):
@@ -189,7 +189,7 @@ class Ledger:
             rows = connection.execute(query).all()
             forgotten = [str(row.id) for row in rows]
             kept = list(read_sums(connection).values())
-            # Without the first trial of a colour or a thing, colours and looks are told apart anew.
+            # Without the first trial of a colour or a thing, colours and looks are distinguished anew.
             is_founded = any(sums.was_founded_by(connection, forgotten) for sums in kept)
             for start in range(0, len(forgotten), BATCH):
                 connection.execute(delete(TRIALS).where(TRIALS.c.id.in_(forgotten[start : start + BATCH])))
@@ -257,7 +257,7 @@ def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
 
     Raises:
         BadArgumentError: The place is neither a path nor a text.
-        BadValueError: The file does not exist, is no database, or is that of another program or version.
+        BadValueError: The file does not exist, is not a database, or belongs to another program or version.
     """
     if not isinstance(place, str | Path) or not str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be a path or the URL of a database")

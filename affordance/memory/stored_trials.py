@@ -1,4 +1,4 @@
-"""Trials in the tables of a ledger: reading, adding, and telling the things that they are about.
+"""Trials in the tables of a ledger: reading, adding, and identifying the thing of each.
 
 Trials of one name and one look are about one thing. A name with another look is another thing: "hammer", "hammer #2".
 """
@@ -44,7 +44,7 @@ class Selection(NamedTuple):
         """Returns a query of trials that is restricted to the selected ones.
 
         Raises:
-            BadArgumentError: A time is no time, or the id of a trial is too short.
+            BadArgumentError: A time is invalid, or the id of a trial is too short.
         """
         if self.trial and len(self.trial) < _SHORTEST_ID:
             raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")

@@ -80,9 +80,9 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
 
 
 def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
-    """Recalls by its name what holding each thing has told, a density for each colour of its parts.
+    """Recalls by its name the evidence about each thing, with a density for each colour of its parts.
 
-    Colours that are to count as one are that of the two which was seen first, as in what is believed of materials.
+    Of colours that count as one, the one that was seen first represents both, as in the belief about materials.
     """
     found = {}
     total = MaterialSum(prior)
@@ -108,7 +108,7 @@ def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) ->
 
 
 def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Seed) -> Memory:
-    """Recalls what a learner believes, and what each object has told of itself, so that it is not learned twice.
+    """Recalls what a learner believes, with the evidence about each object, so that none is learned from twice.
 
     Arguments and errors are those of ``Ledger.recall``, whose memory of materials has no objects.
     """
@@ -123,7 +123,7 @@ def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Se
 def _describe_thing(
     name: str, of_object: ObjectSum, trials: Sequence[TrialEvidence], belief: DensityBelief, prior: Prior
 ) -> KnownThing:
-    """Describes a thing: what others tell about its materials, and what it has told itself, once."""
+    """Describes a thing: evidence of others about its materials, and its own evidence, counted once."""
     chosen = of_object.materials
     own, shared = of_object.compute_own_likelihood(prior), of_object.compute_likelihood(prior)
     told = shared.embed(chosen, belief.size)

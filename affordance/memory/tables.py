@@ -83,7 +83,7 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
     try:
         engine = create_engine(str(place) if is_url else f"sqlite:///{place}")
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
-        raise BadValueError(place, "", f"is no URL of a database that can be used here: {error}") from error
+        raise BadValueError(place, "", f"is not the URL of a database that can be used here: {error}") from error
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _set_up)
         event.listen(engine, "begin", _begin)
@@ -118,12 +118,12 @@ def check_integrity(connection: Connection) -> str:
 
 
 def check_file(path: Path, create: bool) -> None:
-    """Raises a BadValueError for a file that is no database, or that does not exist and cannot be made."""
+    """Raises a BadValueError for a file that is not a database, or that does not exist and cannot be created."""
     if not path.exists():
         if not create:
             raise BadValueError(path, "", "does not exist, must be a memory that a command has written")
         if not path.parent.is_dir():
-            raise BadValueError(path, "", f"cannot be made: there is no folder {str(path.parent)!r}")
+            raise BadValueError(path, "", f"cannot be created: there is no folder {str(path.parent)!r}")
         return
     check_size(path, _MOST)
     if path.is_dir():
@@ -134,7 +134,7 @@ def check_file(path: Path, create: bool) -> None:
         hint = "affordance memory import reads a memory of an earlier version, or an exported one"
         raise BadValueError(path, "", f"is JSON, must be an SQLite file; {hint}")
     if begin and begin != _SQLITE:
-        raise BadValueError(path, "", "is no SQLite file, must be a memory that a command has written")
+        raise BadValueError(path, "", "is not an SQLite file, must be a memory that a command has written")
     check_plain_tables(path, "memory", is_immutable=False)
 
 

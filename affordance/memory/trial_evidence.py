@@ -95,8 +95,8 @@ class TrialEvidence:
         """Checks kinds, shapes and values.
 
         Raises:
-            BadArgumentError: A value is not finite or out of bounds, a shape does not fit, or what was felt is no
-                likelihood: its precision is not symmetric and positive semidefinite.
+            BadArgumentError: A value is not finite or out of bounds, a shape does not fit, or the precision of the
+                likelihood is not symmetric and positive semidefinite.
         """
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)

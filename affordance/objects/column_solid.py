@@ -15,12 +15,12 @@ _AS_FAR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid(ArraySolid):
-    """Solid of N square columns along Ez.
+    """Solid of N square columns along Ez; arrays are read-only.
 
     Attributes:
-        places: Positions of the columns' axes, x and y in E, shape (N, 2), read-only, [m].
-        areas: Areas of the columns' cross-sections, shape (N,), read-only, [m^2].
-        ends: Least and largest z of each column, shape (N, 2), read-only, [m].
+        places: Positions of the columns' axes, x and y in E, shape (N, 2), [m].
+        areas: Areas of the columns' cross-sections, shape (N,), [m^2].
+        ends: Least and largest z of each column, shape (N, 2), [m].
     """
 
     places: Array

@@ -64,8 +64,7 @@ class Shape(Protocol):
 class Primitive(Shape):
     """Solid with closed-form inertia, centred at Eo with axes along those of E; the fields of the class are lengths.
 
-    Raises:
-        BadArgumentError: A length is not finite and positive.
+    A length that is not finite and positive raises a BadArgumentError.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -162,13 +161,8 @@ def build_inertia_map(
 ) -> Array:
     """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
 
-    Args:
-        shapes: Solid parts E of a tool T.
-        poses_TE: Poses X_TE of the parts, each shape (4, 4).
-        material_indices: Index of each part's density in rho.
-        num_materials: Length of rho; materials without parts get a column of zeros.
-
-    Returns: Phi about To, expressed in T, shape (10, num_materials), [m^3, m^4, m^5].
+    It is about To and expressed in T, of shape (10, num_materials), [m^3, m^4, m^5]. Each solid part E of the tool
+    has a pose X_TE, (4, 4), and the index of its density in rho; materials without parts get a column of zeros.
     """
     Phi = np.zeros((NUM_PARAMETERS, num_materials))
     for shape, X_TE, index in zip(shapes, poses_TE, material_indices, strict=True):
@@ -178,11 +172,9 @@ def build_inertia_map(
 
 @dataclass(frozen=True)
 class Geometry:
-    """Inertia map of an object's shape: pi = Phi rho, with first-order uncertainty.
+    """Inertia map Phi of an object's shape, pi = Phi rho, (10, M), with first-order uncertainty.
 
-    Attributes:
-        Phi: Inertia map, shape (10, M).
-        Phi_errors: Change of Phi by one standard deviation of each uncertain measurement, shape (G, 10, M).
+    Phi_errors, (G, 10, M), is the change of Phi by one standard deviation of each uncertain measurement.
     """
 
     Phi: Array

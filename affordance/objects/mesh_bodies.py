@@ -64,8 +64,7 @@ class Bodies(NamedTuple):
 def load_bodies(path: Path, unit: str) -> Bodies:
     """Reads the bodies of an OBJ, PLY or STL file in a unit of UNITS, with a cache by path, unit and time of change.
 
-    Raises:
-        BadValueError: The file cannot be read, a surface is open or wound both ways, or the size is implausible.
+    A file that cannot be read, a surface that is open or wound both ways, or an implausible size is a BadValueError.
     """
     try:
         changed = path.stat().st_mtime_ns

@@ -48,14 +48,10 @@ class Shells(NamedTuple):
 
 
 def find_shells(vertices: Array, faces: Faces) -> Shells:
-    """Separates a mesh into its bodies.
+    """Separates a mesh into its bodies, given corners, (n, 3), [m], and three of them per face, (m, 3).
 
-    Args:
-        vertices: Corners, shape (n, 3), [m]; duplicates are allowed.
-        faces: Three corners per face, shape (m, 3), in the order of the file.
-
-    Raises:
-        MeshError: A surface is open, neighbouring faces have opposite winding, or a body has no volume.
+    Duplicate corners are allowed. A surface that is open, neighbouring faces of opposite winding, or a body without
+    volume raise a MeshError.
     """
     repairs = []
     points, corner = weld(vertices)

@@ -19,13 +19,7 @@ _NUM_DIRECTIONS = 1600
 
 @dataclass(frozen=True, eq=False)
 class StrikingFace:
-    """Striking face of a part.
-
-    Attributes:
-        name: Name in the tools file.
-        p_EQ: Middle of the face, in the frame E of the part, shape (3,), read-only, [m].
-        normal_E: Outward unit normal, shape (3,), read-only.
-    """
+    """Striking face of a part: its middle p_EQ, (3,), [m], and outward unit normal, (3,), in E; both read-only."""
 
     name: str
     p_EQ: Array
@@ -44,14 +38,9 @@ def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T
     """Finds the part with a face at a point on its convex hull, so that the struck body meets no other place first.
 
     The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
-    and d . p <= h(d) for all d.
-
-    Args:
-        parts: Solids and their poses X_TE.
-        p_TQ: Point on the face, shape (3,), [m].
-        normal_T: Outward normal, a unit vector, shape (3,).
-
-    Returns: Index of the part, and the distance by which the point misses its face, [m].
+    and d . p <= h(d) for all d. Returns the index of the part, and the distance by which the point misses its face,
+    [m]; parts are given by solids and poses X_TE, the face by a point p_TQ, (3,), [m], and its outward unit normal,
+    (3,).
     """
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
     z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS

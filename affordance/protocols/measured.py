@@ -25,10 +25,9 @@ _COMPUTE_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
 
 
 class MeasuredObservers(NamedTuple):
-    """Measurements of R observers in K presentations.
+    """Measurements of R observers in K presentations of a protocol's objects.
 
     Attributes:
-        objects: Objects of the protocol.
         presented: Indices of the presented objects, (R, K).
         get: Function that returns a measure in all presentations, (R, K), or at the moments between them, (R, K + 1),
             given the quantile of a belief; DENSITIES of all M colours, (R, M).

@@ -43,7 +43,7 @@ def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> No
                 raise BadValueError(table.path, f"{NUM_PEOPLE}, value", problem)
         elif quantity not in entries:
             known = ", ".join([NUM_PEOPLE, *entries])
-            problem = f"is {quantity!r}, which is no number of the protocol: {known}{suggest(quantity, entries)}"
+            problem = f"is {quantity!r}, which is not a number of the protocol: {known}{suggest(quantity, entries)}"
             raise BadValueError(table.path, "quantity", problem)
 
 
@@ -55,12 +55,9 @@ def list_people(
 ) -> dict[str, Published]:
     """Lists people's values of the numbers of a protocol: published, from single lifts, and by expressions of these.
 
-    Errors of published values propagate to first order; they are assumed independent, for their covariances are
-    rarely published. Objects and blocks are needed for single lifts.
-
-    Raises:
-        BadValueError: Somebody has lifted less often than a number asks for.
-        AffordanceError: An expression is wrong.
+    Errors of published values propagate to first order; they are assumed independent, as their covariances are rarely
+    published. Objects and blocks are needed for single lifts. Too few lifts of a person are a BadValueError, a wrong
+    expression is an AffordanceError.
     """
     known: dict[str, Published] = {}
     if people.lifts is not None and objects is not None:
@@ -195,7 +192,7 @@ def _measure_person(
 
 
 def _propagate(expression: str, used: Mapping[str, Published]) -> Published:
-    """The value of an expression, with the interval that follows from those of what it is calculated from."""
+    """Computes the value of an expression, with the interval that follows from those of its operands."""
     means = {name: value.value for name, value in used.items()}
     halves = {name: 0.5 * (value.high - value.low) for name, value in used.items() if math.isfinite(value.low)}
     middle = float(evaluate(expression, means))

@@ -23,12 +23,10 @@ _NEEDED = ("observer", "lift", "object", "force")
 
 
 class PersonLifts(NamedTuple):
-    """Lifts of one person in N presentations, in their order: indices of objects, (N,), and what the table has.
+    """Lifts of one person in N presentations, in their order: indices of objects, (N,), and values of the table.
 
-    Attributes:
-        force: Upward force before release, (N,), [N]; NaN where it was not measured.
-        mass: Masses of the objects, (N,), [kg]; NaN where the table has none.
-        block: Indices of the blocks, (N,); -1 without a column of blocks.
+    Force before release, (N,), [N], is NaN where it was not measured, mass, (N,), [kg], where the table has none; the
+    index of the block, (N,), is -1 without a column of blocks.
     """
 
     tool: NDArray[np.intp]

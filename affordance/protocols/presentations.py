@@ -18,12 +18,7 @@ _MOST = 20_000
 
 @dataclass(frozen=True)
 class Presentation:
-    """Presentation of an object of a block, by their indices.
-
-    Attributes:
-        mass: Mass in this presentation, [kg]; None for the object's own mass.
-        cycle: Number of the repetition, from 1.
-    """
+    """Presentation of an object of a block, by their indices; a mass, [kg], replaces its own; cycles count from 1."""
 
     tool: int
     block: int
@@ -77,18 +72,17 @@ def count_rows(count: int) -> int:
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """A row of a square: each object is equally often in each place, and after each other one (Williams 1949)."""
+    """Builds a row of a square: each object is equally often in each place, and after each other (Williams 1949)."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
 
 
 def check_blocks(path: Path, blocks: Sequence[BlockEntry], objects: ProtocolObjects) -> None:
-    """Refuses blocks that contradict their objects.
+    """Refuses blocks that contradict their objects, with a BadValueError.
 
-    Raises:
-        BadValueError: A group that comes first, or an object whose weight changes, is not among the objects of its
-            block; or the weight never changes, or implies an impossible density.
+    A group that comes first, or an object whose weight changes, must be among the objects of its block; the weight
+    must change, and imply a possible density.
     """
     for index, block in enumerate(blocks):
         if block.do.choose is not None:

@@ -175,7 +175,7 @@ class Protocol(DataModel):
         for index, block in enumerate(self.blocks):
             ignored = block.model_fields_set & {"repetitions", "order", "first", "times", "gradual"}
             if block.do.choose is not None and ignored:
-                problem = "is given, must not be of a choice, of which it says nothing"
+                problem = "is given, must not be of a choice, on which it has no effect"
                 raise complain(problem, f"blocks[{index}].{min(ignored)}")
 
     @property

@@ -51,8 +51,8 @@ def rehearse(
 ) -> dict[str, Any]:
     """Computes a protocol's numbers, of the right shapes, from made-up measurements.
 
-    Raises:
-        BadValueError: A number refers to one that does not precede it, or cannot be measured or calculated.
+    A number that refers to one which does not precede it, or cannot be measured or calculated, raises a
+    BadValueError.
     """
     above: list[str] = []
     for name, entry in entries.items():
@@ -99,7 +99,7 @@ def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, im
         asked = getattr(entry, at)
         if asked is not None and asked > count:
             what = "changes" if entry.growth else "presentations"
-            problem = f"is {asked}, must be at most {count}: so many {what} of {entry.of!r} are measured"
+            problem = f"is {asked}, must be at most {count}, the number of {what} of {entry.of!r} that are measured"
             raise BadValueError(path, f"{key}.{at}", problem)
     if count == 0:
         raise BadValueError(path, f"{key}.growth", f"is true, must be false of a single presentation of {entry.of!r}")

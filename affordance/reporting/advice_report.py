@@ -24,9 +24,9 @@ class Question(NamedTuple):
     """Question that an advice answers, with the names that its text uses.
 
     Attributes:
-        see: Way in which the form of tools is known, "drawing", "features" or "pictures".
+        see: Source of the tools' form, "drawing", "features" or "pictures".
         memory: Name of the memory; empty without one.
-        unknown: Names of the tools' materials of which the memory knows nothing.
+        unknown: Names of the tools' materials without evidence in the memory.
         num_other_arms: Number of the memory's trials of this robot that were made with another arm.
     """
 

@@ -79,7 +79,7 @@ type Bound = Annotated[Any, ExpressionOrNumber()]
 class Criterion(DataModel):
     """Bound on an expression; every entry of a list must meet it.
 
-    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
+    A missing, infinite or NaN value, bound or intermediate result, or a list without entries, meets none.
     """
 
     name: Annotated[str, Text(), Field(description="Meaning of the expression in words.")]
@@ -197,7 +197,7 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
 
 
 def _show(criterion: Criterion, value: Any, bound: Any) -> str:
-    """The value in its unit, with decimals that show on which side of the bound it lies."""
+    """Formats the value in its unit, with decimals that show on which side of the bound it lies."""
     if value is None or not np.size(value):
         return "none"
     if isinstance(value, str):

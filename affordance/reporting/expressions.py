@@ -25,7 +25,7 @@ _LARGEST = 2**53
 
 
 def take(value: Any) -> Any:
-    """A value of which others are calculated: lists as arrays, of numbers or of texts."""
+    """Converts an operand: lists become arrays, of numbers or of texts."""
     if isinstance(value, list | tuple):
         # NumPy gives each text of a list the room of the longest.
         if len(value) * max((len(each) for each in value if isinstance(each, str)), default=0) > _MOST_LETTERS:
@@ -43,7 +43,7 @@ def _list_values(mapping: Any) -> Any:
 
 
 def _reduce_by(reduce: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """The function of a list that has an entry; NaN of one that has none."""
+    """Returns a function of lists that is NaN for an empty one."""
     return lambda values: reduce(values) if np.size(values) else np.float64(np.nan)
 
 
@@ -70,7 +70,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
     "sum": (_reduce_by(np.sum), 1),
     "values": (_list_values, 1),
 }
-# Functions of what is no number.
+# Functions of values other than numbers.
 OF_LISTS = ("len", "values")
 ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -107,15 +107,10 @@ def find_names(expression: str | float | bool) -> frozenset[str]:
 
 
 def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: list[Any] | None = None) -> Any:
-    """Evaluates an expression over numbers; lists are arrays.
+    """Evaluates an expression over numbers, lists (as arrays), texts and mappings by name.
 
-    Args:
-        expression: The expression.
-        numbers: Numbers, lists, texts and mappings by name.
-        parts: List that receives the values of all operands on the way, and the value itself.
-
-    Raises:
-        AffordanceError: It is invalid, names an unknown number, or its evaluation fails.
+    Parts, if given, receives the values of all operands on the way, and the value itself. An invalid expression, an
+    unknown name, or a failed evaluation raises an AffordanceError.
     """
     if not isinstance(expression, str):
         return expression
@@ -190,7 +185,7 @@ def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
 
 
 def _is_known(node: ast.expr) -> bool:
-    """Returns True for a node that expressions have, whatever stands below it."""
+    """Returns True for a node that expressions may have, whatever its operands."""
     match node:
         case ast.Constant(value=value):
             return isinstance(value, str | int | float)
@@ -212,7 +207,7 @@ def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterat
 
 
 def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any], parts: list[Any]) -> Any:
-    """The value of a part of an expression that was checked, which the list of parts receives."""
+    """Computes the value of a part of a checked expression, which the list of parts receives."""
     value = _compute(node, numbers, parts)
     if node is not None:
         parts.append(value)
@@ -294,7 +289,7 @@ def _check_numbers(*values: Any) -> None:
     for value in values:
         kind = value.dtype.kind if isinstance(value, np.ndarray | np.generic) else ""
         if kind not in ("b", "i", "u", "f") and not isinstance(value, bool | int | float):
-            raise TypeError(f"{'nothing' if value is None else 'a text or a mapping'} is no number")
+            raise TypeError(f"{'nothing' if value is None else 'a text or a mapping'} is not a number")
     _check_shapes(*values)
 
 

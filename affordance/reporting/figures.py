@@ -70,13 +70,8 @@ def draw_density_and_drop(
 ) -> Figure:
     """Draws figure 3: the density belief after each trial, and the drop of the arm in each.
 
-    Args:
-        quartiles: 25th, 50th and 75th percentile before the first and after each trial, shape (K + 1, 3), [kg/m^3].
-        mode: Most probable density at the same moments, which control uses, shape (K + 1,), [kg/m^3].
-        density_true: True density, [kg/m^3].
-        drop: Drop in each trial, shape (K,), [m].
-        masses: True mass of each object, shape (K,), [kg].
-        num_repeats: Number of observers.
+    Quartiles, (K + 1, 3), and mode, which control uses, (K + 1,), are those before the first and after each trial,
+    [kg/m^3]. Drop, [m], and masses, [kg], are of the K trials.
     """
     figure = Figure(figsize=(9.0, 3.8))
     left, right = figure.subplots(1, 2)
@@ -121,13 +116,7 @@ def draw_heights(
 ) -> Figure:
     """Draws figure 4: the height of each object over time; the last object is the decoy.
 
-    Args:
-        times: Times, (N,), [s].
-        shown: Heights in one run, shape (K, N), [m].
-        mean: Heights over repeats, shape (K, N), [m].
-        labels: Name of each object.
-        shown_label: Label of the run shown.
-        num_repeats: Number of observers in the mean.
+    Heights, (K, N), [m], at times, (N,), [s], are those in one run (shown), and over repeats (mean).
     """
     figure = Figure(figsize=(12.0, 3.8))
     one, every, near = figure.subplots(1, 3, sharex=True)
@@ -167,14 +156,8 @@ def draw_heights_of_points(
 ) -> Figure:
     """Draws figure 6: the height of each object over time, and of several points of the last, the decoy.
 
-    Args:
-        times: Times, (N,), [s].
-        shown: Heights of the centres in one run, shape (K, N), [m].
-        mean: Heights of the centres over repeats, shape (K, N), [m].
-        decoy: Heights of points of the decoy over repeats, by the point's label, shape (N,) each, [m].
-        labels: Name of each object.
-        shown_label: Label of the run shown.
-        num_repeats: Number of observers in the mean.
+    Heights of centres, (K, N), [m], at times, (N,), [s], are those in one run (shown), and over repeats (mean); those
+    of points of the decoy, (N,) each, [m], have labels.
     """
     figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)

@@ -47,7 +47,7 @@ class Contrast(NamedTuple):
         effect: Difference over the standard deviation between people or, where that is unknown, between observers.
         superiority: Probability that of two people, one of each learner, the second's value is larger; ties count
             half.
-        num_people: Number of people in each of two groups for a test of significance 0.05 and power 0.9; at least 2.
+        num_people: Size of each of two groups for a test of significance 0.05 and power 0.9; at least 2.
         is_of_people: True if the spread between people is known.
     """
 
@@ -145,20 +145,20 @@ def describe_contrast(contrast: Contrast) -> str:
     """Describes how well a measure separates two learners, in people or, without data of people, in observers."""
     pair = " and ".join(learner.value for learner in contrast.learners)
     if math.isinf(contrast.num_people):
-        return f"{pair} are not told apart by any of these"
+        return f"{pair} are not distinguished by any of these"
     between = "people" if contrast.is_of_people else "observers"
     size = f"{contrast.difference:.3g}, {abs(contrast.effect):.2g} times the spread between {between}"
     if not contrast.is_of_people:
         return (
-            f"{pair} are told apart best by {contrast.measure}: they differ by {size}; how much people differ in it "
-            "is not given (numbers.NAME.people), so whether they would show it is not known"
+            f"{pair} are distinguished best by {contrast.measure}: they differ by {size}; the spread "
+            "between people is not given (numbers.NAME.people), so whether they would show it is not known"
         )
     if abs(contrast.effect) < _SMALL:
         return (
-            f"{pair} are not told apart by any of these: they differ most in {contrast.measure}, by {size}; it would "
-            f"take {contrast.num_people:.0f} people in each group"
+            f"{pair} are not distinguished by any of these: they differ most in {contrast.measure}, by {size}; it "
+            f"would take {contrast.num_people:.0f} people in each group"
         )
     return (
-        f"{pair} are told apart best by {contrast.measure}: they differ by {size}; "
+        f"{pair} are distinguished best by {contrast.measure}: they differ by {size}; "
         f"{contrast.num_people:.0f} people in each group would do"
     )

@@ -53,12 +53,8 @@ def draw_lifts(
 ) -> Figure:
     """Draws forces lift by lift: one panel per learner, single observers thin, human intervals in each.
 
-    Args:
-        curves: Forces of each learner.
-        weights: True weight in each lift, (C,), [N]; None if forces were divided by it.
-        people: Human means; empty if there are no data.
-        title: Title of the figure.
-        people_lifts: Forces of P persons lift by lift, (P, C), [N], NaN where missing; drawn behind.
+    True weights in each lift, (C,), [N], are None if forces were divided by them. Forces of P people lift by lift,
+    (P, C), [N], NaN where missing, are drawn behind.
     """
     figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
     panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]

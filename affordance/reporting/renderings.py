@@ -61,7 +61,7 @@ class Pose(NamedTuple):
 def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
     """Renders the whole arm with tool and nail, all poses by one camera that sees everything of every pose.
 
-    Returns: Red, green and blue of each picture, (height, width, 3).
+    Each picture is red, green and blue, (height, width, 3).
     """
     scenes = [_Scene(directives, pose) for pose in poses]
     R_WC = _turn_camera(_ELEVATION)

@@ -66,17 +66,10 @@ def write_replay(
 ) -> None:
     """Writes the scenes, one after the other, as a self-contained page.
 
-    Args:
-        path: HTML file to write.
-        directives: Drake model directives of the arm.
-        scenes: Scenes to show.
-        title: Title of the page.
-        p_WG: Points of the demanded path, drawn as a line, shape (N, 3), [m]; None for a line at the height of the
-            hand in its home posture, or no line if there is a nail.
-
-    Raises:
-        ValueError: A slow interval is outside its scene, or its factor is less than 1.
-        AffordanceError: Meshcat cannot open a local port (as where DRAKE_ALLOW_NETWORK excludes it).
+    Points of the demanded path, (N, 3), [m], are drawn as a line; None for a line at the height of the hand in its
+    home posture, or no line if there is a nail. A slow interval outside its scene, or a factor below 1, is a
+    ValueError. An AffordanceError means that Meshcat cannot open a local port (as where DRAKE_ALLOW_NETWORK excludes
+    it).
     """
     for scene in scenes:
         if scene.slow is not None:

@@ -68,8 +68,6 @@ def write_report(folder: Path) -> Path:
     """Writes FOLDER/report.html from the sections in its subfolders, with the experiments that were left out.
 
     An invalid section is logged and quarantined; one with unreadable figures is logged and left out.
-
-    Returns: Path of the page.
     """
     sections, (shares, num_settings) = [], _read_shares()
     for path in folder.glob(f"*/{_SECTION}"):

@@ -42,7 +42,7 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
         joint = joints.get(name)
         if joint is None:
             near = difflib.get_close_matches(name, joints, n=3, cutoff=0.4) or sorted(joints)[:8]
-            problem = f"names {name!r}, which is no moving joint of {tree.description.path}"
+            problem = f"names {name!r}, which is not a moving joint of {tree.description.path}"
             raise BadValueError("--posture", "", f"{problem}; nearest: {', '.join(near)}")
         mimic = tree.note(joint).mimic
         if mimic is not None:

@@ -124,7 +124,7 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
         raise BadValueError("--tip", "", "is of a robot's file, which --robot must name")
     if path is not None and not path.is_dir():
         raise BadValueError(
-            "--robot", "", f"is {str(path)!r}, which is no folder and no robot's file{suggest_file(path)}"
+            "--robot", "", f"is {str(path)!r}, which is not a folder and no robot's file{suggest_file(path)}"
         )
     return Robot() if path is None else Robot.load(path)
 

@@ -53,7 +53,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
         for joint in body.findall("joint"):
             joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", robot.joints))
             if joint_name in robot.joints:
-                raise BadValueError(path, f"joint {joint_name}", "is there twice")
+                raise BadValueError(path, f"joint {joint_name}", "appears twice")
             shifted += [joint_name] if joint.get("ref") else []
             notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
             whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # for all actuators
@@ -98,7 +98,7 @@ def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
     for body in bodies:
         name = body.get("name")
         if name in names:
-            raise BadValueError(path, f"body {name}", "is there twice")
+            raise BadValueError(path, f"body {name}", "appears twice")
         names |= {name} if name else set()
     for body in bodies:
         if not body.get("name"):

@@ -147,7 +147,7 @@ def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> No
     """Raises a BadValueError for an actuator that drives a joint which there is not."""
     for actuator, joint in _list_drives(root):
         if joint not in joints:
-            problem = f"is {joint!r}, which is no joint of the file{suggest(joint, joints)}"
+            problem = f"is {joint!r}, which is not a joint of the file{suggest(joint, joints)}"
             raise BadValueError(numbers.path, f"actuator {actuator.get('name', joint)}.joint", problem)
 
 

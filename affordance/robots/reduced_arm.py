@@ -131,7 +131,7 @@ def reduce_arm(
     names = [joint.name() for joint in chain.joints]
     for option, given in (("--effort", options.effort), ("--rotor-inertia", options.rotor_inertia)):
         if unknown := [name for name in given if name and name not in names]:
-            problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
+            problem = f"names {unknown[0]!r}, which is not a joint of the arm, must be one of {', '.join(names)}"
             raise BadValueError(option, "", problem)
     notes = {joint.name(): tree.note(joint) for joint in chain.joints}
     # What is given for a joint, for every joint (the empty name), or by the file.

@@ -33,7 +33,7 @@ class Robot:
         """Raises a BadValueError for something other than a folder, or a folder without an arm."""
         folder = check_path("folder", self.folder)
         if not folder.is_dir():
-            raise BadValueError(folder, "", "is no folder, must be one that import-arm wrote")
+            raise BadValueError(folder, "", "is not a folder, must be one that import-arm wrote")
         if not (folder / ARM.name).is_file():
             raise BadValueError(folder, "", f"has no {ARM.name}, must be a folder that import-arm wrote")
         object.__setattr__(self, "folder", folder)

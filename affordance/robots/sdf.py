@@ -36,7 +36,7 @@ def read_sdf(path: Path, root: Element) -> Description:
             short = name_of(link, path)
             name, key = f"{scope}{short}", f"link {short}"
             if name in robot.visuals:
-                raise BadValueError(path, key, "is there twice")
+                raise BadValueError(path, key, "appears twice")
             robot.add_visuals(name, [_read_visual(each, numbers, short) for each in link.findall("visual")])
             inertial = link.find("inertial")
             if inertial is None:
@@ -53,7 +53,7 @@ def read_sdf(path: Path, root: Element) -> Description:
             short = name_of(joint, path)
             name, key = f"{scope}{short}", f"joint {short}"
             if name in robot.joints:
-                raise BadValueError(path, key, "is there twice")
+                raise BadValueError(path, key, "appears twice")
             robot.joints[name] = _read_joint(joint, numbers, key)
             remove_children(joint, ("sensor", f"{_DRAKE}rotor_inertia", f"{_DRAKE}gear_ratio", f"{_DRAKE}mimic"))
             for axis in joint.findall("axis"):

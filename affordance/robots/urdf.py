@@ -38,7 +38,7 @@ def read_urdf(path: Path, root: Element) -> Description:
     for link in root.findall("link"):
         name = name_of(link, path)
         if name in robot.visuals:
-            raise BadValueError(path, f"link {name}", "is there twice")
+            raise BadValueError(path, f"link {name}", "appears twice")
         robot.add_visuals(name, [_read_visual(each, numbers, name, colours) for each in link.findall("visual")])
         inertial = link.find("inertial")
         if inertial is not None and robot.add_inertial(
@@ -49,7 +49,7 @@ def read_urdf(path: Path, root: Element) -> Description:
     for joint in root.findall("joint"):
         name = name_of(joint, path)
         if name in robot.joints:
-            raise BadValueError(path, f"joint {name}", "is there twice")
+            raise BadValueError(path, f"joint {name}", "appears twice")
         pair = _read_connection(joint, path, f"joint {name}", robot.visuals)
         if (other := connected.setdefault(pair, name)) != name:
             problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
@@ -78,7 +78,7 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
     ends = {end: get_attribute(joint.find(end), "link") or "" for end in ("parent", "child")}
     for end, link in ends.items():
         if link not in links and link != _WORLD:
-            problem = f"is {link!r}, which is no link of the file{suggest(link, links)}"
+            problem = f"is {link!r}, which is not a link of the file{suggest(link, links)}"
             raise BadValueError(path, f"{key}.{end}.link", problem)
     if ends["parent"] == ends["child"]:
         raise BadValueError(path, key, f"connects the link {ends['parent']} to itself, must connect two")

@@ -25,8 +25,7 @@ _PATIENCE = 10.0
 def use_cluster(address: str, models: Path) -> Iterator[None]:
     """Makes joblib run its tasks on the cluster of a scheduler, such as tcp://host:8786, within the context.
 
-    Raises:
-        BadValueError: Dask is not installed, no scheduler answers, or workers are missing, or have other models.
+    Without Dask, an answer or workers, or if workers have other models, a BadValueError is raised.
     """
     try:
         from distributed import Client

@@ -10,10 +10,9 @@ _TIMEOUT = 10.0  # of a call of git, [s]
 
 @functools.cache
 def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
-    """Finds the git commit of a folder of sources.
+    """Finds the git commit of a folder of sources: 40 digits, and ``-dirty`` if files were changed since.
 
-    Returns: Its 40 digits, followed by ``-dirty`` if files were changed since; None if the folder is none that a
-        repository keeps, as where the program was installed, or if git is missing.
+    It is None if no repository contains the folder, as for an installed program, or if git is missing.
     """
     git = shutil.which("git")
     if git is None or _ask(git, folder, "ls-files", "--error-unmatch", ".") is None:

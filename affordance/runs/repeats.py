@@ -79,15 +79,9 @@ def list_versions() -> dict[str, str]:
 def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
-    Of the program all counts but the folders that only report, of a folder of models what the program reads, and of a
-    configuration defined elsewhere the folder of its module. A change of anything else keeps the repeats.
-
-    Args:
-        config: Configuration, a dataclass.
-        models: Files that are read, or a folder of models.
-        programs: Folders of further source code that results depend on.
-
-    Returns: Short hexadecimal key.
+    It covers the program without the folders that only report, of a folder of models the files that the program
+    reads, of a configuration defined elsewhere the folder of its module, and any further folders of sources. A change
+    of anything else keeps the repeats.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
@@ -119,18 +113,10 @@ def run_repeats(
     description: str,
     unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that a folder lacks in parallel processes, and returns all of them.
+    """Runs the repeats that a folder lacks in parallel processes, and returns all, stacked along the first axis.
 
-    Args:
-        folder: Folder with one file per repeat; it must belong to one configuration, and be named after its key.
-        run_repeat: Picklable function from the number of a repeat to its named arrays, whose shapes are the same for
-            all repeats.
-        repeats: Number of repeats, at least 1.
-        jobs: Number of processes, at least 1.
-        description: Label of the progress bar.
-        unit: Name of a repeat, for the progress bar.
-
-    Returns: Arrays, stacked over repeats along the first axis.
+    The folder, with one file per repeat, must belong to one configuration, and be named after its key. The function
+    from the number of a repeat to its named arrays must be picklable, and shapes the same for all repeats.
 
     Raises:
         AffordanceError: A repeat failed; the others are run and kept first, unless a part of the program cannot work

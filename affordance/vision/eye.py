@@ -15,8 +15,8 @@ import scipy
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError
 
-# What drawings are off by: parity of mass within 0.3 %, of centres of mass within 0.15 mm, as on all twenty tools
-# (docs/tools.md says what is blind and what is not).
+# Errors of drawings: masses agree within 0.3 %, centres of mass within 0.15 mm, on all twenty tools (docs/tools.md
+# says which of these comparisons were blind).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 # Function from an object and a random generator of the errors to the features of its components.
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
@@ -72,7 +72,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """The tool as it was drawn, with what a drawing is off by: a part's volume, and its place along each axis."""
+    """Returns the features of a tool as drawn, with the errors of drawings: of a part's volume, and its position."""
     features = []
     for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
         deformations = np.zeros((4, 4, 4))

@@ -123,7 +123,7 @@ class MaterialMemorySystem(SampledSystem):
 def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
     """Predicts an object's inertia from its visual features, a memory, and a prior of materials never met.
 
-    Returns: Belief about the object before it is held; its memory includes every colour of the object.
+    The memory of the belief includes every colour of the object.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(

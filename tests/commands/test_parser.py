@@ -27,10 +27,10 @@ def parser():
         (["reach", "--vision", "pixel"], "prog: --vision: is 'pixel', must be one of features, pixels; did you mean"),
         (
             ["reach", "--repeets", "3"],
-            "prog: --repeets: is no option (known: --help, --repeats, --mass, --vision);",
+            "prog: --repeets: is not an option (known: --help, --repeats, --mass, --vision);",
         ),
-        (["reach", "--repeets=3"], "prog: --repeets: is no option"),
-        (["reach", "--zzz"], "prog: --zzz: is no option (known: --help, --repeats, --mass, --vision)"),
+        (["reach", "--repeets=3"], "prog: --repeets: is not an option"),
+        (["reach", "--zzz"], "prog: --zzz: is not an option (known: --help, --repeats, --mass, --vision)"),
         (["reach", "--repeats", "many"], "prog: --repeats: is 'many', must be a whole number"),
         (["reach", "--mass", "x"], "prog: --mass: is 'x', must be a number"),
         (["reach", "far"], "prog: is given 'far', which is one argument too many"),

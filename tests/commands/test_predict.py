@@ -85,15 +85,15 @@ def predict(first, second, sd):
 def test_difference_that_people_could_not_show_is_none():
     """A difference of 0.06 N counts as none for people, who differ by 1.7 N, though observers differ by 0.1 N."""
     text = predict(9.0, 9.06, 1.7)
-    assert "kinds_map and kinds_drawn are not told apart by any of these: they differ most in end_N" in text
+    assert "kinds_map and kinds_drawn are not distinguished by any of these: they differ most in end_N" in text
     assert "times the spread between people; it would take" in text
     assert "SD between people 1.7 (a paper)" in text
-    assert "are told apart best by end_N" in predict(9.0, 12.0, 1.7)
+    assert "are distinguished best by end_N" in predict(9.0, 12.0, 1.7)
 
 
 def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
     text = predict(9.0, 9.06, None)
-    assert "times the spread between observers; how much people differ in it is not given" in text
+    assert "times the spread between observers; the spread between people is not given" in text
     assert "people in each group would do" not in text
 
 

@@ -93,7 +93,7 @@ def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, cap
     assert numbers["samples_rejected_test"] == [3, 3, 3]
     assert numbers["samples_rejected"] == 6
     assert "experience: 6 samples were rejected, and 0 of 2 trials are 5-sigma outliers" in caplog.text
-    assert "com: 9 samples were rejected, and 0 trials with honest objects are 5-sigma outliers" in caplog.text
+    assert "com: 9 samples were rejected, and 0 trials with non-decoy objects are 5-sigma outliers" in caplog.text
     remarks = read_section(tmp_path / "com").remarks
     assert any(remark.startswith("Run with faults: drop_probability 1.0.") for remark in remarks)
     assert numbers["config"]["settings"]["faults"]["drop_probability"] == 1.0

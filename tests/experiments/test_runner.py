@@ -160,7 +160,7 @@ def test_section_is_filled_in_with_numbers_and_facts(experiment, tmp_path):
 @pytest.mark.parametrize(("outliers", "said"), [((0, 5), False), ((2, 5), True)])
 def test_outliers_are_warned_of_but_for_the_decoy_which_comes_last(experiment, tmp_path, caplog, outliers, said):
     run(dataclasses.replace(experiment, outliers=outliers), tmp_path)
-    message = "made_up: 0 samples were rejected, and 2 trials with honest objects are 5-sigma outliers"
+    message = "made_up: 0 samples were rejected, and 2 trials with non-decoy objects are 5-sigma outliers"
     assert (message in caplog.text) == said
 
 

@@ -255,7 +255,7 @@ def _truncate(path, content):
 @pytest.mark.parametrize(
     ("make", "content", "message"),
     [
-        (_make, b"not a database at all", "is no SQLite file, must be a memory"),
+        (_make, b"not a database at all", "is not an SQLite file, must be a memory"),
         (_make, b'{"colours": []}', "is JSON, must be an SQLite file; affordance memory import"),
         (_make, b"SQLite format 3\x00 but no more", "cannot be (read|written).*: file is not a database"),
         (_make_other, b"", r"is a database of another program \(tables: songs\)"),
@@ -285,8 +285,8 @@ def test_files_that_are_no_memory_are_refused_in_a_line_and_left_as_they_are(tmp
     [
         ("", "place: is '', must be a path or the URL"),
         (3, "place: is 3, must be a path"),
-        ("nowhere/memory.sqlite", "cannot be made: there is no folder 'nowhere'"),
-        ("nosql://somewhere/memory", "is no URL of a database that can be used here"),
+        ("nowhere/memory.sqlite", "cannot be created: there is no folder 'nowhere'"),
+        ("nosql://somewhere/memory", "is not the URL of a database that can be used here"),
     ],
 )
 def test_places_that_cannot_be_are_refused(place, message):

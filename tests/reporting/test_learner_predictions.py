@@ -26,4 +26,4 @@ def test_learners_that_do_the_same_are_not_told_apart():
     assert contrast.superiority == 0.5
     assert math.isinf(contrast.num_people)
     text = prediction.format_predictions({}, {"first_N": same}, [contrast])
-    assert "density and kinds_map are not told apart by any of these" in text
+    assert "density and kinds_map are not distinguished by any of these" in text

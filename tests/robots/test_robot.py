@@ -71,9 +71,9 @@ def test_chain_of_a_folder_is_that_of_the_robots_file(folder: Path, tmp_path: Pa
 def test_what_is_no_robot_is_refused(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(BadValueError, match=r"has no arm.dmd.yaml, must be a folder that import-arm wrote"):
         Robot.load(tmp_path)
-    with pytest.raises(BadValueError, match="is no folder, must be one that import-arm wrote"):
+    with pytest.raises(BadValueError, match="is not a folder, must be one that import-arm wrote"):
         Robot.load(tmp_path / "nowhere")
-    with pytest.raises(BadValueError, match="nowhere', which is no folder and no robot's file"):
+    with pytest.raises(BadValueError, match="nowhere', which is not a folder and no robot's file"):
         open_robot(tmp_path / "nowhere", ImportOptions(""), tmp_path)
     for path in (None, folder):
         with pytest.raises(BadValueError, match="--tip: is of a robot's file, which --robot must name"):

@@ -95,7 +95,7 @@ def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start,
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
-    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
+    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command continues where it stopped"
     assert "Traceback" not in err
 
     process = start(*command, "--out", interrupted)

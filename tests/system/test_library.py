@@ -208,7 +208,7 @@ def build_load(size):
             r"densities\[0\]: is 212, must be from 0 to 1",
         ),
         (lambda: MaterialMemory.from_densities([8500]), "densities: is of type list, must be a mapping"),
-        (lambda: NOVICE.density("brass"), "material: is 'brass', of which nothing was met; colours met are none"),
+        (lambda: NOVICE.density("brass"), "material: is 'brass', of which no object was met; colours met are none"),
         # Calls that were meant otherwise.
         (
             lambda: RUNNER.run_hold(RODS, NOVICE, duration=1.0),

@@ -38,10 +38,8 @@ def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
     """Checks the static torque of every joint, in the start posture of a task or at home, against its limit.
 
-    Raises:
-        AffordanceError: The arm cannot reach the posture.
-        InfeasibleError: A tool is too heavy for a joint.
-        ModelFileError: The arm's file cannot be loaded, describes no usable arm, or an arm that cannot hold itself.
+    A tool that is too heavy for a joint raises an InfeasibleError, an arm that cannot be loaded or cannot hold itself
+    a ModelFileError, and a posture out of its reach an AffordanceError.
     """
     arm = load_arm(settings.arm)
     _load_shapes(arm, settings.arm)
@@ -65,10 +63,6 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
 
 @lru_cache(maxsize=16)
 def _load_shapes(arm: Arm, directives: Path) -> None:
-    """Loads an arm's shapes too, once while its files do not change; else their errors appear only in a replay.
-
-    Raises:
-        ModelFileError: A shape cannot be loaded.
-    """
+    """Loads an arm's shapes too, once per version of its files; else their ModelFileError appears in replays only."""
     plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, directives)

@@ -93,9 +93,8 @@ class ChoiceExperiment(Experiment):
     def plan(self, jobs: int) -> ChoicePlan:
         """Plans the choices, and simulates the task with every grip.
 
-        Raises:
-            BadValueError: The task cannot be done with a grip, or no grip is cheaper than the others.
-            SeeingError: The features cannot be extracted from a picture of a tool.
+        A task that cannot be done with a grip, or without a cheapest one, raises a BadValueError; a picture in which
+        a tool is not detected a SeeingError.
         """
         adapter, exact = self.adapter, remove_errors(self.settings)
         choices = self.plan_grips(self.settings, "plans", jobs)

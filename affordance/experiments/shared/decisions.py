@@ -134,15 +134,10 @@ def count_correct(chosen: Chosen, correct: int) -> Array:
 
 
 def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Estimate:
-    """Estimates the proportion of correct choices.
+    """Estimates the proportion of correct choices, with Wilson intervals, each (K + 1,).
 
-    Args:
-        chosen: Choices of all observers, (repeats, K + 1).
-        before: Choices drawn from the prior, (N,), that replace those before the first trial; None counts the
-            observers' own.
-        correct: Index of the correct option.
-
-    Returns: Proportions with Wilson intervals, each (K + 1,).
+    Choices of all observers, (repeats, K + 1), are compared with the index of the correct option. Choices drawn from
+    the prior, (N,), if given, replace those before the first trial.
     """
     estimate = estimate_proportion(count_correct(chosen, correct), len(chosen))
     if before is None:

@@ -33,7 +33,7 @@ _LEAST_P_VALUE = 1e-300
 
 
 class SeenObject(NamedTuple):
-    """Mass of an object, [kg], features of its parts, and the appearance by which it is known again."""
+    """Mass of an object, [kg], features of its parts, and the appearance by which it is recognised."""
 
     mass: float
     features: tuple[ComponentFeatures, ...]
@@ -43,10 +43,8 @@ class SeenObject(NamedTuple):
 class Presented(NamedTuple):
     """Presentation to an observer: the object as seen, memories before and after, and further measures by name.
 
-    Attributes:
-        expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
-        p_value: P-value of the measured torques; NaN if nothing is measured.
-        record: Record of the motion; None without a simulated one.
+    The expected mass, [kg], is at the most probable densities, before the object is held; NaN if unknown. The p-value
+    of the measured torques is NaN if nothing is measured, the record None without a simulated motion.
     """
 
     presentation: Presentation

@@ -21,14 +21,10 @@ HEIGHTS = {
 def stack_presentations(
     records: Sequence[TrialRecord | None], numbers: Sequence[Mapping[str, Any]]
 ) -> dict[str, NDArray[Any]]:
-    """Stacks motions and measures of K presentations; NaN where one has none.
+    """Stacks motions, logged at the same times, and further measures of K presentations; NaN where one has no motion.
 
-    Args:
-        records: Records logged at the same times; None where an object was only looked at.
-        numbers: Further measures of each presentation, by name.
-
-    Returns: ``times`` (N,) and heights (K, N), [m]; the counts ``periods_limited``, ``periods_failed`` and
-        ``rejected``, (K,); ``p_value`` and ``log_evidence``, (K,); and the further measures, (K, ...).
+    Arrays are ``times`` (N,) and heights (K, N), [m]; the counts ``periods_limited``, ``periods_failed`` and
+    ``rejected``, (K,); ``p_value`` and ``log_evidence``, (K,); and the further measures, (K, ...).
     """
     rows: list[dict[str, Any]] = [
         dict(more) if record is None else {**_describe(record), **more}

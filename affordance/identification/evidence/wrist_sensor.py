@@ -55,7 +55,7 @@ def _build(robot: RobotChain, run: Run, prepared: PreparedRun) -> Evidence:
     samples = ChannelSamples(W[:, [3, 4, 5, 0, 1, 2]], zero, zero, zero, zero, prepared.signal, used)
     return Evidence(
         source=run.source,
-        analysis="wrist sensor without a tare: all that hangs on it is the load",
+        analysis="wrist sensor without a tare: everything attached to it is the load",
         kind=run.description.kind,
         channel_names=WRENCH_COLUMNS,
         prepared=prepared,

@@ -235,7 +235,7 @@ class Run:
                 raise BadValueError(self.source, column, f"{problem} {_RATE_FACTOR:g} times{hint}")
             apart = float(np.std(summed - values) / np.std(values))
             if apart > _RATE_APART:
-                problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must by at most"
+                problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must differ by at most"
                 raise BadValueError(
                     self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; are columns or times exchanged?"
                 )

@@ -30,14 +30,7 @@ _UNKNOWN = -1
 
 
 class View(NamedTuple):
-    """Surface with the look of each pixel, and the camera that saw it.
-
-    Attributes:
-        surface: Depth and mask in a window of the picture.
-        labels: Index of the look of each pixel, -1 for no look, (height, width).
-        camera: Camera of the view.
-        X_PC: Pose of the camera, looking along Pz or against it, shape (4, 4).
-    """
+    """Surface, the look of each pixel, (height, width), -1 for none, and the camera with its pose X_PC, (4, 4)."""
 
     surface: Surface
     labels: Labels

@@ -75,12 +75,12 @@ class Fit(NamedTuple):
 
 
 class View(NamedTuple):
-    """Measurements of an ellipsoid in a picture.
+    """Measurements of an ellipsoid in a picture; pixels and points are given by column and row.
 
     Attributes:
-        pixels: Pixels of the depth readings, column and row, (N, 2).
+        pixels: Pixels of the depth readings, (N, 2).
         depth: Depth readings, (N,), [m].
-        outline: Points of the outline, column and row, (K, 2).
+        outline: Points of the outline, (K, 2).
     """
 
     pixels: Array

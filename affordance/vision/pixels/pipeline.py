@@ -56,9 +56,8 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
     Raises:
-        SeeingError: The parts cannot be detected; see ``segment``.
-        HiddenPartError: One part hides another.
-        NoFitError: The visible surface of a part is not that of an ellipsoid.
+        SeeingError: The parts cannot be detected (see ``segment``), or one hides another (a HiddenPartError), or the
+            visible surface of one is not that of an ellipsoid (a NoFitError).
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
@@ -155,7 +154,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
         reason = f"{100 * shown:.0f} % of a part is visible behind what is in front of it, must be at least"
         raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
     if fit.misfit > MAX_MISFIT:
-        reason = f"what is seen as one part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
+        reason = f"what is seen as one part is not an ellipsoid: residuals have the mean square {fit.misfit:.2f}"
         raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
 
 

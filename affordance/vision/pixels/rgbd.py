@@ -24,10 +24,7 @@ Labels = NDArray[np.int32]
 class Camera:
     """Pinhole camera whose colour and depth pictures are registered: one pixel shows one point in both.
 
-    Attributes:
-        width: Number of columns.
-        height: Number of rows.
-        focal_length: Focal length in pixels, the same along both axes.
+    The focal length, in pixels, is the same along both axes.
     """
 
     width: int = 640
@@ -52,12 +49,7 @@ class Camera:
 
 
 class Picture(NamedTuple):
-    """Colour and depth picture recorded by a camera.
-
-    Attributes:
-        colour: Red, green and blue, shape (height, width, 3), uint8.
-        depth: Depth along Cz, shape (height, width), [m]; 0 where there is no reading.
-    """
+    """Colour, (height, width, 3), uint8, and depth along Cz, (height, width), [m]; 0 where there is no reading."""
 
     colour: NDArray[np.uint8]
     depth: Array

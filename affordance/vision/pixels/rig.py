@@ -50,8 +50,7 @@ _FACETS = 1.0013
 class Lamp(NamedTuple):
     """Lamp whose light is parallel, along a unit vector in the camera's frame.
 
-    Attributes:
-        intensity: Radiance of a white surface facing the lamp, relative to a saturated pixel.
+    Its intensity is the radiance of a white surface that faces it, relative to a saturated pixel.
     """
 
     direction_C: tuple[float, float, float]
