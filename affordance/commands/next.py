@@ -237,7 +237,7 @@ def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: arg
 
 
 def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
-    """Recalls what was told by each thing that was held; nothing without a memory."""
+    """Recalls the evidence about each thing that was held; nothing without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

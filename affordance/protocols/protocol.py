@@ -67,7 +67,7 @@ class ObserversEntry(DataModel):
         Field(description="Learners, each of which is simulated; that of the command line if left out."),
     ] = None
     told: Annotated[
-        list[Annotated[str, Text()]], Field(description="Materials whose densities they are told beforehand.")
+        list[Annotated[str, Text()]], Field(description="Materials whose densities they know beforehand.")
     ] = Field(default_factory=list)
     vision: Annotated[
         Literal["features", "pixels"] | None,

@@ -51,7 +51,7 @@ def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
     Returns: ``right``, (tasks,), by the true costs, nan where no option can do the task; ``p_best``, (tasks,), as
         said; ``holds``; ``reason``, the place of the reason to stop among none, certain, and not worth its price;
-        and ``rests``, (tasks,), the number of objects on a single one of which a certain choice is said to rest.
+        and ``rests``, (tasks,), the number of objects on a single one of which a certain choice rests.
     """
     rng = np.random.default_rng([config.seed, repeat, 1])
     workshop = worlds.build_workshop(config.tasks)

@@ -37,7 +37,7 @@ _HAMMERS, _KITCHEN = "tools.yaml", "uncommon.yaml"
 _SAMPLES = 1000
 # Of `rank_seconds`: numbers of options and of samples of the belief.
 _TIMED_OPTIONS, _TIMED_SAMPLES = 10, 10_000
-# After all pieces a robot chooses well if so many choices are right, or if no more is lost.
+# After all pieces a robot chooses well if this many choices are right, or if no more is lost.
 _RIGHT, _REGRET = 0.95, 0.01
 
 

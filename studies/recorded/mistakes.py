@@ -205,7 +205,7 @@ def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
 
 
 def _close_gap(seconds: float) -> Callable[[Run], Run]:
-    """Returns a change that leaves out a stretch and hides it: the clock goes on as if nothing were missing."""
+    """Returns a change that leaves out a stretch and hides it: the clock continues as if nothing were missing."""
 
     def change(run: Run) -> Run:
         middle = len(run.times) // 2
@@ -257,7 +257,7 @@ def _touch_table(run: Run) -> Run:
 
 
 def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
-    """A robot of the same family: its links are so many times as long and as heavy."""
+    """A robot of the same family: its links are scaled in length and mass by a factor."""
 
     def make(case: Case) -> Case:
         chain = case.robot.chain
@@ -280,7 +280,7 @@ def _other_axis(joint: int) -> Callable[[Case], Case]:
 
 
 def _weigh(factor: float) -> Callable[[Case], Case]:
-    """The scale is read wrongly: by another unit, or beside what hangs on it."""
+    """The scale is read wrongly: by another unit, or without part of what it carries."""
 
     def make(case: Case) -> Case:
         if case.reference_mass is not None:

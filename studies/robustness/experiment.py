@@ -61,9 +61,9 @@ _KINDS = {
 DEFAULT_NUM_OBSERVERS = DEFAULT_REPEATS
 # As many as the sample has by default: shares are then known to 6 % or better.
 DEFAULT_NUM_SETTINGS = 300
-# Contact is simulated in one setting of so many: it takes a tenth of all the time.
+# One setting in this many has simulated contact, which takes a tenth of all the time.
 CONTACT_EVERY = 3
-# All holds are simulated, and compared with those interpolated, in one setting of so many, and in the default one.
+# All holds are simulated, and compared with those interpolated, in one setting in this many, and in the default one.
 PROVE_EVERY = 60
 # By how much motions that are interpolated may err, [m].
 INTERPOLATION_BOUND = TOLERANCE

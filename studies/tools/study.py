@@ -149,7 +149,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
         name: _score([each.floors[name] for each in result.predictions], result.truths)
         for name in result.predictions[0].floors
     }
-    _LOG.info("materials told apart in pictures")
+    _LOG.info("materials distinguished in pictures")
     for name in names:
         tool = data.tools[name]
         bodies = load_bodies(data.find_mesh(name), "mm").bodies
