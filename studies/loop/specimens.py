@@ -1,8 +1,8 @@
 """Things of one's own: hammers, mallets and kitchen tools of random sizes, to test intervals of predicted masses.
 
 Five tools that all observers share are five draws of the error of sight. Here each observer has a hammer, a mallet, a
-pan and one more kitchen tool of its own, of sizes as shops list them (``recorded/solids``). Heads hold the end of their
-handle, as real ones do, which no picture shows; pans and beakers are open and thin.
+pan and one more kitchen tool of its own, of sizes as shops list them (``recorded/solids``). Heads hold the end of
+their handle, as real ones do, which no picture shows; pans and beakers are open and thin.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,9 @@ type _Bodies = Sequence[tuple[Manifold, str]]
 def _draw_hammer(rng: np.random.Generator) -> _Bodies:
     """Handle of 25 to 38 cm, head of 0.15 to 1 kg and 8 to 14 cm."""
     length, mass, width = rng.uniform(0.25, 0.38), rng.uniform(0.15, 1.0), rng.uniform(0.08, 0.14)
-    return _put_on_handle(length, rng.uniform(0.010, 0.015), np.sqrt(mass / (_STEEL * width * np.pi)), width, "cast_steel")
+    return _put_on_handle(
+        length, rng.uniform(0.010, 0.015), np.sqrt(mass / (_STEEL * width * np.pi)), width, "cast_steel"
+    )
 
 
 def _draw_mallet(rng: np.random.Generator) -> _Bodies:

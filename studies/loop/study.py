@@ -1,7 +1,7 @@
 """Numbers of the study of the loop: choices and predictions of many observers on several robots."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,18 +17,20 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.pricing import plan_options
-from affordance.choice.tool_options import list_tool_options
+from affordance.choice.tool_options import list_seen_options, list_tool_options
 from affordance.choice.weighing import weigh
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Grip, Tool
 from affordance.reporting.statistics import estimate_proportion
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
+from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor
 from studies.loop.lives import LEVELS, TrueTool, draw_truth, find_true_costs, is_mass_covered, judge, live
 from studies.loop.recordings import MOTORS, TORQUE_SENSORS, build_recorder
+from studies.loop.specimens import draw_things
 
 TASKS = ("hammer", "reach")
 CRITERIA = (Criterion.WORK, Criterion.GRIP)
@@ -126,7 +128,8 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer's life.
 
     Returns: ``right`` and ``regret``, (levels, tasks, criteria); ``known``, both for an observer that knows materials
-        exactly, (tasks, criteria, 2); ``covered``, (levels, tools); ``taught``, the share of recordings that taught;
+        exactly, (tasks, criteria, 2); ``covered``, (levels, tools), and ``own_covered``, (levels, own things);
+        ``taught``, the share of recordings that taught;
         ``spread``, the excess cost of the dearest usable option over the cheapest, as a fraction, (tasks, criteria).
         Not a number where no option can do the task with the true inertias.
     """
@@ -135,6 +138,8 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
     informed = inform(bench)
+    things, own_truths = see_things(config, bench, repeat)
+    own_covered = np.zeros((len(LEVELS), len(own_truths)))
     for level, number in enumerate(LEVELS.values()):
         memory = memories[number]
         for i, task in enumerate(TASKS):
@@ -142,6 +147,7 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
                 judged = judge(bench.choices[task], bench.tasks[task], memory, truths, criterion, _SAMPLES, rng)
                 right[level, i, j], regret[level, i, j] = judged
         covered[level] = is_mass_covered(bench.choices["reach"], memory, truths, rng)
+        own_covered[level] = is_mass_covered(things, memory, own_truths, rng)
     known = [
         [judge(bench.choices[task], bench.tasks[task], informed, truths, each, _SAMPLES, rng) for each in CRITERIA]
         for task in TASKS
@@ -151,10 +157,20 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "right": right,
         "regret": regret,
         "covered": covered,
+        "own_covered": own_covered,
         "taught": np.array(taught),
         "spread": np.array(spread),
         "known": np.array(known),
     }
+
+
+def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, Sequence[TrueTool]]:
+    """Lets an observer see things of its own; returns them as options without a plan, and their true inertias."""
+    drawn, seed = np.random.default_rng([config.seed, repeat, 18]), int(1e6) * config.seed + repeat
+    things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
+    truths = [draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things]
+    held = [replace(thing, grips=(Grip("", np.eye(4)),)) for thing in things]
+    return Choice(list_seen_options(held, CameraSensor(TURNING_RIG), seed), (), bench.settings), truths
 
 
 def inform(bench: Bench) -> Memory:
@@ -177,7 +193,8 @@ def describe_robot(
 
     Returns: Content of metrics.json: for the criterion in which options differ most the shares of right choices and
         the regret by level, over both tasks, the share of recordings that taught, and the coverage of predicted
-        masses after all pieces; and details: right choices and regret by task and criterion, with 95 % intervals.
+        masses of own things and of the tools after all pieces; and details: right choices and regret by task and
+        criterion, with 95 % intervals.
     """
     best = int(np.argmax(np.nanmean(arrays["spread"], axis=(0, 1))))
     right, regret = (np.nanmean(arrays[name][..., best], axis=2) for name in ("right", "regret"))
@@ -188,9 +205,10 @@ def describe_robot(
         "regret": {name: float(regret[:, i].mean()) for i, name in enumerate(LEVELS)},
         "right_if_known": float(known[:, 0].mean()),
         "regret_if_known": float(known[:, 1].mean()),
-        "coverage_mass": float(arrays["covered"][:, -1].mean()),
+        "coverage_mass": float(arrays["own_covered"][:, -1].mean()),
+        "coverage_tools": float(arrays["covered"][:, -1].mean()),
         "taught": float(arrays["taught"].mean()),
-        "coverage_by_experience": {name: float(arrays["covered"][:, i].mean()) for i, name in enumerate(LEVELS)},
+        "coverage_by_experience": {name: float(arrays["own_covered"][:, i].mean()) for i, name in enumerate(LEVELS)},
     }
     details: dict[str, Any] = {
         task: {

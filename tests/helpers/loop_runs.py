@@ -41,6 +41,7 @@ def run_lives(*, repeats: int = 2, mixed_up: bool = False) -> dict[str, Any]:
         patch.setattr(study, "build_bench", lambda config: build_bench())
         patch.setattr(study, "TASKS", TASKS)
         patch.setattr(study, "_SAMPLES", 300)
+        patch.setattr(study, "list_seen_options", lambda things, *_: list_drawn_options(things))
         patch.setattr(study, "TORQUE_SENSORS", QUIET)
         levels = {"before": 0, "after_1": 1, "after_2": 2, "after_5": len(_PIECES)}
         for module in (study, lives):

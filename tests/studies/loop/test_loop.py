@@ -85,7 +85,7 @@ def test_true_costs_are_those_of_known_densities_and_who_knows_them_is_right(ben
 def test_numbers_and_figure_of_a_small_study():
     arrays = run_lives()
     metrics, details = study.describe_robot(arrays, TASKS)
-    coverage = {"coverage_mass", "coverage_by_experience"}
+    coverage = {"coverage_mass", "coverage_tools", "coverage_by_experience"}
     assert set(metrics) == {"by", "right", "regret", "right_if_known", "regret_if_known", "taught"} | coverage
     assert metrics["regret_if_known"] <= metrics["regret"]["before"]
     assert list(metrics["right"]) == list(metrics["regret"]) == list(LEVELS)
