@@ -5,7 +5,6 @@ import dataclasses
 import pytest
 
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -69,11 +68,6 @@ def test_model_of_the_noise_comes_before_its_numbers():
     changed = change_settings(DEFAULT_SETTINGS, {"noise.sd": 0.1, "noise.model": "white"})
     assert changed.noise == WhiteNoise(0.1)
     assert change_settings(changed, {"noise.model": "white"}) == changed
-
-
-def test_setting_given_twice_is_refused():
-    with pytest.raises(BadValueError, match=r"prior\.sd: is given twice"):
-        parse_changes(["prior.sd=1", "prior.sd=2"])
 
 
 def test_values_are_read_as_in_yaml():

@@ -1,14 +1,14 @@
 """Demonstrations run on files of the package, and print their commands."""
 
+from helpers.answers import answer
+
 from affordance import MODELS, TrialRunner, load_tools
-from affordance.cli import main
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, TRIALS
 from affordance.memory.ledger import open_memory
 
 
-def test_identify_says_its_command_and_finds_the_mass_of_the_simulation(capsys):
-    assert main(["identify", "--demo", "--samples", "500"]) == 0
-    said = capsys.readouterr().out
+def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
+    said = answer("identify", "--demo", "--samples", 500).out
     first, second, *_ = said.splitlines()
     assert "simulated recordings" in first
     assert second.startswith("    affordance identify ")
@@ -18,23 +18,21 @@ def test_identify_says_its_command_and_finds_the_mass_of_the_simulation(capsys):
     assert f"weighs {MASS:.3f} kg" in said.splitlines()[-1]
 
 
-def test_rank_says_its_commands_and_what_to_take(capsys):
-    assert main(["rank", "--demo", "--samples", "200", "--only", "machinist hammer"]) == 0
-    first, second, third, *_, last = capsys.readouterr().out.splitlines()
+def test_rank_says_its_commands_and_what_to_take():
+    first, second, third, *_, last = answer("rank", "--demo", "--samples", 200, "--only", "machinist hammer").lines
     assert "simulated recordings" in first
     assert second.startswith("    affordance memory import demo.sqlite ")
     assert third == "    affordance rank hammer --memory demo.sqlite"
     assert last.startswith("Take the ")
 
 
-def test_trials_are_of_the_arm_that_simulations_have(tmp_path, capsys):
-    place = str(tmp_path / "demo.sqlite")
-    assert main(["memory", "import", place, str(TRIALS)]) == 0
-    assert main(["memory", "show", place]) == 0
-    assert capsys.readouterr().out.count("paper's arm") == 8
+def test_trials_are_of_the_arm_that_simulations_have(tmp_path):
+    place = tmp_path / "demo.sqlite"
+    answer("memory", "import", place, TRIALS)
+    assert answer("memory", "show", place).out.count("paper's arm") == 8
 
 
-def test_arm_of_a_recording_is_that_of_a_simulated_trial(tmp_path, capsys):
+def test_arm_of_a_recording_is_that_of_a_simulated_trial(tmp_path):
     """A run identified by the paper's arm is of the robot that simulated holds are of, whose arm was no other."""
     place = tmp_path / "memory.sqlite"
     runner, tool = TrialRunner(), load_tools(MODELS / "tools" / "weight.yaml")[0]
@@ -42,12 +40,10 @@ def test_arm_of_a_recording_is_that_of_a_simulated_trial(tmp_path, capsys):
         ledger.append([runner.run_hold(tool, runner.start_memory(), duration=0.5, seed=(0, 0)).evidence])
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
     words += ["--size-error", 0.02, "--unseen", 0.02, "--samples", 500, "--memory", place]
-    assert main(["identify", *map(str, words)]) == 0
-    said = capsys.readouterr().out
+    said = answer("identify", *words).out
     assert "has learned them" in said
     assert "was another" not in said
-    assert main(["memory", "show", str(place)]) == 0
-    assert "models" not in capsys.readouterr().out
+    assert "models" not in answer("memory", "show", place).out
 
 
 def test_recordings_are_small():

@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 import yaml
+from helpers.answers import answer
 
-from affordance.cli import main
 from affordance.commands import excite_motion
 from affordance.identification.excitation.motion_design import design_motion
 
@@ -17,9 +17,8 @@ def hasty(monkeypatch):
     monkeypatch.setattr(excite_motion, "design_motion", functools.partial(design_motion, num_draws=8, num_changes=4))
 
 
-def test_motion_is_said_and_written(tmp_path, capsys):
-    assert main(["excite", "--seconds", "4", "--out", str(tmp_path)]) == 0
-    said = capsys.readouterr().out
+def test_motion_is_said_and_written(tmp_path):
+    said = answer("excite", "--seconds", 4, "--out", tmp_path).out
     assert (tmp_path / "excite.txt").read_text() == said
     assert "predicted standard deviations: mass " in said
     assert "not checked: collisions" in said
@@ -37,9 +36,8 @@ def test_motion_is_said_and_written(tmp_path, capsys):
     )
 
 
-def test_task_and_postures_as_json(capsys):
-    assert main(["excite", "--for", "reach", "--postures", "2", "--seconds", "9", "--json"]) == 0
-    content = json.loads(capsys.readouterr().out)
+def test_task_and_postures_as_json():
+    content = answer("excite", "--for", "reach", "--postures", 2, "--seconds", 9, "--json").content
     assert content["postures"] == 2
     assert content["predicted_sd"]["cost_J"] > 0.0
     assert content["predicted_sd"]["mass_g"] > 10.0  # the floor

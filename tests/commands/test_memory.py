@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from helpers.answers import answer
 from helpers.trials import WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory
-from affordance.cli import main
 from affordance.memory.ledger import open_memory
 
 
@@ -22,20 +22,15 @@ def memory(tmp_path):
     return path
 
 
-def test_show_prints_and_draws_materials_and_things(memory, tmp_path, capsys):
-    assert main(["memory", "show", str(memory), "--out", str(tmp_path / "shown")]) == 0
-    text = capsys.readouterr().out
+def test_show_prints_and_draws_materials_and_things(memory, tmp_path):
+    text = answer("memory", "show", memory, "--out", tmp_path / "shown").out
     assert "9 trials" in text
-    assert {line.split()[0] for line in text.split("\n") if line.startswith(("bar", "rod", "hammer"))} == {
-        "bar",
-        "rod",
-        "hammer",
-    }
+    things = {"bar", "rod", "hammer"}
+    assert {line.split()[0] for line in text.split("\n") if line.startswith(tuple(things))} == things
     assert "arm, other" in text
     assert (tmp_path / "shown" / "memory.png").stat().st_size > 1000
     content = json.loads((tmp_path / "shown" / "memory.json").read_text())
-    assert main(["memory", "show", str(memory), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == content
+    assert answer("memory", "show", memory, "--json").content == content
     wood, steel = content["materials"]
     assert wood["interval90"][0] < 640.0 < wood["interval90"][1]
     assert steel["interval90"][0] < 7750.0 < steel["interval90"][1]
@@ -50,26 +45,22 @@ def test_show_prints_and_draws_materials_and_things(memory, tmp_path, capsys):
     assert bar["mass_sd"] < 0.08 < (wood["interval90"][1] - wood["interval90"][0]) / 3.29 * 1e-3
 
 
-def test_an_empty_memory_says_so(tmp_path, capsys):
+def test_an_empty_memory_says_so(tmp_path):
     open_memory(tmp_path / "new.sqlite").close()
-    assert main(["memory", "show", str(tmp_path / "new.sqlite")]) == 0
-    assert "It knows nothing yet." in capsys.readouterr().out
+    assert "It knows nothing yet." in answer("memory", "show", tmp_path / "new.sqlite").out
 
 
-def test_forget_merge_export_import_verify(memory, tmp_path, capsys):
+def test_forget_merge_export_import_verify(memory, tmp_path):
     other, file = tmp_path / "other.sqlite", tmp_path / "trials.jsonl"
     with open_memory(other) as ledger:
         ledger.append([*hold_workshop(3), hold("plank", (WOOD,), (610.0,), 77)])
-    assert main(["memory", "merge", str(memory), str(other)]) == 0
-    assert "1 of 4 trials are new" in capsys.readouterr().out
-    assert main(["memory", "export", str(memory), str(file)]) == 0
-    assert main(["memory", "import", str(tmp_path / "again.sqlite"), str(file)]) == 0
+    assert "1 of 4 trials are new" in answer("memory", "merge", memory, other).out
+    answer("memory", "export", memory, file)
+    answer("memory", "import", tmp_path / "again.sqlite", file)
     with open_memory(memory) as one, open_memory(tmp_path / "again.sqlite") as two:
         assert [trial.to_dict() for trial in one.list_trials()] == [trial.to_dict() for trial in two.list_trials()]
-    assert main(["memory", "forget", str(memory), "--object", "plank"]) == 0
-    assert "1 trials forgotten, 9 remain" in capsys.readouterr().out
-    assert main(["memory", "verify", str(memory)]) == 0
-    assert "9 trials, all sound" in capsys.readouterr().out
+    assert "1 trials forgotten, 9 remain" in answer("memory", "forget", memory, "--object", "plank").out
+    assert "9 trials, all sound" in answer("memory", "verify", memory).out
 
 
 def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
@@ -78,8 +69,8 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     earlier = MaterialMemory((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
     content = {"taught_by": ["abc"], **json.loads(format_memory(earlier))}
     (tmp_path / "memory.json").write_text(json.dumps(content))
-    words = ["memory", "import", str(tmp_path / "new.sqlite"), str(tmp_path / "memory.json")]
-    assert main(words) == main(words) == 0
+    for _ in range(2):
+        answer("memory", "import", tmp_path / "new.sqlite", tmp_path / "memory.json")
     with open_memory(tmp_path / "new.sqlite") as ledger:
         assert len(ledger) == 2  # what it knew, and the run that taught it
         recalled = ledger.recall()

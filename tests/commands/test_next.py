@@ -3,76 +3,60 @@
 import json
 
 import pytest
+from helpers.answers import answer
 from helpers.trials import write_known
 
-from affordance.cli import main
+ANY = ["next", "reach", "--samples", 800]
+ONE = [*ANY, "--only", "machinist hammer"]
 
-ONE = ["next", "reach", "--only", "machinist hammer", "--samples", "800"]
 
-
-def test_what_to_hold_is_said_tabulated_and_drawn(tmp_path, capsys):
-    assert main([*ONE, "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+def test_what_to_hold_is_said_tabulated_and_drawn(tmp_path):
+    said = answer(*ONE, "--out", tmp_path / "out").out
     assert said.startswith("reach: take the machinist hammer by ")
     assert said.strip().split("\n")[-1].startswith("Hold the ")
     content = json.loads((tmp_path / "out" / "next.json").read_text())
     assert (tmp_path / "out" / "next.txt").read_text() == said
     assert (tmp_path / "out" / "next.png").stat().st_size > 1000
-    assert [each["worth"] for each in content["ranked"]] == sorted(
-        (each["worth"] for each in content["ranked"]), reverse=True
-    )
-    assert {each["name"] for each in content["ranked"]} == {
-        "bar of oak",
-        "rod of cast steel",
-        "block of rubber",
-        "sheet of stainless steel",
-        "pin of brass",
-    }
+    worths = [each["worth"] for each in content["ranked"]]
+    assert worths == sorted(worths, reverse=True)
+    stock = {"bar of oak", "rod of cast steel", "block of rubber", "sheet of stainless steel", "pin of brass"}
+    assert {each["name"] for each in content["ranked"]} == stock
     assert content["unit"] == "J"
     assert content["decisions"][0]["name"] == "reach"
 
 
-def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(tmp_path, capsys):
+def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(tmp_path):
     known = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
-    assert main([*ONE, "--memory", str(known), "--include-tools", "--json"]) == 0
-    content = json.loads(capsys.readouterr().out)
+    content = answer(*ONE, "--memory", known, "--include-tools", "--json").content
     assert (content["stop"], content["rests_on"]) == ("", ["stock"])
     assert content["check"] in {each["name"] for each in content["ranked"]}
     assert content["sentence"].endswith(" to check: the choice for reach rests on the stock alone.")
     assert "machinist hammer" in {each["name"] for each in content["ranked"]}
-    assert main([*ONE, "--memory", str(known), "--price", "100"]) == 0
-    assert "Nothing more needs to be held: every choice is certain. But the" in capsys.readouterr().out
+    said = answer(*ONE, "--memory", known, "--price", 100).out
+    assert "Nothing more needs to be held: every choice is certain. But the" in said
+    assert "Stop as every choice is certain: yes. Stop as no hold is worth its price: yes." in said
 
 
-def test_a_tool_seen_in_pictures_may_be_held_itself(capsys):
-    assert main([*ONE, "--see", "pictures", "--include-tools", "--json"]) == 0
-    ranked = {each["name"]: each for each in json.loads(capsys.readouterr().out)["ranked"]}
+def test_a_tool_seen_in_pictures_may_be_held_itself():
+    content = answer(*ONE, "--see", "pictures", "--include-tools", "--json").content
+    ranked = {each["name"]: each for each in content["ranked"]}
     assert ranked["machinist hammer"]["worth"] > 3.0 * ranked["machinist hammer"]["worth_se"]
     assert ranked["machinist hammer"]["worth"] < ranked["bar of oak"]["worth"]  # it mixes two materials
     assert ranked["pin of brass"]["worth"] < 0.01
 
 
-def test_both_rules_of_stopping_are_reported(tmp_path, capsys):
+def test_both_rules_of_stopping_are_reported():
     """Of a choice that is open the second rule depends on the price alone; a certain choice is worth nothing."""
-    assert main([*ONE]) == 0
-    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: no." in capsys.readouterr().out
-    assert main([*ONE, "--price", "100"]) == 0
-    said = capsys.readouterr().out
+    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: no." in answer(*ONE).out
+    said = answer(*ONE, "--price", 100).out
     assert "Stop as every choice is certain: no. Stop as no hold is worth its price: yes." in said
     assert "Nothing here is worth its price of 100 J: the bar of oak would save 0." in said
     assert "reach stays open (P = 0." in said
-    known = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
-    assert main([*ONE, "--memory", str(known), "--price", "100"]) == 0
-    assert "Stop as every choice is certain: yes. Stop as no hold is worth its price: yes." in capsys.readouterr().out
 
 
-def test_sentence_says_worth_of_one_use_and_what_to_hold_then(capsys):
+def test_sentence_says_worth_of_one_use_and_what_to_hold_then():
     """A worth of a hundred uses is a hundred times that of one, which the sentence names."""
-    contents = []
-    for uses in ("1", "100"):
-        assert main([*ONE, "--uses", uses, "--json"]) == 0
-        contents.append(json.loads(capsys.readouterr().out))
-    one, hundred = contents
+    one, hundred = (answer(*ONE, "--uses", uses, "--json").content for uses in (1, 100))
     assert hundred["ranked"][0]["worth"] == pytest.approx(100.0 * one["ranked"][0]["worth"])
     assert one["sentence"].split(";")[0] == hundred["sentence"].split(";")[0]
     assert one["sentence"].startswith("Hold the bar of oak: worth 0.")
@@ -80,32 +64,29 @@ def test_sentence_says_worth_of_one_use_and_what_to_hold_then(capsys):
     assert " J a use; then the rod of cast steel" in one["sentence"]
 
 
-def test_tie_says_by_how_little_the_best_two_differ(tmp_path, capsys):
+def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
     """One grip by two names is a tie, which no hold decides."""
     grips = "{one: {position: [0, 0, 0]}, two: {position: [0, 0, 0]}}"
-    assert main(["next", "reach", "--samples", "800", *write_tools(tmp_path, "[0.2, 0.01, 0.01]", grips)]) == 0
-    said = capsys.readouterr().out
+    said = answer(*ANY, *write_tools(tmp_path, "[0.2, 0.01, 0.01]", grips)).out
     assert said.endswith("Nothing here is worth holding: P = 0.50 of reach is a tie, the best two differ by 0 J.\n")
 
 
-def test_task_that_no_option_can_do_is_said_to_be_impossible(tmp_path, capsys):
+def test_task_that_no_option_can_do_is_said_to_be_impossible(tmp_path):
     grips = "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}"
-    assert main(["next", "reach", "--samples", "800", *write_tools(tmp_path, "[0.9, 0.8, 0.8]", grips)]) == 0
-    said = capsys.readouterr().out
+    said = answer(*ANY, *write_tools(tmp_path, "[0.9, 0.8, 0.8]", grips)).out
     assert said.startswith("reach: no option can do it (P = ")
     assert said.endswith("Nothing here is worth holding: no option can do what is to be done.\n")
 
 
-def test_object_that_the_arm_cannot_hold_is_worth_nothing(tmp_path, capsys):
+def test_object_that_the_arm_cannot_hold_is_worth_nothing(tmp_path):
     heavy = write_tools(tmp_path, "[0.6, 0.5, 0.5]", "{one: {position: [0, 0, 0]}}")[1]
-    assert main([*ONE, "--may-hold", heavy, "--json"]) == 0
-    content = json.loads(capsys.readouterr().out)
+    content = answer(*ONE, "--may-hold", heavy, "--json").content
     (block,) = content["ranked"]
     assert block["p_held"] < 0.05
     assert (block["worth"], block["information"], content["stop"]) == (0.0, 0.0, "not worth its price")
 
 
-def test_colours_that_count_as_one_are_doubted_together(tmp_path, capsys):
+def test_colours_that_count_as_one_are_doubted_together(tmp_path):
     """Doubts about things at odds are the same, whether one colour or two that count as one show their material."""
     said = []
     for name, second in (("one", "#b07a45"), ("two", "#305a95")):
@@ -113,22 +94,19 @@ def test_colours_that_count_as_one_are_doubted_together(tmp_path, capsys):
         write_known(place, {"#b07a45": 563.0}, name="plank")
         write_known(place, {second: 7200.0}, name="other plank")
         same = ["--same-colour", "#b07a45=#305a95"] if name == "two" else []
-        assert main(["next", "reach", "--samples", "800", "--memory", str(place), "--json", *same]) == 0
-        said.append(json.loads(capsys.readouterr().out))
+        said.append(answer(*ANY, "--memory", place, "--json", *same).content)
     one, two = said
     assert "other plank" in one["rests_on"]
     assert two["rests_on"] == one["rests_on"]
     assert two["decisions"] == one["decisions"]
 
 
-def test_object_with_the_name_of_a_tool_is_refused_and_tools_may_be_what_is_held(tmp_path, capsys):
+def test_object_with_the_name_of_a_tool_is_refused_and_tools_may_be_what_is_held(tmp_path):
     tools = write_tools(tmp_path, "[0.4, 0.03, 0.03]", "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}")
     own = tmp_path / "own.yaml"
     own.write_text((tmp_path / "tools.yaml").read_text().replace("oak", "brass"))
-    assert main(["next", "reach", "--samples", "800", *tools, "--may-hold", str(own)]) == 2
-    assert "'block' is a tool of" in capsys.readouterr().err
-    assert main(["next", "reach", "--samples", "800", *tools, "--may-hold", tools[1], "--include-tools"]) == 0
-    assert "Hold the block: worth" in capsys.readouterr().out
+    assert "'block' is a tool of" in answer(*ANY, *tools, "--may-hold", own, status=2).err
+    assert "Hold the block: worth" in answer(*ANY, *tools, "--may-hold", tools[1], "--include-tools").out
 
 
 def write_tools(folder, box, grips):

@@ -7,7 +7,6 @@ import pytest
 
 from affordance.cli import OneLineParser
 from affordance.commands.options import add_repeats, check_bounds
-from affordance.exceptions import BadValueError
 
 
 @pytest.fixture
@@ -52,11 +51,8 @@ def test_former_name_of_repeats_works_and_is_not_shown(parser):
     assert "--observers" not in parser.format_help()
 
 
-def test_shared_numbers_have_shared_bounds():
+def test_shared_numbers_may_be_at_their_bounds():
     check_bounds(argparse.Namespace(repeats=1, seed=2**32 - 1))
-    for name, value in (("repeats", 0), ("seed", -1), ("jobs", 5000)):
-        with pytest.raises(BadValueError, match=f"^--{name}: is {value}, must be from "):
-            check_bounds(argparse.Namespace(**{name: value}))
 
 
 def test_help_imports_nothing_that_takes_long(children):

@@ -4,10 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from helpers.answers import answer
 from helpers.results_files import read_numbers
 
 from affordance.belief.learner import Learner
-from affordance.cli import main
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.protocol import find_number_of_observers, find_protocol
 from affordance.protocols.schema import write_protocol
@@ -27,13 +27,13 @@ def short(tmp_path):
 
 
 def call(command, path, tmp_path, *more):
-    return main([command, str(path), "--jobs", "1", "--out", str(tmp_path / "out"), *more])
+    return answer(command, path, "--jobs", 1, "--out", tmp_path / "out", *more).out
 
 
-def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypatch, capsys):
-    assert call("predict", short, tmp_path) == 0
-    assert f"The predictions: {tmp_path / 'out' / 'mine' / 'predictions.json'}" in capsys.readouterr().out
-    found = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())
+def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypatch):
+    path = tmp_path / "out" / "mine" / "predictions.json"
+    assert f"The predictions: {path}" in call("predict", short, tmp_path)
+    found = json.loads(path.read_text())
     assert found["repeats"] == 3  # as the protocol says
     assert set(found["numbers"]["end_N"]) == {learner.value for learner in Learner}
 
@@ -41,7 +41,7 @@ def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypat
         raise AssertionError("this observer was simulated already")
 
     monkeypatch.setattr(PresentationExperiment, "run_learner", refuse)
-    assert call("run", short, tmp_path) == 0
+    call("run", short, tmp_path)
     numbers = read_numbers(tmp_path / "out" / "mine")
     assert numbers["repeats"] == 3
     assert numbers["learners"]["kinds_map"]["end_N"] == found["numbers"]["end_N"]["kinds_map"]["mean"]
@@ -57,16 +57,16 @@ def test_observers_of_one_learner_serve_a_protocol_that_names_none(short, tmp_pa
         ),
         encoding="utf-8",
     )
-    assert call("predict", short, tmp_path) == 0
+    call("predict", short, tmp_path)
     monkeypatch.setattr(PresentationExperiment, "run_learner", None)
     for learner in Learner:
-        assert call("run", short, tmp_path, "--learner", learner.value) == 0
+        call("run", short, tmp_path, "--learner", learner.value)
 
 
 def test_number_of_observers_is_that_of_the_command_line_then_of_the_protocol(short, tmp_path):
     assert find_number_of_observers(str(short)) == 3
     assert find_number_of_observers("weight") is None
-    assert call("run", short, tmp_path, "--repeats", "2") == 0
+    call("run", short, tmp_path, "--repeats", 2)
     assert read_numbers(tmp_path / "out" / "mine")["repeats"] == 2
 
 
@@ -97,14 +97,14 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
     assert "people in each group would do" not in text
 
 
-def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
+def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path):
     """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3; an expression's SD follows."""
     text = find_protocol("linear_plus_plus").read_text(encoding="utf-8")
     for many, few in (("repetitions: 30", "repetitions: 1"), ("repetitions: 40", "repetitions: 16"), ("120", "4")):
         text = text.replace(many, few)
     path = tmp_path / "few.yaml"
     path.write_text(text.replace("name: linear_plus_plus", "name: few"), encoding="utf-8")
-    assert call("predict", path, tmp_path, "--repeats", "2") == 0
+    call("predict", path, tmp_path, "--repeats", 2)
     found = json.loads((tmp_path / "out" / "few" / "predictions.json").read_text())
     spread = found["spread_between_people"]
     assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)
@@ -114,9 +114,8 @@ def test_spread_between_people_is_the_given_one_or_follows_from_published_interv
     text = short.read_text(encoding="utf-8")
     given = "first_N: {people: {sd: 1.7, unit: N, source: a paper}, "
     short.write_text(text.replace("first_N: {", given, 1))
-    assert call("predict", short, tmp_path) == 0
+    assert "SD between people 1.7 (a paper)" in call("predict", short, tmp_path)
     spread = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())["spread_between_people"]
     assert spread["first_N"] == {"sd": 1.7, "source": "a paper"}
     assert spread["end_N"]["sd"] == 1.75
     assert spread["learned"]["source"] == "calculated from the others"
-    assert "SD between people 1.7 (a paper)" in capsys.readouterr().out

@@ -5,12 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from helpers.answers import answer
 from helpers.robot_files import write_urdf
 from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
 from affordance.choice.pricing import GRIP_LEVER
-from affordance.cli import main
 from affordance.commands import rank
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
@@ -27,17 +27,14 @@ ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 
 
 @pytest.fixture
-def known(tmp_path: Path) -> list[str]:
+def known(tmp_path: Path) -> list[object]:
     """Options that name the memory of an observer who knows steel and oak."""
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0, "oak": 563.0})
-    return ["--memory", str(path)]
+    return ["--memory", path]
 
 
-def test_memory_decides_and_the_last_line_says_what_to_take(
-    known: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main([*ONE, *known]) == 0
-    title, header, first, *_, last = capsys.readouterr().out.splitlines()
+def test_memory_decides_and_the_last_line_says_what_to_take(known: list[object]) -> None:
+    title, header, first, *_, last = answer(*ONE, *known).lines
     assert title.endswith("by the memory m.sqlite")
     assert header.startswith(" ")
     assert "P(feasible)  torque share" in header
@@ -46,17 +43,15 @@ def test_memory_decides_and_the_last_line_says_what_to_take(
     assert last.endswith(" J, best with probability 1.00.")
 
 
-def test_without_a_memory_it_says_that_it_knows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(ONE) == 0
-    said = capsys.readouterr().out
+def test_without_a_memory_it_says_that_it_knows_nothing() -> None:
+    said = answer(*ONE).out
     assert "no memory is given: nothing is known of any material, its prior decides" in said
     assert "is the density of oak (" in said
     assert "the machinist hammer choked would be better." in said
 
 
-def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*ONE, *known, "--json", "--by", "margin"]) == 0
-    content = json.loads(capsys.readouterr().out)
+def test_json_has_all_numbers_and_writes_nothing_else(known: list[object]) -> None:
+    content = answer(*ONE, *known, "--json", "--by", "margin").content
     keys = "task robot see memory trials_of_other_arms unknown by unit statistic choice options p_none why sentence"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
@@ -76,14 +71,13 @@ def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: 
     assert sum(shares) + content["why"]["rest"] == pytest.approx(1.0)
 
 
-def test_what_a_memory_lacks_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_a_memory_lacks_is_named(tmp_path: Path) -> None:
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0})
-    assert main([*ONE, "--memory", str(path)]) == 0
-    assert "by the memory m.sqlite, which knows nothing of oak" in capsys.readouterr().out
+    assert "by the memory m.sqlite, which knows nothing of oak" in answer(*ONE, "--memory", path).out
 
 
 def test_results_are_written_with_a_picture(
-    tmp_path: Path, known: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, known: list[object], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     shots = []
     render = advice_figure.render_poses
@@ -93,8 +87,7 @@ def test_results_are_written_with_a_picture(
         return render(directives, poses, **size)
 
     monkeypatch.setattr(advice_figure, "render_poses", note)
-    assert main([*ONE, *known, "--by", "grip", "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+    said = answer(*ONE, *known, "--by", "grip", "--out", tmp_path / "out").out
     assert (tmp_path / "out" / "ranking.txt").read_text() == said
     content = json.loads((tmp_path / "out" / "ranking.json").read_text())
     assert content["sentence"] == said.splitlines()[-1]
@@ -103,21 +96,18 @@ def test_results_are_written_with_a_picture(
     assert (tmp_path / "out" / "ranking.svg").exists()
 
 
-def test_grip_that_cannot_be_held_is_not_taken(known: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([*ONE, *known, "--json", "--max-grip-moment", "0.5"]) == 0
-    by_grip = {each["grip"]: each for each in json.loads(capsys.readouterr().out)["options"]}
+def test_grip_that_cannot_be_held_is_not_taken(known: list[object]) -> None:
+    content = answer(*ONE, *known, "--json", "--max-grip-moment", 0.5).content
+    by_grip = {each["grip"]: each for each in content["options"]}
     assert not by_grip["handle"]["usable"]
     assert by_grip["handle"]["p_feasible"] == 0.0
     assert by_grip["handle"]["reason"].endswith("N m, --max-grip-moment allows 0.5 N m")
     assert by_grip["head"]["usable"]
 
 
-def test_nothing_that_can_be_held_is_one_line(
-    known: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    words = ["rank", "hold", *ONE[2:], *known, "--max-grip-force", "1", "--out", str(tmp_path / "out")]
-    assert main(words) == 2
-    said = capsys.readouterr().err
+def test_nothing_that_can_be_held_is_one_line(known: list[object], tmp_path: Path) -> None:
+    words = ["rank", "hold", *ONE[2:], *known, "--max-grip-force", 1, "--out", tmp_path / "out"]
+    said = answer(*words, status=2).err
     assert said.count("\n") == 1
     assert "no tool can do the task; nearest is machinist hammer by " in said
     assert "N, --max-grip-force allows 1 N; with 0.2" in said
@@ -125,9 +115,7 @@ def test_nothing_that_can_be_held_is_one_line(
     assert not (tmp_path / "out").exists()
 
 
-def test_pictures_are_looked_at_when_they_are_asked_for(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pictures_are_looked_at_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     looked = []
 
     def see(tools: list[rank.Tool], *, by_sight: bool, seed: int) -> list[object]:
@@ -135,24 +123,19 @@ def test_pictures_are_looked_at_when_they_are_asked_for(
         raise AffordanceError("seen enough")
 
     monkeypatch.setattr(rank, "list_tool_options", see)
-    assert main([*ONE, "--see", "pictures", "--seed", "3"]) == 2
+    answer(*ONE, "--see", "pictures", "--seed", 3, status=2)
     assert looked == [(True, 3, ["machinist hammer"])]
 
 
-def test_features_are_seen_with_the_errors_of_the_settings(
-    known: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_features_are_seen_with_the_errors_of_the_settings(known: list[object]) -> None:
     widths = []
     for sight in (["drawing"], ["features", "--set", "vision_error.size=0.1"]):
-        assert main([*ONE, *known, "--json", "--see", *sight]) == 0
-        force = json.loads(capsys.readouterr().out)["options"][0]["grip_force"]
+        force = answer(*ONE, *known, "--json", "--see", *sight).content["options"][0]["grip_force"]
         widths.append(force["p95"] - force["p05"])
     assert widths[1] > 2.0 * widths[0]
 
 
-def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
-    tmp_path: Path, known: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path: Path, known: list[object]) -> None:
     place = Path(known[1])
     with open_memory(place) as ledger:
         ledger.append(
@@ -161,8 +144,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
                 for number, fingerprint in enumerate(("of another", recognise_arm(Robot().directives)))
             ]
         )
-    assert main([*ONE, *known]) == 0
-    said = capsys.readouterr().out
+    said = answer(*ONE, *known).out
     assert "the paper's arm had another arm in 1 of its trials, which still count for materials" in said
     assert "knows nothing" not in said
 
@@ -182,11 +164,8 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root / "two_arms"
 
 
-def test_any_robot_is_ranked_by_what_its_gripper_must_hold(
-    robot: Path, known: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    assert main([*ONE, *known, "--robot", str(robot), "--json", "--out", str(tmp_path / "out")]) == 0
-    content = json.loads(capsys.readouterr().out)
+def test_any_robot_is_ranked_by_what_its_gripper_must_hold(robot: Path, known: list[object], tmp_path: Path) -> None:
+    content = answer(*ONE, *known, "--robot", robot, "--json", "--out", tmp_path / "out").content
     assert (content["robot"], content["by"], content["unit"]) == ("two_arms", "grip", "N")
     assert {each["torque_share"]["joint"] for each in content["options"]} == {"right_j3"}
     for each in content["options"]:
@@ -195,20 +174,17 @@ def test_any_robot_is_ranked_by_what_its_gripper_must_hold(
             max(each["grip_force"]["p95"], each["grip_moment"]["p05"] / GRIP_LEVER) < each["cost"]["value"] < as_force
         )
     assert (tmp_path / "out" / "ranking.png").stat().st_size > 20_000
-    assert main([*ONE, *known, "--models", str(robot), "--json", "--by", "work"]) == 0  # its former name
-    works = [each["work"]["mean"] for each in json.loads(capsys.readouterr().out)["options"]]
+    content = answer(*ONE, *known, "--models", robot, "--json", "--by", "work").content  # its former name
+    works = [each["work"]["mean"] for each in content["options"]]
     assert works == sorted(works)
 
 
-def test_task_of_a_file_is_done_by_any_robot(
-    robot: Path, known: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_task_of_a_file_is_done_by_any_robot(robot: Path, known: list[object], tmp_path: Path) -> None:
     path = tmp_path / "aside.yaml"
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 1.0}\n")
-    assert main([*ONE[:1], *ONE[2:], *known, "--task", str(path), "--robot", str(robot), "--by", "effort"]) == 0
-    first, *_, last = capsys.readouterr().out.splitlines()
+    words = ["rank", *ONE[2:], *known, "--task", path, "--robot", robot]
+    first, *_, last = answer(*words, "--by", "effort").lines
     assert first.startswith("aside with two_arms, compared by the joints' expected effort; by the memory m.sqlite")
     assert last.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
-    assert main([*ONE[:1], *ONE[2:], "--task", str(path), "--robot", str(robot)]) == 2
-    assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in capsys.readouterr().err
+    assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err

@@ -2,24 +2,21 @@
 
 import pytest
 import xarray
+from helpers.answers import answer
 from helpers.results_files import read_numbers
-
-from affordance.cli import main
 
 SMALL = ["--repeats", "1", "--jobs", "1"]
 
 
-def test_settings_are_listed_with_value_unit_and_source(capsys):
-    assert main(["settings"]) == 0
-    out = capsys.readouterr().out
+def test_settings_are_listed_with_value_unit_and_source():
+    out = answer("settings").out
     assert "prior.sd = 4000 kg/m^3\n" in out
     assert "(Ross & Gregory" in out
     assert "noise.model = weber\n" in out
 
 
-def test_some_are_listed_by_name_with_what_was_set(capsys):
-    assert main(["settings", "prior", "--set", "prior.sd=8000"]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_some_are_listed_by_name_with_what_was_set():
+    lines = answer("settings", "prior", "--set", "prior.sd=8000").lines
     assert [line for line in lines if not line.startswith(" ")] == [
         "prior.mode = 1000 kg/m^3",
         "prior.sd = 8000 kg/m^3",
@@ -29,8 +26,8 @@ def test_some_are_listed_by_name_with_what_was_set(capsys):
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
-    assert main(["run", "two_families", *SMALL, "--out", str(tmp_path), "--set", "noise.weber_fraction=0.13"]) == 0
+def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path):
+    answer("run", "two_families", *SMALL, "--out", tmp_path, "--set", "noise.weber_fraction=0.13")
     folder = tmp_path / "two_families"
     numbers = read_numbers(folder)
     assert numbers["config"]["settings"]["noise"]["weber_fraction"] == 0.13

@@ -4,7 +4,6 @@ import atexit
 import contextlib
 import copy
 import functools
-import io
 import re
 import shlex
 import shutil
@@ -22,7 +21,6 @@ from affordance import exceptions
 from affordance.belief.memory_file import parse_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.tasks import load_task_file
-from affordance.cli import main
 from affordance.control.timed_path import load_path
 from affordance.experiments.protocol_runs import load_choice_experiment, load_protocol_experiment
 from affordance.experiments.suite import load_experiment
@@ -48,6 +46,7 @@ from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_arm
 from affordance.robots.recorded_arm import load_robot
 from affordance.settings import DEFAULT_SETTINGS
+from helpers.answers import answer
 from helpers.generated_runs import write_urdf as write_recorded_robot
 from helpers.invented_model import Outer
 from helpers.meshes import join, make_box, write_obj
@@ -153,16 +152,11 @@ def put(content: Any, values: dict[str, Any]) -> Any:
 
 def run_command(words: str) -> str:
     """Runs the command line, which must end with status 2 and write nothing; returns what it says."""
-    before, printed, said = list_content(), io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
-        try:
-            status = main(shlex.split(words))
-        except SystemExit as ended:  # raised by the parser of options
-            status = ended.code
-    assert status == 2
-    assert not printed.getvalue()
+    before = list_content()
+    answered = answer(*shlex.split(words), status=2)
+    assert not answered.out
     assert list_content() == before
-    return said.getvalue().removesuffix("\n")
+    return answered.err.removesuffix("\n")
 
 
 def list_content() -> dict[Path, bytes | None]:
