@@ -76,17 +76,17 @@ picture: $(VENV)/run.stamp ## redraw the moving picture of README from a simulat
 	$(PYTHON) docs/moving_picture.py
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
-	$(PYTHON) -m studies.speed.run
+	$(PYTHON) -m affordance study speed
 
 trust: $(VENV)/dev.stamp ## calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling: a quarter of an hour
-	$(PYTHON) -m studies.trust.run
+	$(PYTHON) -m affordance study trust
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py
-	$(PYTHON) -m studies.robustness.page
+	$(PYTHON) -m affordance study robustness --page
 
 mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
-	$(PYTHON) -m studies.mutants.run
+	$(PYTHON) -m affordance study mutants
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
 	$(PYTHON) -m affordance study robustness --prove 5

@@ -168,12 +168,12 @@ def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -
     parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="NAME", help=help_)
 
 
-def import_part(module: str) -> Any:
-    """Imports a module that needs libraries of the extra [dev]; raises an UnavailableError without them."""
+def import_part(module: str, extra: str = "dev") -> Any:
+    """Imports a module that needs libraries of an extra; raises an UnavailableError without them."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:
-        raise UnavailableError(f"{module} is", f"pip install '.[dev]' installs {error.name}") from error
+        raise UnavailableError(f"{module} is", f"pip install '.[{extra}]' installs {error.name}") from error
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
@@ -293,4 +293,5 @@ def print_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     for line in itertools.chain(format_table(header, ()).splitlines(), map(format_row, rows)):
         print(line, flush=True)
         lines.append(line)
+    print()
     return "\n".join(lines)

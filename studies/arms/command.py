@@ -9,13 +9,12 @@ from typing import Any
 
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
-from affordance.files.atomic import write_json
 from affordance.named_settings import parse_changes
 from studies.arms.facts import Found, list_facts, list_verdicts, select_loaded
 from studies.arms.figure import draw_study
 from studies.arms.robot_study import EXPERIMENTS, OK, RunConfig, study_ours, study_robot
 from studies.arms.robots import ROBOTS, Robot, find_folder
-from studies.study import Findings, Study, Work
+from studies.study import Findings, Study, Work, add_only
 
 _LOG = logging.getLogger(__name__)
 
@@ -25,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--robots", type=Path, required=True, help="folder that the wheel was installed into, or its folder robots/"
     )
-    parser.add_argument("--only", nargs="+", default=[], metavar="ROBOT", help="some of the robots (default: all)")
+    add_only(parser, [robot.name for robot in ROBOTS], "robots")
     add_repeats(parser, 20, "simulated observers of each experiment")
     add_seed(parser)
     add_jobs(parser, 1)
@@ -37,7 +36,7 @@ def plan(arguments: argparse.Namespace) -> Work:
     """Checks settings and robots.
 
     Raises:
-        BadValueError: A setting or the name of a robot is unknown, or the folder has no robot's file.
+        BadValueError: A setting is unknown, or the folder has no robot's file.
     """
     change_by_name(arguments)
     chosen = choose_robots(arguments.robots, arguments.only)
@@ -50,12 +49,8 @@ def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
     """Lists the robots to study; all if none is named.
 
     Raises:
-        BadValueError: The folder has no robot's file, or a name is unknown.
+        BadValueError: The folder has no robot's file.
     """
-    names = [robot.name for robot in ROBOTS]
-    unknown = [name for name in only if name not in names]
-    if unknown:
-        raise BadValueError("--only", "", f"is {unknown[0]!r}, must be of {', '.join(names)}")
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
         problem = f"is {str(folder)!r}, which has none of the robots' files, such as {chosen[0].file}"
@@ -80,7 +75,7 @@ def describe(found: Found, ours: dict[str, Any]) -> Findings:
         {"robots": {name: one["metrics"] for name, one in found.items()}},
         {**count(found), **list_facts(found, ours)},
         figures={"arms": partial(draw_study, found, ours)},
-        writers=(lambda folder: write_json(folder / "study.json", {"robots": details, "ours": ours}),),
+        details={"robots": details, "ours": ours},
         tables=list_verdicts(found),
     )
 

@@ -9,13 +9,16 @@ from typing import Any
 from affordance.arguments import check_whole
 from affordance.choice.demand import Criterion
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.robots.kept import open_robot
 from studies.arms.robots import ROBOTS, Robot, find_folder
+from studies.loop.demo import write_demo
 from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import measure_ledger
+from studies.loop.record import print_recorded
+from studies.loop.recordings import MOTORS, TORQUE_SENSORS
 from studies.loop.study import (
     LoopConfig,
     build_bench,
@@ -25,7 +28,7 @@ from studies.loop.study import (
     summarise_robots,
     time_ranking,
 )
-from studies.study import Findings, Study, Work, run_kept
+from studies.study import Findings, Study, Task, Work, add_only, run_kept
 
 # Robots that are studied, and whether they have torque sensors at their joints.
 _STUDIED = {"panda": True, "ur5": False, "xarm7": False}
@@ -34,29 +37,35 @@ _TRIALS = Whole(10, 10_000_000)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument(
-        "--robots", type=Path, required=True, help="folder that example-robot-data was installed into, or its robots/"
-    )
-    parser.add_argument(
-        "--only", nargs="+", default=[], metavar="ROBOT", help=f"some of {', '.join(_STUDIED)} (default: all)"
-    )
+    what = "folder that example-robot-data was installed into, or its robots/"
+    parser.add_argument("--robots", type=Path, metavar="DIR", help=what)
+    add_only(parser, _STUDIED, "robots")
     parser.add_argument("--trials", type=int, default=100_000, help="trials of the ledger that is timed")
+    what = "write recordings of stock on one robot, a folder that import-arm wrote, to --out, as a user's logs"
+    parser.add_argument("--record", type=Path, metavar="DIR", help=what)
+    parser.add_argument("--motors", action="store_true", help="of --record: motor torques, not torque sensors")
+    what = "record anew what identify --demo and rank --demo read, which comes with the package"
+    parser.add_argument("--demo", action="store_true", help=what)
     add_repeats(parser, 50, "simulated observers on each robot")
     add_seed(parser)
     add_jobs(parser)
     add_out(parser)
 
 
-def plan(arguments: argparse.Namespace) -> Work:
-    """Checks the robots.
+def plan(arguments: argparse.Namespace) -> Work | Task:
+    """Checks the robots, or plans recordings.
 
     Raises:
-        BadValueError: The name of a robot is unknown, or the folder lacks its file.
+        BadValueError: The folder of robots is missing, or lacks a robot's file.
     """
+    if arguments.demo:
+        return Task(write_demo)
+    if arguments.record is not None:
+        signals = MOTORS if arguments.motors else TORQUE_SENSORS
+        return Task(partial(print_recorded, arguments.record, arguments.out, signals, arguments.seed))
     check_whole("--trials", arguments.trials, _TRIALS)
-    for name in arguments.only:
-        if name not in _STUDIED:
-            raise BadValueError("--only", "", describe_choice(name, _STUDIED))
+    if arguments.robots is None:
+        raise BadValueError("--robots", "", "is missing, must be a folder with example-robot-data")
     folder = find_folder(arguments.robots)
     chosen = [each for each in ROBOTS if each.name in (arguments.only or _STUDIED)]
     for robot in chosen:

@@ -1,4 +1,4 @@
-"""Recordings of ``affordance identify --demo`` and trials of ``rank --demo``: ``python -m studies.loop.demo``."""
+"""Recordings of ``affordance identify --demo`` and trials of ``rank --demo``, which come with the package."""
 
 import tempfile
 from pathlib import Path
@@ -20,8 +20,8 @@ _SIGNALS = TORQUE_SENSORS._replace(friction=(0.0005, 0.0005, 0.0005), noise_sd=0
 _ROWS, _STEP = 800, 2
 
 
-def main() -> None:
-    """Records all pieces of stock on the paper's arm, keeps one recording and what all of them taught."""
+def write_demo() -> int:
+    """Records all pieces of stock on the paper's arm, keeps one recording and what all taught; returns status 0."""
     with tempfile.TemporaryDirectory() as folder:
         memory = Path(folder) / "demo.sqlite"
         recorded = record_stock(Robot.load(), Path(folder), _SIGNALS, _SEED)
@@ -36,7 +36,4 @@ def main() -> None:
             write_text(target, "\n".join([header, *rows[:_ROWS:_STEP]]) + "\n")
             write_text(target.with_suffix(".yaml"), path.with_suffix(".yaml").read_text(encoding="utf-8"))
         print(f"the {PIECE} truly weighs {np.round(recorded[PIECE].mass, 3)} kg")
-
-
-if __name__ == "__main__":
-    main()
+    return 0

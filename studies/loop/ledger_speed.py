@@ -120,11 +120,14 @@ def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
 def _kill_writer(folder: Path) -> tuple[int, int]:
     """Kills a process that appends while another appends too; returns the trials lost, and those counted twice."""
     place = folder / "killed.sqlite"
-    words = [sys.executable, "-m", "studies.loop.ledger_speed", str(place)]
-    with (
-        subprocess.Popen([*words, "0", "1000000"], cwd=_ROOT, stdout=subprocess.PIPE, text=True) as killed,
-        subprocess.Popen([*words, "500000", "50"], cwd=_ROOT, stdout=subprocess.PIPE, text=True) as other,
-    ):
+
+    def append(start: int, count: int) -> subprocess.Popen[str]:
+        program = (
+            f"from studies.loop.ledger_speed import append_slowly; append_slowly({str(place)!r}, {start}, {count})"
+        )
+        return subprocess.Popen([sys.executable, "-c", program], cwd=_ROOT, stdout=subprocess.PIPE, text=True)
+
+    with append(0, 1_000_000) as killed, append(500_000, 50) as other:
         assert killed.stdout is not None
         assert other.stdout is not None
         acknowledged = [killed.stdout.readline().strip() for _ in range(_ACKNOWLEDGED)]
@@ -143,7 +146,3 @@ def append_slowly(place: str, start: int, count: int) -> None:
             (trial,) = make_trials(number, 1)
             ledger.append([trial])
             print(trial.id, flush=True)
-
-
-if __name__ == "__main__":
-    append_slowly(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

@@ -1,9 +1,8 @@
-"""Recordings of pieces of stock on disk, as a user's logs: ``python -m studies.loop.record ROBOT --out DIR``.
+"""Recordings of pieces of stock on disk, as a user's logs.
 
 For each piece two CSV files, the motion with an empty hand and with the piece, and a YAML file that describes them.
 """
 
-import argparse
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +17,7 @@ from affordance.plant.load import HAND_FRAME
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
 from studies.loop.lives import draw_truth
-from studies.loop.recordings import MOTORS, TORQUE_SENSORS, Signals, build_recorder
+from studies.loop.recordings import Signals, build_recorder
 
 STOCK = MODELS / "workshop" / "blanks.yaml"
 
@@ -66,19 +65,8 @@ def _write(path: Path, run: Run) -> Path:
     return path
 
 
-def main() -> None:
-    """Records the stock by the command line."""
-    parser = argparse.ArgumentParser(description="record pieces of stock on a simulated robot, as CSV files")
-    parser.add_argument("robot", type=Path, help="folder that import-arm wrote")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the recordings")
-    parser.add_argument("--motors", action="store_true", help="motor torques in place of torque sensors")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw")
-    arguments = parser.parse_args()
-    signals = MOTORS if arguments.motors else TORQUE_SENSORS
-    recorded = record_stock(Robot.load(arguments.robot), arguments.out, signals, arguments.seed)
-    for name, piece in recorded.items():
+def print_recorded(robot: Path, folder: Path, signals: Signals, seed: int) -> int:
+    """Records the stock on the robot in a folder of models, and prints true masses; returns exit status 0."""
+    for name, piece in record_stock(Robot.load(robot), folder, signals, seed).items():
         print(f"{name}: truly {piece.mass:.3f} kg: {piece.loaded}")
-
-
-if __name__ == "__main__":
-    main()
+    return 0

@@ -1,15 +1,11 @@
-"""Draws a random sample of mutants with cosmic-ray's operators, for studies/mutants/sample.json (extra ``mutation``).
-
-    pip install '.[mutation]'; python -m studies.mutants.draw NUMBER SEED
+"""Draws a random sample of mutants with the operators of cosmic-ray, of the extra ``mutation``.
 
 First a place is drawn, each as probable, then one of the replacements there.
 """
 
 import difflib
-import sys
 from collections import defaultdict
 from collections.abc import Iterator
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -17,7 +13,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.provider import OperatorProvider
 
-from studies.mutants.run import FOLDERS, Mutant, write_sample
+from studies.mutants.sample import FOLDERS, ROOT, Mutant, write_sample
 
 # Replacements by these raise TypeError with any float, or are the same as others: cheap mutants, which say nothing.
 SILLY = frozenset({"RShift", "LShift", "Mod", "FloorDiv", "Is", "IsNot", "Invert", "UAdd", "USub_Not"})
@@ -59,9 +55,9 @@ def draw(number: int, seed: int) -> list[Mutant]:
     """Draws places without replacement, each as probable, and a replacement for each."""
     places = defaultdict(list)
     texts = {
-        path.as_posix(): path.read_text(encoding="utf-8")
+        path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8")
         for folder in FOLDERS
-        for path in Path("" if folder.startswith("studies/") else "affordance", folder).glob("*.py")
+        for path in (ROOT / ("" if folder.startswith("studies/") else "affordance") / folder).glob("*.py")
     }
     for module, text in sorted(texts.items()):
         for place, name, occurrence in _find_replacements(text):
@@ -93,5 +89,7 @@ def _compiles(text: str) -> bool:
     return True
 
 
-if __name__ == "__main__":
-    write_sample(int(sys.argv[2]), draw(int(sys.argv[1]), int(sys.argv[2])))
+def replace_sample(number: int, seed: int) -> int:
+    """Draws a sample and writes it in place of the last; returns exit status 0."""
+    write_sample(seed, draw(number, seed))
+    return 0

@@ -1,17 +1,12 @@
-"""Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
+"""Breaks the program in randomly drawn places and sees whether the tests notice.
 
 The sample lies in sample.json; draw.py draws another. Each mutant is tried in a copy of the tree, against
 those test files of its folder that execute its line, that of its module first. Every run is a fork of this process,
 which has the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
 """
 
-import argparse
 import json
 import os
-
-# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
-os.environ.setdefault("OMP_NUM_THREADS", "1")
-
 import shutil
 import signal
 import sys
@@ -23,26 +18,14 @@ from typing import Any, NamedTuple
 
 import pytest
 
-import affordance.experiments.suite  # noqa: F401  loads the libraries
+from studies.mutants.sample import FOLDERS, ROOT, Mutant, get_folder, read_sample, write_sample
 from studies.study import format_table
 
-SAMPLE, PAGE = Path("studies/mutants/sample.json"), Path("docs/mutants.md")
-FOLDERS = (
-    "belief",
-    "proprioception",
-    "plant",
-    "control",
-    "choice",
-    "identification",
-    "studies/robustness",
-    "studies/recorded",
-    "studies/hammering",
-)
+PAGE = ROOT / "docs" / "mutants.md"
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
 # Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
 LIMIT, LIMIT_FACTOR = 60.0, 10.0
-Mutant = dict[str, Any]
 
 
 class SuiteFile(NamedTuple):
@@ -51,12 +34,6 @@ class SuiteFile(NamedTuple):
     path: str
     lines: dict[str, list[int]]
     duration: float
-
-
-def get_folder(mutant: Mutant) -> str:
-    """Names the folder of a mutant's module and of its tests, with the folders inside it."""
-    module = mutant["module"].removeprefix("affordance/")
-    return next(folder for folder in FOLDERS if module.startswith(f"{folder}/"))
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -97,7 +74,8 @@ def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | Non
     """Runs tests in this process, and ends it."""
     os.setsid()
     os.chdir(tree)
-    os.environ["PYTHONPATH"] = sys.path[0] = str(tree)
+    os.environ["PYTHONPATH"] = str(tree)
+    sys.path.insert(0, str(tree))
     with log.open("w", encoding="utf-8") as written:
         os.dup2(written.fileno(), 1)
         os.dup2(written.fileno(), 2)
@@ -167,12 +145,6 @@ def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
     return noticed or ""
 
 
-def write_sample(seed: int, mutants: Sequence[Mutant]) -> None:
-    """Writes a sample and its outcomes, a mutant a line."""
-    lines = ",\n".join(json.dumps(mutant) for mutant in mutants)
-    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n', encoding="utf-8")
-
-
 def describe(mutants: Sequence[Mutant]) -> str:
     """Lays out the score by folder, and the survivors with the reason why."""
     rows = []
@@ -202,30 +174,21 @@ def _show(lines: str) -> str:
     return f"`{' '.join(lines.split())}`".replace("|", "\\|")
 
 
-def main() -> None:
-    """Tries the sample, or a part of it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folders", nargs="*", default=FOLDERS, help="only these, such as belief")
-    parser.add_argument("--survivors", action="store_true", help="only mutants that survived when last tried")
-    arguments = parser.parse_args()
+def try_sample(folders: Sequence[str], *, only_survivors: bool) -> int:
+    """Tries the mutants of folders, all or those that survived when last tried; returns exit status 0."""
     os.nice(5)
-    sample = json.loads(SAMPLE.read_text(encoding="utf-8"))
+    seed, mutants = read_sample()
     with tempfile.TemporaryDirectory() as scratch:
-        tree = Path(shutil.copytree(".", Path(scratch, "tree"), ignore=NOT_COPIED)).resolve()
-        for folder in arguments.folders:
+        tree = Path(shutil.copytree(ROOT, Path(scratch, "tree"), ignore=NOT_COPIED)).resolve()
+        for folder in folders:
             files = measure_tests(tree, folder)
-            for mutant in sample["mutants"]:
-                if get_folder(mutant) == folder and (not arguments.survivors or mutant.get("now") == "survived"):
+            for mutant in mutants:
+                if get_folder(mutant) == folder and (not only_survivors or mutant.get("now") == "survived"):
                     noticed = attempt(mutant, tree, files)
                     mutant.setdefault("first", mutant["now"])
                     where = f"{mutant['module']}:{mutant['line']}"
                     print(f"{mutant['now']:8} {where} {mutant['operator']} {noticed}", flush=True)
-            write_sample(sample["seed"], sample["mutants"])
+            write_sample(seed, mutants)
             head, rest = PAGE.read_text(encoding="utf-8").split(START)
-            PAGE.write_text(
-                f"{head}{START}\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}", encoding="utf-8"
-            )
-
-
-if __name__ == "__main__":
-    main()
+            PAGE.write_text(f"{head}{START}\n\n{describe(mutants)}\n\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    return 0

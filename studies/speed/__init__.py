@@ -1,1 +1,1 @@
-"""Comparative measurements; run them with ``make bench``."""
+"""Comparative measurements; ``make bench`` runs them."""

@@ -1,13 +1,10 @@
 """Bitwise comparison of the numbers in two folders of results, for a change that must not change them.
 
-python -m studies.speed.compare_results OLD NEW [OLD_KEY=NEW_KEY ...]
-
 Renamed keys are given as pairs, and apply at any depth. Expected differences are ignored: times, versions and the
 configuration. The exit status is 1 if a number differs or is missing on either side.
 """
 
 import json
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -39,9 +36,8 @@ def compare_files(old: Path, new: Path, renames: Mapping[str, str]) -> tuple[int
     return len(places) - len(differing), lines
 
 
-def main() -> int:
+def compare_results(old: str, new: str, *pairs: str) -> int:
     """Compares all metrics of two folders; prints the differences, and returns the exit status."""
-    old, new, *pairs = sys.argv[1:]
     renames = dict(pair.split("=", 1) for pair in pairs)
     failed = False
     for path in sorted(Path(old).glob("*/metrics.json")):
@@ -51,7 +47,3 @@ def main() -> int:
             print(f"    {problem}")
         failed |= bool(problems)
     return int(failed)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -7,6 +7,7 @@ object's centre, over the three seconds, from the same trial with an explicit in
 
 import dataclasses
 import time
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -17,8 +18,15 @@ from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
-from studies.study import format_table
 
+HEADER = [
+    "integrator",
+    "accuracy",
+    "largest step (ms)",
+    "error, first object (m)",
+    "error, decoy (m)",
+    "times real time",
+]
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 # One integrator of first order needs hours where another needs a second; one that takes longer than this is not run
@@ -41,8 +49,8 @@ def run_trials(experiment: PresentationExperiment, settings: Settings) -> tuple[
     return records, time.perf_counter() - start
 
 
-def measure() -> list[list[str]]:
-    """Measures every scheme at every accuracy; returns rows of a table."""
+def measure() -> Iterator[list[str]]:
+    """Measures every scheme at every accuracy; yields rows of a table."""
     experiment = load_hold_experiment("weight")
     reference, _ = run_trials(
         experiment, dataclasses.replace(experiment.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
@@ -50,7 +58,6 @@ def measure() -> list[list[str]]:
     control_period = experiment.settings.control_period
     cases = [(scheme, accuracy, control_period) for scheme in SCHEMES for accuracy in ACCURACIES]
     cases += [(experiment.settings.integration_scheme, experiment.settings.accuracy, step) for step in MAX_STEPS]
-    rows = []
     given_up: set[str] = set()
     for scheme, accuracy, step in cases:
         if scheme in given_up:
@@ -64,25 +71,6 @@ def measure() -> list[list[str]]:
             for record, true in zip(records, reference, strict=True)
         ]
         cells = [f"{1e3 * step:g}", *(f"{error:.1e}" for error in errors), f"{6.0 / wall:.1f}"]
-        rows.append([scheme, f"{accuracy:.0e}", *cells])
-        print(rows[-1], flush=True)
+        yield [scheme, f"{accuracy:.0e}", *cells]
         if wall > PATIENCE:
             given_up.add(scheme)
-    return rows
-
-
-def main() -> None:
-    """Prints the table."""
-    header = [
-        "integrator",
-        "accuracy",
-        "largest step (ms)",
-        "error, first object (m)",
-        "error, decoy (m)",
-        "times real time",
-    ]
-    print(format_table(header, measure()))
-
-
-if __name__ == "__main__":
-    main()

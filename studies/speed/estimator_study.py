@@ -5,6 +5,8 @@ experiment's third object held still. The estimator evaluates the standard devia
 mean, the grid at every density. Offsets are in posterior standard deviations; coverage is of the true density.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.stats import norm, truncnorm
 
@@ -20,8 +22,17 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
-from studies.study import format_table
 
+HEADER = [
+    "w",
+    "s0 (N m)",
+    "true density (kg/m^3)",
+    "mean offset of median",
+    "mean offset, all percentiles",
+    "99 % of offsets below",
+    "50 % interval covers (grid)",
+    "90 % interval covers (grid)",
+]
 NUM_PERCEPTS = 2000
 GRID = np.linspace(0.0, 40_000.0, 20_001)[1:]
 FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
@@ -66,35 +77,24 @@ def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array
     return np.array(offsets), np.array(covered), np.array(covered_by_grid)
 
 
-def main() -> None:
-    """Prints the table."""
+def measure() -> Iterator[list[str]]:
+    """Compares both for errors and densities of several sizes; yields rows of a table."""
     prior = DEFAULT_SETTINGS.prior
     sd = np.hypot(prior.sd, prior.deviation_sd)
     from_prior = truncnorm(-prior.mode / sd, np.inf, loc=prior.mode, scale=sd).rvs(
         NUM_PERCEPTS, random_state=np.random.default_rng(1)
     )
-    rows = []
     for w, s0 in ((0.07, 0.097), (0.0, 0.097), (0.05, 0.05), (0.10, 0.097), (0.13, 0.097)):
         for label, truth in (("720", 720.0), ("8500", 8500.0), ("drawn from the prior", from_prior)):
             true_densities = np.broadcast_to(truth, NUM_PERCEPTS)
             offsets, ours, grid = study(true_densities, WeberNoise(w, s0), prior)
             coverage = zip(100 * ours.mean(axis=0), 100 * grid.mean(axis=0), strict=True)
-            rows.append(
-                [
-                    f"{w:g}",
-                    f"{s0:g}",
-                    label,
-                    f"{offsets[:, 2].mean():+.2f}",
-                    f"{np.abs(offsets).mean():.2f}",
-                    f"{np.quantile(np.abs(offsets), 0.99):.2f}",
-                    *(f"{a:.1f} ({b:.1f})" for a, b in coverage),
-                ]
-            )
-            print(rows[-1], flush=True)
-    header = ["w", "s0 (N m)", "true density (kg/m^3)", "mean offset of median", "mean offset, all percentiles"]
-    header += ["99 % of offsets below", "50 % interval covers (grid)", "90 % interval covers (grid)"]
-    print(format_table(header, rows))
-
-
-if __name__ == "__main__":
-    main()
+            yield [
+                f"{w:g}",
+                f"{s0:g}",
+                label,
+                f"{offsets[:, 2].mean():+.2f}",
+                f"{np.abs(offsets).mean():.2f}",
+                f"{np.quantile(np.abs(offsets), 0.99):.2f}",
+                *(f"{a:.1f} ({b:.1f})" for a, b in coverage),
+            ]

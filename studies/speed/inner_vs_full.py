@@ -1,7 +1,5 @@
 """Inner simulation against full simulation: stick, hammer and random crooked tools, both tasks, sampled beliefs.
 
-    .venv/bin/python -m studies.speed.inner_vs_full [BELIEFS] [CROOKED TOOLS] [JOBS]
-
 A belief is one density for each material: every other one is drawn from the prior, the others from an observer's
 belief after one trial. Under each of them both grips of a tool are evaluated twice: by inner simulation, as this
 project's robots choose, and by moving the arm in Drake, with contact. Works must agree within BOUND wherever both
@@ -9,8 +7,7 @@ find the task feasible, and choices in at least LEAST_SAME. One hundred beliefs 
 two cores.
 """
 
-import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, cast
 
@@ -38,7 +35,6 @@ from affordance.settings import Settings
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
 from studies.hammering.blows import list_blow_costs
-from studies.study import format_table
 
 BOUND, LEAST_SAME = 0.02, 0.98
 HEADER = [
@@ -170,18 +166,16 @@ def _simulate(
     return blow.work, abs(blow.force / task.force - 1.0) <= FORCE_TOLERANCE
 
 
-def measure(
-    count: int = 10, crooked: int = 20, jobs: int = 2
-) -> tuple[list[list[str]], dict[tuple[str, str], Comparison]]:
-    """Compares stick, hammer and crooked tools in both tasks; returns rows of a table, and all comparisons.
+def measure(beliefs: int, crooked: int, jobs: int) -> Iterator[list[str]]:
+    """Compares stick, hammer and crooked tools in both tasks; yields rows of a table.
 
     Args:
-        count: Number of beliefs, for each tool and task.
+        beliefs: Number of beliefs, for each tool and task.
         crooked: Number of tools that are drawn.
         jobs: Number of processes.
     """
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
-    rho = draw_densities(reaching.experience, reaching.settings, count)
+    rho = draw_densities(reaching.experience, reaching.settings, beliefs)
     rng = np.random.default_rng(0)
     parts = reaching.novel[0].components
     tools = [*reaching.novel[:2], *(draw_crooked(rng, f"crooked {number}", parts) for number in range(crooked))]
@@ -190,15 +184,13 @@ def measure(
     jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, rho) for name, tool in pairs]
     done = run_tasks(jobs_to_do, jobs=jobs, description="inner and full simulation")
     found = {(name, tool.name): comparison for (name, tool), comparison in zip(pairs, done, strict=True)}
-    rows = []
     for (name, tool_name), comparison in found.items():
         differences = comparison.differences
         inner, full = ~comparison.inner.feasible, ~comparison.full.feasible
         largest = f"{100 * differences.max():.2f} %" if len(differences) else ""
         loss = f"{100 * comparison.losses.max(initial=0.0):.2f} %"
-        rows.append(
-            [name, tool_name, str(comparison.num_same), str(count), loss, largest, f"{inner.sum()}, {full.sum()}"]
-        )
+        infeasible = f"{inner.sum()}, {full.sum()}"
+        yield [name, tool_name, str(comparison.num_same), str(beliefs), loss, largest, infeasible]
     for name in tasks:
         of_task = [comparison for (task, _), comparison in found.items() if task == name]
         differences = np.concatenate([comparison.differences for comparison in of_task])
@@ -206,18 +198,6 @@ def measure(
         share = (differences <= BOUND).mean()
         within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
         loss = f"{100 * max(comparison.losses.max(initial=0.0) for comparison in of_task):.2f} %"
-        total = count * len(of_task)
+        total = beliefs * len(of_task)
         enough = f"{same} ({100 * same / total:.1f} %, must be {100 * LEAST_SAME:g} %)"
-        rows.append([name, "all", enough, str(total), loss, within, ""])
-    return rows, found
-
-
-def main() -> None:
-    """Prints the table."""
-    print(format_table(HEADER, measure(*map(int, sys.argv[1:]))[0]))
-
-
-if __name__ == "__main__":
-    from studies.speed import inner_vs_full  # processes find pickled functions by the module's name
-
-    inner_vs_full.main()
+        yield [name, "all", enough, str(total), loss, within, ""]

@@ -3,7 +3,7 @@
 By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where
 that plan violates a limit. Here whole trials of all four simulations are run both ways: the largest difference of
 joint angles, the number of periods with an active limit, and the processor time are compared.
-``python -m studies.speed.program_every_tick`` runs every trial at full length.
+``affordance study speed --only program_every_tick`` runs every trial at full length.
 """
 
 import dataclasses
@@ -26,7 +26,6 @@ from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
-from studies.study import format_table
 
 BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 HEADER = [
@@ -121,25 +120,15 @@ def _list_gripped(tools: Sequence[Tool], num_tools: int | None) -> list[tuple[To
     return [(tool, next(iter(tool.list_gripped().values()))) for tool in tools[:num_tools]]
 
 
-def main() -> None:
-    """Runs everything and prints the table."""
-    rows = []
+def measure() -> Iterator[list[str]]:
+    """Compares all trials of all simulations; yields rows of a table."""
     for name, run in list_runs(duration=3.0):
         found = compare(run)
-        print(f"{name}: {found}", flush=True)
-        rows.append(
-            [
-                name,
-                str(found.num_trials),
-                f"{found.difference:.1e}",
-                str(found.limited[0]),
-                str(found.limited[1]),
-                *(f"{seconds:.2f}" for seconds in found.seconds),
-                f"{found.seconds[1] / found.seconds[0]:.2f}",
-            ]
-        )
-    print(format_table(HEADER, rows))
-
-
-if __name__ == "__main__":
-    main()
+        yield [
+            name,
+            str(found.num_trials),
+            f"{found.difference:.1e}",
+            *map(str, found.limited),
+            *(f"{seconds:.2f}" for seconds in found.seconds),
+            f"{found.seconds[1] / found.seconds[0]:.2f}",
+        ]

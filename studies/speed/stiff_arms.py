@@ -1,12 +1,12 @@
-"""Cost of damping on light wrists for an integrator, and remedies: python -m studies.speed.stiff_arms MODELS ...
+"""Cost of damping on light wrists for an integrator, and remedies.
 
-MODELS are folders that ``affordance import-arm`` wrote. Each arm holds the heaviest object of Simulation I, which it
+Arms are folders that ``affordance import-arm`` wrote. Each arm holds the heaviest object of Simulation I, which it
 believes to be lighter, for 0.6 s. Errors are those of joint angles, against an accuracy of 1e-8.
 """
 
 import dataclasses
-import sys
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +21,8 @@ from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffn
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
-from studies.study import format_table
 
+HEADER = ["arm", "tick over M/D", "torque", "accuracy", "error (rad)", "ticks limited", "times real time"]
 _DURATION = 0.6
 _ACCURACIES = (1e-2, 1e-3, 1e-4)
 _REFERENCE_ACCURACY = 1e-8
@@ -60,33 +60,20 @@ def _forget_holding(controller: MpcController) -> None:
     controller._model = plain  # type: ignore[assignment]
 
 
-def main() -> None:
-    """Prints the table."""
-    rows = []
-    for models in map(Path, sys.argv[1:]):
+def measure(arms: Sequence[Path]) -> Iterator[list[str]]:
+    """Measures every arm, a folder of models, with both models of torque; yields rows of a table."""
+    for models in arms:
         stiffness = compute_stiffness(load_arm(models / ARM.name), Settings().control_period)
         for holds_torque in (False, True):
             reference, _, _ = hold(models, _REFERENCE_ACCURACY, holds_torque=holds_torque)
             for accuracy in _ACCURACIES:
                 q, limited, seconds = hold(models, accuracy, holds_torque=holds_torque)
-                error = float(np.abs(q - reference).max())
-                rows.append(
-                    [
-                        models.parent.name if models.name == "models" else models.name,
-                        f"{stiffness:.0f}",
-                        "held" if holds_torque else "instantaneous",
-                        f"{accuracy:.0e}",
-                        f"{error:.1e}",
-                        f"{limited}",
-                        f"{_DURATION / seconds:.1f}",
-                    ]
-                )
-    print(
-        format_table(
-            ["arm", "tick over M/D", "torque", "accuracy", "error (rad)", "ticks limited", "times real time"], rows
-        )
-    )
-
-
-if __name__ == "__main__":
-    main()
+                yield [
+                    models.parent.name if models.name == "models" else models.name,
+                    f"{stiffness:.0f}",
+                    "held" if holds_torque else "instantaneous",
+                    f"{accuracy:.0e}",
+                    f"{float(np.abs(q - reference).max()):.1e}",
+                    f"{limited}",
+                    f"{_DURATION / seconds:.1f}",
+                ]

@@ -49,7 +49,8 @@ MEASURES = [
     "steps, most",
     "time, median (s)",
 ]
-HEADER = ["integrator", "accuracy", "largest step (us)", *MEASURES]
+LABEL = ["integrator", "accuracy", "largest step (us)"]
+HEADER = [*LABEL, *MEASURES]
 # Logs at every control period, for the torques that are fed to plain blows; steps end at control periods anyway.
 SETTINGS = dataclasses.replace(DEFAULT_SETTINGS, log_period=DEFAULT_SETTINGS.control_period)
 NUM_STARTS = 12

@@ -1,4 +1,4 @@
-"""Blows on a nail with other integrators, plants, models of contact and nails: python -m studies.speed.strike_tables.
+"""Blows on a nail with other integrators, plants, models of contact and nails.
 
 A discrete plant and hydroelastic contact are simulated without the controller, with its torques (plain_blow.py).
 Slow settings are simulated from fewer starts. Times are wall times: run it on an otherwise idle machine.
@@ -6,7 +6,6 @@ Slow settings are simulated from fewer starts. Times are wall times: run it on a
 
 import dataclasses
 import functools
-import itertools
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -16,7 +15,7 @@ from affordance.plant.nail import STICTION_TOLERANCE, Nail
 from studies.speed.plain_blow import Blow, PlainBlow, Strip
 from studies.speed.strike import (
     CHOSEN,
-    HEADER,
+    LABEL,
     LONG_PATIENCE,
     MEASURES,
     NUM_STARTS,
@@ -32,8 +31,8 @@ from studies.speed.strike import (
     strike_nail,
     strike_with,
 )
-from studies.study import format_row, format_table
 
+HEADER = [*LABEL, *MEASURES]
 # Starts for slow settings.
 FEW = slice(0, NUM_STARTS, 6)
 CASES = (
@@ -93,7 +92,7 @@ def compare_contact_models(
         for grip, starts in grips.items():
             some = starts[FEW] if model == ContactModel.kPoint else starts[:1]
             blows = run_blows(functools.partial(strike_plainly, model=model), some)
-            yield format_blows([name], grip, blows, reference[grip])
+            yield format_blows([f"{name} contact", "", ""], grip, blows, reference[grip])
 
 
 def compare_stiction_tolerances(
@@ -105,7 +104,9 @@ def compare_stiction_tolerances(
             for start in starts:
                 start.trial.arm.plant.set_stiction_tolerance(tolerance)
             blows = run_blows(strike_with(*CHOSEN), starts)
-            yield format_blows([f"{1e3 * tolerance:.0f}"], grip, blows, reference[grip])
+            yield format_blows(
+                [f"stiction tolerance {1e3 * tolerance:.0f} mm/s", "", ""], grip, blows, reference[grip]
+            )
             for start in starts:
                 start.trial.arm.plant.set_stiction_tolerance(STICTION_TOLERANCE)
 
@@ -121,24 +122,15 @@ def drive_yielding_nail() -> Iterator[list[str]]:
         blows = run_blows(strike_with(*CHOSEN), starts)
         force = starts[0].strike.placement.nail.yield_force
         assert force is not None  # set by change
-        yield format_blows([f"{force:.1f}"], grip, blows, force)
+        yield format_blows([f"yield force {force:.1f} N", "", ""], grip, blows, force)
 
 
-def main() -> None:
-    """Prints the tables of the full study, row by row as they are computed."""
+def measure() -> Iterator[list[str]]:
+    """Yields the rows of all comparisons."""
     grips = prepare_starts(SHIFTS)
     rows, reference = find_reference(grips)
-    for header, found in (
-        (HEADER, itertools.chain(rows, compare_integrators(grips, reference))),
-        (["contact", *MEASURES], compare_contact_models(grips, reference)),
-        (["stiction tolerance (mm/s)", *MEASURES], compare_stiction_tolerances(grips, reference)),
-        (["yield force (N)", *MEASURES], drive_yielding_nail()),
-    ):
-        print(format_table(header, ()), flush=True)
-        for row in found:
-            print(format_row(row), flush=True)
-        print()
-
-
-if __name__ == "__main__":
-    main()
+    yield from rows
+    yield from compare_integrators(grips, reference)
+    yield from compare_contact_models(grips, reference)
+    yield from compare_stiction_tolerances(grips, reference)
+    yield from drive_yielding_nail()

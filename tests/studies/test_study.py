@@ -1,6 +1,8 @@
 """The harness of studies: findings are checked, kept, written and printed alike."""
 
 import dataclasses
+import os
+import sys
 
 import numpy as np
 import pytest
@@ -9,9 +11,9 @@ from helpers.study_runs import run_study
 
 from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, UnavailableError
 from affordance.files.model_folder import import_study, list_studies
-from studies.study import Findings, Study, keep_result, read_kept, run_kept
+from studies.study import Findings, Study, Task, import_part, keep_result, print_table, read_kept, run_kept
 
 SECTION = """
 order: 99
@@ -56,6 +58,50 @@ def test_without_a_section_only_the_numbers_are_written(tmp_path, capsys):
     assert run_study(study, "--out", tmp_path / "out") == 0
     assert [path.name for path in (tmp_path / "out").rglob("*")] == ["invented", "metrics.json"]
     assert capsys.readouterr().out == f"The numbers: {tmp_path / 'out' / 'invented' / 'metrics.json'}\n"
+
+
+def test_a_task_has_an_exit_status_and_no_folder(tmp_path):
+    study = build_study(tmp_path, lambda arguments: Task(lambda: 1))
+    assert run_study(study, "--out", tmp_path / "out") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_versions_of_further_libraries_join_the_programs(tmp_path):
+    findings = Findings({"count": 4, "versions": {"peer": "1.0"}}, {"people": "four"})
+    run_study(build_study(tmp_path, lambda arguments: lambda folder: [findings]), "--out", tmp_path / "out")
+    assert {"peer", "drake"} <= read_numbers(tmp_path / "out" / "invented")["versions"].keys()
+
+
+def test_a_study_on_one_thread_starts_anew_unless_it_has_one(tmp_path, monkeypatch):
+    started = []
+    monkeypatch.setattr("os.execv", lambda path, words: started.append(words))
+    study = dataclasses.replace(build_study(tmp_path, lambda arguments: Task(lambda: 0)), on_one_thread=True)
+    run_study(study)
+    assert not started
+    monkeypatch.delenv("OMP_NUM_THREADS")
+    run_study(study)
+    assert started == [[sys.executable, *sys.orig_argv[1:]]]
+    assert os.environ["OMP_NUM_THREADS"] == "1"
+
+
+def test_a_part_whose_library_is_missing_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "psutil", None)
+    monkeypatch.delitem(sys.modules, "studies.trust.soak", raising=False)
+    with pytest.raises(UnavailableError, match=r"pip install '\.\[dev\]' installs psutil"):
+        import_part("studies.trust.soak")
+
+
+def test_a_table_is_printed_as_its_rows_are_computed(capsys):
+    seen = []
+
+    def compute():
+        for cell in ("1", "2"):
+            yield [cell]
+            seen.append(capsys.readouterr().out)
+
+    text = print_table(["a"], compute())
+    assert seen == ["| a |\n| --- |\n| 1 |\n", "| 2 |\n"]
+    assert text == "| a |\n| --- |\n| 1 |\n| 2 |"
 
 
 def refuse(arguments):

@@ -1,12 +1,12 @@
 """The mutation run: places are found again, and the page agrees with the sample."""
 
-import json
 from pathlib import Path
 
-from studies.mutants.run import FOLDERS, describe, get_folder, mutate
+from studies.mutants.run import describe, mutate
+from studies.mutants.sample import FOLDERS, get_folder, read_sample
 
 ROOT = Path(__file__).parents[3]
-SAMPLE = json.loads((ROOT / "studies" / "mutants" / "sample.json").read_text(encoding="utf-8"))["mutants"]
+SAMPLE = read_sample()[1]
 
 
 def test_lines_are_replaced_where_they_stand_nearest_to_where_they_stood():

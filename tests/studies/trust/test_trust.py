@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
+from affordance.cli import main
 from affordance.experiments.suite import load_experiment
 from affordance.proprioception.torque_noise import WhiteNoise
 from studies.study import Findings
-from studies.trust import calibration, run, scaling, sensing, soak
+from studies.trust import calibration, command, parts, scaling, sensing, soak
 from studies.trust.fault_costs import NO_FAULT
 
 
@@ -34,21 +35,21 @@ def test_bar_is_as_long_and_heavy_whatever_it_is_made_of(num_components, num_mat
 def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
     path = tmp_path / "soak.json"
     path.write_text(text, encoding="utf-8")
-    assert run.read_numbers(tmp_path, "soak") is None
+    assert command.read_numbers(tmp_path, "soak") is None
     assert "soak.json is not what a study found" in caplog.text
     assert not path.exists()
     assert (tmp_path / "soak.broken").exists()
 
 
-@pytest.mark.parametrize("missing", [f"{study}.{key}" for study, keys in run.KEYS.items() for key in keys])
+@pytest.mark.parametrize("missing", [f"{study}.{key}" for study, keys in command.KEYS.items() for key in keys])
 def test_study_without_one_of_its_keys_is_set_aside(tmp_path, caplog, missing):
     study, key = missing.split(".")
-    found = dict.fromkeys((*run.KEYS[study], "program"), 1.0)
+    found = dict.fromkeys((*command.KEYS[study], "program"), 1.0)
     (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
-    assert run.read_numbers(tmp_path, study) == found
+    assert command.read_numbers(tmp_path, study) == found
     del found[key]
     (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
-    assert run.read_numbers(tmp_path, study) is None
+    assert command.read_numbers(tmp_path, study) is None
     assert f"{study}.json is not what a study found (it has no {key}); set aside as {study}.broken" in caplog.text
 
 
@@ -75,12 +76,13 @@ NUMBERS = {
     **{"bad_inputs_tried": 500, "bad_inputs_refused": 500, "kills": 20, "kills_identical": 20},
     **{"cluster_identical": True, "soak_trials": 10_000, "soak_memory_growth_MB": 0.1, "soak_time_drift": 1.0},
     "parallel_efficiency_2": 0.95,
-    "program": dict.fromkeys(run.STUDIES, "abc"),
+    "program": dict.fromkeys(command.KEYS, "abc"),
 }
 
 
 def describe(numbers):
-    return Findings(numbers, run.list_facts(numbers)).render(run.SECTION)
+    assert command.STUDY.section is not None
+    return Findings(numbers, command.list_facts(numbers)).render(command.STUDY.section)
 
 
 def change_fault(**changes):
@@ -126,22 +128,22 @@ def test_section_says_if_studies_are_of_different_programs():
 
 def test_section_names_what_studies_must_have_found():
     """Every number that the section uses is one that a study must have found; not every one found is used."""
-    found = {key for keys in run.KEYS.values() for key in keys}
+    found = {key for keys in command.KEYS.values() for key in keys}
     assert set(NUMBERS) - {"program"} <= found
 
 
 def test_every_study_has_keys():
-    assert run.KEYS.keys() == run.STUDIES.keys()
+    assert command.KEYS.keys() == parts.PARTS.keys()
 
 
 def test_study_that_was_not_run_has_no_numbers(tmp_path):
-    assert run.read_numbers(tmp_path, "soak") is None
+    assert command.read_numbers(tmp_path, "soak") is None
 
 
 def test_unknown_study_is_refused(capsys):
     with pytest.raises(SystemExit):
-        run.main(["astrology"])
-    assert "'astrology' is none of calibration, faults, sensing, bad_input" in capsys.readouterr().err
+        main(["study", "trust", "--only", "astrology"])
+    assert "--only: is 'astrology', must be one of calibration, faults, sensing, bad_input" in capsys.readouterr().err
 
 
 def test_errors_of_measurement_are_those_that_the_study_names():
