@@ -160,3 +160,15 @@ def test_every_study_is_a_command(name, capsys):
         main(["study", name, "--help"])
     assert ended.value.code == 0
     assert import_study(name).HELP in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize("words", [["study", "tools"], ["run", "vision"]])
+def test_without_a_clone_one_line_says_that_studies_need_one(words, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("affordance.files.model_folder._CLONE", tmp_path)
+    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "unavailable here (studies need a clone of the repository)" in said
+    assert said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+    assert main(["study"]) == 0
+    assert "they need a clone" in capsys.readouterr().out
