@@ -87,8 +87,8 @@ class Study:
         add_arguments: Function that adds the options to a parser.
         plan: Function that checks the arguments and reads all files, and returns what is to be run; nothing is
             written before it returns.
-        folder: Folder of the results in that of ``--out``; empty for that folder itself.
-        section: File of the section of the report; None for a study without one.
+        folder: Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
+        section: File of the section of the report; None for section.yaml of the study's folder, if it has one.
         refused: Reasons by settings, or groups of settings, that the study does not use.
         load: Function that loads a study that is an experiment, for ``affordance run``, from a folder of models, root
             of every random draw, and settings; None for other studies.
@@ -98,11 +98,18 @@ class Study:
     HELP: str
     add_arguments: Callable[[argparse.ArgumentParser], None]
     plan: Callable[[argparse.Namespace], Work | Task]
-    folder: str = ""
+    folder: str | None = None
     section: Path | None = None
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
     load: Callable[[Path, int, Settings], Experiment] | None = None
     on_one_thread: bool = False
+
+    def __post_init__(self) -> None:
+        home = Path(inspect.getfile(self.plan)).parent
+        if self.folder is None:
+            object.__setattr__(self, "folder", home.name)
+        if self.section is None and (home / "section.yaml").is_file():
+            object.__setattr__(self, "section", home / "section.yaml")
 
     def check(self, arguments: argparse.Namespace) -> None:
         """Checks the options that studies share.
@@ -128,6 +135,7 @@ class Study:
         work = self.plan(arguments)
         if isinstance(work, Task):
             return work.run()
+        assert self.folder is not None  # set after construction
         folder = prepare_folder(arguments.out) / self.folder
         last: dict[str, tuple[Findings, Path]] = {}
         for findings in work(folder):
@@ -146,15 +154,8 @@ def plan_experiment(experiment: Experiment, arguments: argparse.Namespace) -> Ta
     """Plans the run of a study that is an experiment, whose runner keeps and writes what it finds."""
 
     def run() -> int:
-        report, _ = run_suite(
-            [experiment],
-            arguments.out,
-            models=arguments.models,
-            seed=arguments.seed,
-            repeats=arguments.repeats,
-            jobs=arguments.jobs,
-            cluster=arguments.cluster,
-        )
+        options = {name: getattr(arguments, name) for name in ("models", "seed", "repeats", "jobs", "cluster")}
+        report, _ = run_suite([experiment], arguments.out, **options)
         print(f"The report: {report}")
         return 0
 

@@ -132,6 +132,4 @@ STUDY = Study(
     HELP="what to hold next before tools are chosen, how to move while weighing, and when to stop",
     add_arguments=add_arguments,
     plan=plan,
-    folder="active",
-    section=Path(__file__).with_name("section.yaml"),
 )

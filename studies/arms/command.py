@@ -98,5 +98,4 @@ STUDY = Study(
     add_arguments=add_arguments,
     plan=plan,
     folder="",
-    section=Path(__file__).with_name("section.yaml"),
 )

@@ -37,7 +37,5 @@ STUDY = Study(
     HELP="forces at which the cheaper grip changes, blows on another nail, and swings by other criteria",
     add_arguments=add_arguments,
     plan=plan,
-    folder="hammering",
-    section=Path(__file__).with_name("section.yaml"),
     refused={("learner", "noise", "feature_source"): "blows are studied with what is true"},
 )

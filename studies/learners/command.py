@@ -84,7 +84,5 @@ STUDY = Study(
     HELP="run the paper's simulations with each learner, and lift the decoy of Simulation I again",
     add_arguments=add_arguments,
     plan=plan,
-    folder="learners",
-    section=Path(__file__).with_name("section.yaml"),
     refused={("learner",): "every learner is simulated"},
 )

@@ -118,6 +118,4 @@ STUDY = Study(
     HELP="the whole loop on imported robots: recordings of stock, a lasting memory, tools chosen and judged",
     add_arguments=add_arguments,
     plan=plan,
-    folder="loop",
-    section=Path(__file__).with_name("section.yaml"),
 )

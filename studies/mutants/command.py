@@ -6,9 +6,19 @@ from functools import partial
 from affordance.arguments import check_whole
 from affordance.commands.options import add_seed
 from affordance.files.constraints import Whole
-from studies.mutants.sample import FOLDERS
 from studies.study import Study, Task, add_only, import_part
 
+FOLDERS = (
+    "belief",
+    "proprioception",
+    "plant",
+    "control",
+    "choice",
+    "identification",
+    "studies/robustness",
+    "studies/recorded",
+    "studies/hammering",
+)
 _NUMBER = Whole(1, 100_000)
 
 

@@ -13,7 +13,8 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.provider import OperatorProvider
 
-from studies.mutants.sample import FOLDERS, ROOT, Mutant, write_sample
+from studies.mutants.command import FOLDERS
+from studies.mutants.run import ROOT, Mutant, write_sample
 
 # Replacements by these raise TypeError with any float, or are the same as others: cheap mutants, which say nothing.
 SILLY = frozenset({"RShift", "LShift", "Mod", "FloorDiv", "Is", "IsNot", "Invert", "UAdd", "USub_Not"})

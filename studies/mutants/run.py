@@ -18,14 +18,16 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from studies.mutants.sample import FOLDERS, ROOT, Mutant, get_folder, read_sample, write_sample
+from studies.mutants.command import FOLDERS
 from studies.study import format_table
 
-PAGE = ROOT / "docs" / "mutants.md"
+ROOT = Path(__file__).parents[2]
+SAMPLE, PAGE = Path(__file__).with_name("sample.json"), ROOT / "docs" / "mutants.md"
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
 # Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
 LIMIT, LIMIT_FACTOR = 60.0, 10.0
+Mutant = dict[str, Any]
 
 
 class SuiteFile(NamedTuple):
@@ -34,6 +36,12 @@ class SuiteFile(NamedTuple):
     path: str
     lines: dict[str, list[int]]
     duration: float
+
+
+def get_folder(mutant: Mutant) -> str:
+    """Names the folder of a mutant's module and of its tests, with the folders inside it."""
+    module = mutant["module"].removeprefix("affordance/")
+    return next(folder for folder in FOLDERS if module.startswith(f"{folder}/"))
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -143,6 +151,18 @@ def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # as before, so that Python finds what it compiled
     mutant["now"] = "killed" if noticed else "survived"
     return noticed or ""
+
+
+def read_sample() -> tuple[int, list[Mutant]]:
+    """Reads the seed of the sample, and its mutants."""
+    content = json.loads(SAMPLE.read_text(encoding="utf-8"))
+    return content["seed"], content["mutants"]
+
+
+def write_sample(seed: int, mutants: Sequence[Mutant]) -> None:
+    """Writes a sample and its outcomes, a mutant a line."""
+    lines = ",\n".join(json.dumps(mutant) for mutant in mutants)
+    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n', encoding="utf-8")
 
 
 def describe(mutants: Sequence[Mutant]) -> str:

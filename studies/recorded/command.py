@@ -156,6 +156,4 @@ STUDY = Study(
     HELP="identify what real robots held, by recordings in clones of public repositories",
     add_arguments=add_arguments,
     plan=plan,
-    folder="recorded",
-    section=Path(__file__).with_name("section.yaml"),
 )

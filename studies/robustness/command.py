@@ -127,8 +127,6 @@ STUDY = Study(
     HELP="judge every claim over a sample of all that the paper does not give",
     add_arguments=add_arguments,
     plan=plan,
-    folder="robustness",
-    section=Robustness.section,
     refused={
         _VARIED: "the sample varies it",
         _UNUSED: "observers see true features and learn one density for each colour",

@@ -62,7 +62,5 @@ STUDY = Study(
     HELP="meshes, materials by part, masses before first touch, and which end of a hammer to hold",
     add_arguments=add_arguments,
     plan=plan,
-    folder="tools",
-    section=Path(__file__).with_name("section.yaml"),
     refused={("learner",): "tools are learned about with one density for each colour"},
 )

@@ -105,7 +105,5 @@ STUDY = Study(
     HELP="calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling",
     add_arguments=add_arguments,
     plan=plan,
-    folder="trust",
-    section=Path(__file__).with_name("section.yaml"),
     on_one_thread=True,
 )

@@ -5,7 +5,7 @@ import argparse
 from affordance.commands.options import add_run_options
 from affordance.experiments.suite import DEFAULT_REPEATS
 from studies.study import Study, Task, plan_experiment, read_settings
-from studies.vision.experiment import VisionExperiment, load
+from studies.vision.experiment import load
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +27,5 @@ STUDY = Study(
     HELP="how accurate features from pictures are, over random objects",
     add_arguments=add_arguments,
     plan=plan,
-    folder="vision",
-    section=VisionExperiment.section,
     load=load,
 )

@@ -43,6 +43,4 @@ STUDY = Study(
     HELP="the belief as it narrows within a trial, and an arm that already uses it",
     add_arguments=add_arguments,
     plan=plan,
-    folder="within_trial",
-    section=Path(__file__).with_name("section.yaml"),
 )

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from studies.mutants.run import describe, mutate
-from studies.mutants.sample import FOLDERS, get_folder, read_sample
+from studies.mutants.command import FOLDERS
+from studies.mutants.run import describe, get_folder, mutate, read_sample
 
 ROOT = Path(__file__).parents[3]
 SAMPLE = read_sample()[1]
