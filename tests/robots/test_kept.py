@@ -1,18 +1,16 @@
 """Importing once: its messages, and its folder, which is written whole or not at all."""
 
-import argparse
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from helpers.answers import answer
 from helpers.robot_files import MJCF, write_urdf
 from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.commands import import_arm as command
-from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -86,21 +84,12 @@ def test_what_the_arm_cannot_do_is_kept_for_runs(tmp_path: Path) -> None:
     assert read_lacks(folder) == {"blow": "too weak"}
 
 
-def parse(*words: str) -> argparse.Namespace:
-    parser = argparse.ArgumentParser()
-    command.add_arguments(parser)
-    return parser.parse_args(words)
-
-
-def test_the_command_imports_any_format_and_says_what_it_did(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_imports_any_format_and_says_what_it_did(tmp_path: Path) -> None:
     path = tmp_path / "reacher.xml"
     path.write_text(MJCF)
     out = tmp_path / "models"
-    words = ["--tip", "grip_site", "--rotor-inertia", "0.2", "a4=0.3", "--base-height", "1.1", "--out", str(out)]
-    assert command.run(parse(str(path), *words, "--tasks", "keep")) == 0
-    printed = capsys.readouterr().out
+    words = ["--tip", "grip_site", "--rotor-inertia", 0.2, "a4=0.3", "--base-height", 1.1, "--out", out]
+    printed = answer("import-arm", path, *words, "--tasks", "keep").out
     assert "4 joints from root to grip_site; static payload at home" in printed
     assert f"{out}: written in" in printed
     text = (out / "arm.sdf").read_text()
@@ -109,25 +98,19 @@ def test_the_command_imports_any_format_and_says_what_it_did(
     assert "translation: [0.0, 0.0, 1.1]" in (out / ARM.name).read_text()
 
 
-def test_the_command_lists_ends_of_limbs_without_a_tip(tmp_path: Path) -> None:
-    with pytest.raises(AffordanceError, match=r"--tip: is missing: .* limbs end in right_4 \(4 joints\), right_tool"):
-        command.run(parse(str(write_urdf(tmp_path)), "--out", str(tmp_path / "models")))
-    assert not (tmp_path / "models").exists()
-
-
 def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path,
 ) -> None:
     """Given torque limits are reported, and a warning names placeholders, such as 0 or more than motors give."""
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
-    words = [str(path), "--tip", "right_tool", "--effort", "1000", "right_j4=900", "--tasks", "keep"]
-    assert command.run(parse(*words, "--out", str(tmp_path / "models"))) == 0
+    words = ["--tip", "right_tool", "--effort", 1000, "right_j4=900", "--tasks", "keep"]
+    printed = answer("import-arm", path, *words, "--out", tmp_path / "models")
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<effort>1000.0<") == 3
     text = (tmp_path / "models" / "report.txt").read_text()
     assert "limits of torque are those that were given, not the file's" in text
     warning = "the torque limits may be placeholders; --effort gives others"
     assert warning in text
-    assert warning in next(line for line in capsys.readouterr().out.splitlines() if line.startswith("warning: "))
+    assert warning in next(line for line in printed.lines if line.startswith("warning: "))
 
 
 def test_a_kept_import_is_made_anew_if_an_included_file_was_changed(tmp_path: Path) -> None:
@@ -148,12 +131,6 @@ def test_shapes_of_an_mjcf_that_are_not_taken_over_are_named(tmp_path: Path) -> 
     folder = import_kept(path, ImportOptions("grip_site"), tmp_path / "kept")
     said = "meshes and turned shapes of base, third are not taken over from the file: simple shapes or capsules stand"
     assert said in (folder / "report.txt").read_text()
-
-
-def test_the_command_writes_nothing_if_the_file_is_wrong(tmp_path: Path) -> None:
-    with pytest.raises(AffordanceError, match="cannot be read"):
-        command.run(parse(str(tmp_path / "none.urdf"), "--tip", "a", "--out", str(tmp_path / "models")))
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.fixture(scope="module")
@@ -207,16 +184,6 @@ def test_tasks_that_our_own_arm_can_do_stay_as_they_are(ours: Path, tmp_path: Pa
     assert fitted.lacks == {}
     for file in ("nail.yaml", "paths/reach.yaml", "tools/weight.yaml"):
         assert (models / file).read_bytes() == (MODELS / file).read_bytes()
-
-
-def test_a_folder_that_holds_something_is_left_alone(tmp_path: Path) -> None:
-    imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
-    taken = tmp_path / "taken"
-    taken.mkdir()
-    (taken / "mine.txt").write_text("mine")
-    with pytest.raises(AffordanceError, match="which is not an empty folder"):
-        write_folder(imported, taken, source="a test")
-    assert [path.name for path in taken.iterdir()] == ["mine.txt"]
 
 
 def test_nothing_is_left_of_an_import_that_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import rank
 from affordance.choice.reach import Reach
 from affordance.commands import identify_payload
-from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identification
 from affordance.objects.load import load_tools
@@ -54,10 +54,6 @@ def test_robot_has_arm_chain_and_tasks(folder: Path) -> None:
     assert robot.tasks == ("hammer", "reach", "mash", "carry", "hold")
     assert isinstance(robot.load_task("hammer"), Hammer)
     assert isinstance(robot.load_task("mash"), Reach)
-    with pytest.raises(
-        BadValueError, match="models: task: is 'fly', must be one of hammer, reach, mash, carry, hold"
-    ):
-        robot.load_task("fly")
 
 
 def test_chain_of_a_folder_is_that_of_the_robots_file(folder: Path, tmp_path: Path) -> None:
@@ -68,19 +64,9 @@ def test_chain_of_a_folder_is_that_of_the_robots_file(folder: Path, tmp_path: Pa
     np.testing.assert_allclose(one.compute_arm_torques(q, v, vdot), other.compute_arm_torques(q, v, vdot), atol=1e-9)
 
 
-def test_what_is_no_robot_is_refused(folder: Path, tmp_path: Path) -> None:
-    with pytest.raises(BadValueError, match=r"has no arm.dmd.yaml, must be a folder that import-arm wrote"):
-        Robot.load(tmp_path)
+def test_what_is_no_robot_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadValueError, match="is not a folder, must be one that import-arm wrote"):
         Robot.load(tmp_path / "nowhere")
-    with pytest.raises(BadValueError, match="nowhere', which is not a folder and no robot's file"):
-        open_robot(tmp_path / "nowhere", ImportOptions(""), tmp_path)
-    for path in (None, folder):
-        with pytest.raises(BadValueError, match="--tip: is of a robot's file, which --robot must name"):
-            open_robot(path, TIP, tmp_path)
-    with pytest.raises(AffordanceError, match=r"--tip: is missing: .* limbs end in right_4"):
-        open_robot(write_urdf(tmp_path), ImportOptions(""), tmp_path / "kept")
-    assert not (tmp_path / "kept").exists()
 
 
 def test_robots_file_is_imported_once(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,6 +107,3 @@ def test_payload_of_a_folder_needs_no_tip(folder: Path) -> None:
     words = Namespace(robot=folder, robot_option=None, tip=None, base=None)
     run = SimpleNamespace(description=SimpleNamespace(tip="", base=""))
     assert identify_payload._load_robot(words, run).tip == "hand_grip"  # type: ignore[arg-type]
-    words.robot = folder / "arm.sdf"
-    with pytest.raises(BadValueError, match="--tip: is missing, and the run's description names no tip either"):
-        identify_payload._load_robot(words, run)  # type: ignore[arg-type]

@@ -107,7 +107,7 @@ ROBOTS = {
         f"<robot>{'<link>' * 1000}{'</link>' * 1000}</robot>",
         "line 1: is more than 200 elements deep",
     ),
-    "links": ("a.urdf", f"<robot>{'<link/>' * 5000}</robot>", "has 5000 links and joints, must have at most 1000"),
+    "links": ("a.urdf", f"<robot>{'<link/>' * 1001}</robot>", "has 1001 links and joints, must have at most 1000"),
 }
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
