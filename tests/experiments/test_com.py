@@ -5,8 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_names, check_results, read_numbers, read_section, render
-from helpers.shared import make_folder_once
+from helpers.results_files import read_numbers, read_section, render
 from helpers.short_holds import shorten, with_tools
 
 from affordance.belief.density_belief import DensityBelief
@@ -21,44 +20,10 @@ from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
 from studies.learners.honest_objects import run_test_pass
 
-SHAPES = {
-    "mass_true": (3,),
-    "p_ToTcm_x_true": (3,),
-    "height_extreme_m": (3,),
-    "height_extreme_m_ci95": (3, 2),
-    "deviation_m": (3,),
-    "mass_error": (),
-    "com_error_m": (),
-    "samples_rejected": (),
-    "trials_outlier": (),
-    "samples_rejected_test": (3,),
-    "trials_outlier_test": (3,),
-    "p_value_test": (3,),
-}
-
 
 @pytest.fixture(scope="module")
-def experiment():
-    return load_hold_experiment(
-        "com",
-    )
-
-
-@pytest.fixture(scope="module")
-def folder(experiment, tmp_path_factory):
-    """The whole experiment with three observers, run once."""
-
-    def fill(folder):
-        run_experiment(experiment, None, folder / "com", repeats=3, jobs=1)
-
-    return make_folder_once(tmp_path_factory, "results_com", fill) / "com"
-
-
-def test_results_are_as_documented(experiment, folder):
-    numbers = check_results(folder, SHAPES, ("figure5", "figure6"), "com")
-    check_names(experiment, None, numbers)
-    assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
-    assert numbers["density_median"].keys() == {"beech", "steel"}
+def name():
+    return "com"
 
 
 def test_masses_are_equal_and_centres_of_mass_mirror_each_other(experiment):
@@ -72,14 +37,13 @@ def test_masses_are_equal_and_centres_of_mass_mirror_each_other(experiment):
     np.testing.assert_allclose(decoy.parameters, second.parameters, rtol=1e-12)
 
 
-def test_decoy_rises_and_the_honest_objects_stay(folder):
-    numbers = read_numbers(folder)
+def test_decoy_rises_and_the_honest_objects_stay(numbers):
+    assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
     assert numbers["height_extreme_m"][2] > 2 * max(numbers["deviation_m"][:2])
 
 
-def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
+def test_decoy_is_what_is_least_probable_in_the_test_pass(numbers):
     """The p-value of the decoy is below 0.001 and those of the others above 0.05; no sample is rejected."""
-    numbers = read_numbers(folder)
     assert numbers["p_value_test"][2] < 1e-3 < 0.05 < min(numbers["p_value_test"][:2])
     assert numbers["trials_outlier_test"][:2] == [0, 0]
     assert numbers["samples_rejected_test"] == [0, 0, 0]
@@ -100,20 +64,13 @@ def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, cap
     assert (numbers["seed"], numbers["repeats"]) == (0, 1)
 
 
-def test_section_says_met_or_not_of_every_claim(folder):
+def test_remarks_and_captions_say_what_is_seen(folder):
     section = read_section(folder)
-    assert len(section.claims) == 4
     assert any("weigh the same (0.778 kg)" in remark for remark in section.remarks)
-    assert all(isinstance(claim.met, bool) for claim in section.claims.values())
-    assert section.claims["decoy_lifted"].met
-    objects, densities = section.tables
-    assert [row[0] for row in objects["rows"]] == ["steel far", "steel near", "decoy"]
-    assert [row[0] for row in densities["rows"]] == ["beech", "steel"]
     assert any("The arm braces" in figure["caption"] for figure in section.figures)
 
 
-def test_error_is_seen_on_its_side_of_the_bound(experiment, folder):
-    numbers = read_numbers(folder)
+def test_error_is_seen_on_its_side_of_the_bound(experiment, numbers):
     claims = {claim.key: claim for claim in render(experiment, None, numbers, inertia_error=0.1002).claims}
     assert not claims["inertia"].met
     assert claims["inertia"].criteria[0].value == "10.02 %"

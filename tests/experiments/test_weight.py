@@ -10,14 +10,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
-from helpers.results_files import DOCS, check_names, check_results, read_numbers, read_section, render
-from helpers.shared import make_folder_once
+from helpers.results_files import DOCS, read_section, render
 from helpers.short_holds import shorten, with_tools
 from helpers.stacked import stack
 
 from affordance.exceptions import ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
@@ -25,20 +23,10 @@ from affordance.objects.materials import load_materials
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings
 
-SHAPES = {
-    "density_true": (),
-    "density_p25": (5,),
-    "density_median": (5,),
-    "density_p75": (5,),
-    "drop_m": (4,),
-    "drop_m_ci95": (4, 2),
-    "deviation_m": (4,),
-    "mass_true": (4,),
-    "decoy_lift_m": (),
-    "decoy_lift_m_ci95": (2,),
-    "decoy_rises": (),
-    "decoy_density_true": (),
-}
+
+@pytest.fixture(scope="module")
+def name():
+    return "weight"
 
 
 @pytest.fixture(scope="module")
@@ -46,28 +34,12 @@ def short(weight):
     return shorten(weight, 0.1)
 
 
-@pytest.fixture(scope="module")
-def folder(weight, tmp_path_factory):
-    """The whole experiment with two observers, run once."""
-    return make_folder_once(
-        tmp_path_factory, "weight", lambda folder: run_experiment(weight, None, folder, repeats=2, jobs=1)
-    )
-
-
-@pytest.fixture(scope="module")
-def numbers(folder):
-    return read_numbers(folder)
-
-
-def test_results_are_as_documented(weight, folder):
-    numbers = check_results(folder, SHAPES, ("figure3", "figure4"), "weight")
-    check_names(weight, None, numbers)
-    assert numbers["repeats"] == 2
-    assert numbers["config"]["settings"]["noise"] == {
-        "weber_fraction": 0.07,
-        "threshold": 0.097,
-        "independent_samples": False,
-    }
+def test_noise_is_said_and_figures_are_shown_in_order(folder, numbers):
+    weber = {"weber_fraction": 0.07, "threshold": 0.097, "independent_samples": False}
+    assert numbers["config"]["settings"]["noise"] == weber
+    section = read_section(folder)
+    assert section.claims["first_object"].criteria[0]["value"].startswith(f"{100 * numbers['drop_m'][0]:.1f}")
+    assert [figure["file"] for figure in section.figures] == ["figure3.png", "figure4.png", "diagram.svg"]
 
 
 def test_what_the_paper_says_is_seen_with_a_few_observers(numbers):
@@ -118,22 +90,6 @@ def test_motions_of_each_trial_are_those_of_its_own_heights(weight, folder, chai
         velocities = found["v"].values[trial]
         # The first moments, in which an unheld arm begins to fall, are left out.
         np.testing.assert_allclose(slopes[5:], velocities[6:-1], atol=0.02 * np.abs(velocities).max() + 1e-9)
-
-
-def test_section_says_met_or_not_of_every_claim(weight, folder, numbers):
-    section = read_section(folder)
-    assert set(section.claims) == {claim.key for claim in weight.report.claims}
-    for claim in section.claims.values():
-        assert isinstance(claim.met, bool)
-        for criterion in claim.criteria:
-            assert any(character.isdigit() for character in criterion["value"])
-            assert criterion["bound"]
-    assert section.claims["decoy_lifted"].met
-    assert section.claims["first_object"].criteria[0]["value"].startswith(f"{100 * numbers['drop_m'][0]:.1f}")
-    (table,) = section.tables
-    assert [row[0] for row in table["rows"]] == ["before", "rod 10cm", "rod 15cm", "rod 20cm", "rod 25cm"]
-    figures = ["figure3.png", "figure4.png", "diagram.svg"]
-    assert [figure["file"] for figure in section.figures] == figures
 
 
 def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):

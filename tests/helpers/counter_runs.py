@@ -202,6 +202,7 @@ def lift_family(name: str, *, kappa: float | None = None) -> Numbers:
     return experiment.compute_metrics(None, None, stack(runs))
 
 
+@functools.cache
 def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
     """Simulation I by one observer of each learner, the decoy twice."""
     with pytest.MonkeyPatch.context() as patch:
