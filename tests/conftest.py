@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -117,6 +118,12 @@ def vectors(monkeypatch: pytest.MonkeyPatch) -> None:
 def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are drawn, but files of them stay empty: for tests that look at no picture, as rendering takes long."""
     monkeypatch.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
+
+
+@pytest.fixture
+def models(tmp_path: Path) -> Path:
+    """A copy of the models, whose files may be changed."""
+    return shutil.copytree(MODELS, tmp_path / "models")
 
 
 @pytest.fixture

@@ -14,10 +14,9 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import SignalKind
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.reporting import figures
 
-_TOOLS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+_TOOLS = load_tools(MODELS / "tools" / "novel.yaml")
 _STICK = next(tool for tool in _TOOLS if tool.name == "stick")
 _TRUTH = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
 

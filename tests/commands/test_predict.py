@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from helpers.answers import answer
+from helpers.changed_files import change_file
 from helpers.results_files import read_numbers
 
 from affordance.belief.learner import Learner
@@ -20,10 +21,8 @@ pytestmark = pytest.mark.usefixtures("unrendered")
 def short(tmp_path):
     """A protocol of a few lifts."""
     path, _ = write_protocol("mine", tmp_path)
-    text = path.read_text(encoding="utf-8")
-    text = text.replace("repetitions: 10", "repetitions: 2").replace("repetitions: 20", "repetitions: 8")
-    path.write_text(text.replace("number: 50", "number: 3"), encoding="utf-8")
-    return path
+    fewer = ("repetitions: 10", "repetitions: 2", "repetitions: 20", "repetitions: 8", "number: 50", "number: 3")
+    return change_file(path, *fewer)
 
 
 def call(command, path, tmp_path, *more):
@@ -50,13 +49,8 @@ def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypat
 
 
 def test_observers_of_one_learner_serve_a_protocol_that_names_none(short, tmp_path, monkeypatch):
-    text = short.read_text(encoding="utf-8")
-    short.write_text(
-        text.replace("  learners: [density, kinds_map, kinds_drawn]", "  # learners:").replace(
-            "value: \"learners['kinds_map']['learned']\"", 'value: "learned"'
-        ),
-        encoding="utf-8",
-    )
+    change_file(short, "  learners: [density, kinds_map, kinds_drawn]", "  # learners:")
+    change_file(short, "value: \"learners['kinds_map']['learned']\"", 'value: "learned"')
     call("predict", short, tmp_path)
     monkeypatch.setattr(PresentationExperiment, "run_learner", None)
     for learner in Learner:
@@ -111,9 +105,7 @@ def test_spread_between_people_is_the_given_one_or_follows_from_published_interv
     assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)
     assert spread["f"]["sd"] == pytest.approx(0.416, rel=0.02)  # 0.32 / 2.306 * 3
     assert "weight_N" not in spread
-    text = short.read_text(encoding="utf-8")
-    given = "first_N: {people: {sd: 1.7, unit: N, source: a paper}, "
-    short.write_text(text.replace("first_N: {", given, 1))
+    change_file(short, "  first_N: {", "  first_N: {people: {sd: 1.7, unit: N, source: a paper}, ")
     assert "SD between people 1.7 (a paper)" in call("predict", short, tmp_path)
     spread = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())["spread_between_people"]
     assert spread["first_N"] == {"sd": 1.7, "source": "a paper"}

@@ -1,10 +1,10 @@
 """Simulation II: few observers."""
 
 import dataclasses
-import shutil
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from helpers.results_files import read_numbers, read_section, render
 from helpers.short_holds import shorten, with_tools
 
@@ -15,7 +15,6 @@ from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.experience import draw_order
 from affordance.experiments.shared.gain_experience import collect_experience, gain_experience
 from affordance.experiments.shared.recall import recall
-from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
 from studies.learners.honest_objects import run_test_pass
@@ -192,14 +191,7 @@ def test_densities_are_listed_by_colour_in_the_order_of_the_components(experimen
     assert list_densities([second, lighter])[beech.colour] == 500.0
 
 
-def paint_beech(tmp_path, colour):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "materials.yaml"
-    assert 'colour: "#c98f5a"' in path.read_text(encoding="utf-8")
-    path.write_text(path.read_text(encoding="utf-8").replace("#c98f5a", colour), encoding="utf-8")
-    return tmp_path / "models"
-
-
 @pytest.mark.parametrize("colour", ["#838a99", "#7d8499", "#7d8a9f"])
-def test_looks_six_steps_apart_in_one_channel_are_told_apart(tmp_path, colour):
-    assert len(load_hold_experiment("com", paint_beech(tmp_path, colour)).tools) == 3
+def test_looks_six_steps_apart_in_one_channel_are_told_apart(models, colour):
+    change_file(models / "materials.yaml", "#c98f5a", colour)
+    assert len(load_hold_experiment("com", models).tools) == 3

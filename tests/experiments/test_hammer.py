@@ -1,11 +1,11 @@
 """Simulation IV: few observers."""
 
 import dataclasses
-import shutil
 from functools import partial
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from helpers.results_files import read_numbers, render
 from helpers.short_holds import take_two_tools
 from helpers.slow_arm import make_slow_models
@@ -19,7 +19,6 @@ from affordance.experiments.hammer import Hammering, compute_share_of_light_ends
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.atomic import write_json
-from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
@@ -118,12 +117,6 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
         assert plan.choices["stick"].options[chosen[-1]].grip == "wood"
 
 
-def plan_stick(models):
-    """Plans for the first tool alone, which is enough to find that a task cannot be done."""
-    experiment = load_choice_experiment("hammer", models)
-    return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
-
-
 def test_one_tool_makes_the_experiment(experiment, plan):
     """An experiment about one tool has no numbers, rows or captions about other tools."""
     alone = dataclasses.replace(experiment, novel=experiment.novel[:1])
@@ -143,16 +136,13 @@ def test_one_tool_makes_the_experiment(experiment, plan):
     assert not any("of the others" in figure.caption for figure in section.figures)
 
 
-def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(tmp_path, monkeypatch):
+def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(models, monkeypatch):
     """An arm too weak for the slowest swing is refused without a depth that it could drive the nail to."""
     monkeypatch.setattr(BlowCost, "find_greatest_depth", lambda self, pi: self.nail.depth_set)
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "nail.yaml"
-    path.write_text(
-        path.read_text(encoding="utf-8").replace("depth_demanded: 0.01722", "depth_demanded: 0.05"), encoding="utf-8"
-    )
+    change_file(models / "nail.yaml", "depth_demanded: 0.01722", "depth_demanded: 0.05")
+    experiment = load_choice_experiment("hammer", models)
     with pytest.raises(BadValueError, match=r"2\.4 times its torque limit; no depth is within the joints' limits$"):
-        plan_stick(tmp_path / "models")
+        dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
 
 
 def test_work_is_that_of_the_planned_blow_on_an_arm_of_any_speed(tmp_path, monkeypatch):

@@ -1,7 +1,5 @@
 """Protocols of users: every action of a presentation, simulated, with few observers."""
 
-import shutil
-
 import numpy as np
 import pytest
 from helpers.results_files import read_numbers
@@ -16,7 +14,6 @@ from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.experiments.simulated import Simulated
 from affordance.files.atomic import to_plain
-from affordance.files.model_folder import MODELS
 from affordance.named_settings import describe_changes
 
 PROTOCOL = """
@@ -67,15 +64,12 @@ def test_protocol_changes_settings_by_name_and_a_user_has_the_last_word(load):
 def test_kinds_of_protocols_are_told_by_what_is_done(load):
     assert isinstance(load("  - {name: a, do: {hold: {duration: 0.1}}}").means, Simulated)
     assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}").means, Simulated)
-    with pytest.raises(
-        BadValueError,
-        match=r"numbers.far.measure: of presentations such as these in closed form is 'drop', must be one of force",
-    ):
+    said = r"numbers.far.measure: of presentations such as these in closed form is 'drop', must be one of force"
+    with pytest.raises(BadValueError, match=said):
         load("  - {name: a, do: {clamp: {closed_form: true}}}", numbers="  far: {measure: drop}")
     assert isinstance(load_protocol_experiment("linear_plus").means, ClosedForm)
-    with pytest.raises(
-        BadValueError, match=r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
-    ):
+    said = r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
+    with pytest.raises(BadValueError, match=said):
         load("  - {name: a, do: {clamp: {}}}\n  - {name: b, do: {hold: {}}}")
 
 
@@ -176,23 +170,19 @@ def test_first_block_that_is_not_measured_is_what_simulations_share():
     assert other.experience.duration == 3.0
 
 
-def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs(tmp_path):
+def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs(models):
     """A copy with the same numbers keeps the original's prose; a missing number is refused when the file is read."""
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "protocols" / "weight.yaml"
+    path = models / "protocols" / "weight.yaml"
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("duration: 3.0", "duration: 1.0") + "  title: Mine\n", encoding="utf-8")
-    experiment = load_protocol_experiment("weight", tmp_path / "models")
+    experiment = load_protocol_experiment("weight", models)
     assert experiment.report.given == {"title": "Mine"}
     without = text.replace("  deviation_m: {measure: deviation, of: honest}\n", "")
     path.write_text(without.split("report:")[0] + "report: {section: weight}\n", encoding="utf-8")
-    with pytest.raises(BadValueError) as caught:
-        load_protocol_experiment("weight", tmp_path / "models")
-    assert "weight.yaml: report.section: is 'weight', whose tables names 'deviation_m', which this" in str(
-        caught.value
-    )
+    with pytest.raises(BadValueError, match="section: is 'weight', whose tables names 'deviation_m', which this"):
+        load_protocol_experiment("weight", models)
     path.write_text(without.split("report:")[0] + "report: {section: wieght}\n", encoding="utf-8")
     with pytest.raises(BadValueError, match=r"section: is 'wieght', must be one of .*; did you mean 'weight'\?"):
-        load_protocol_experiment("weight", tmp_path / "models")
+        load_protocol_experiment("weight", models)
     path.write_text(without.split("report:")[0], encoding="utf-8")
-    assert load_protocol_experiment("weight", tmp_path / "models").report.prose is None
+    assert load_protocol_experiment("weight", models).report.prose is None

@@ -1,10 +1,10 @@
 """Simulation III: few observers."""
 
 import dataclasses
-import shutil
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from helpers.results_files import read_section, render
 from helpers.rough_plans import plan_roughly
 
@@ -13,7 +13,6 @@ from affordance.control.systems import ControlCounts
 from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.gain_experience import collect_experience
-from affordance.files.model_folder import MODELS
 from affordance.simulation.rollout import Rollout
 from affordance.simulation.trial_record import TrialRecord
 
@@ -55,44 +54,26 @@ def test_those_who_know_the_materials_choose_alike(experiment, plan, tmp_path):
         assert plan.choices["stick"].options[chosen[-1]].grip == "steel"
 
 
-def write_models(tmp_path, file, old, new):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / file
-    assert old in path.read_text(encoding="utf-8")
-    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
-    return tmp_path / "models"
+WOOD, STEEL = "      wood: {position: [0, 0, 0]}\n", "      steel: {position: [0.30, 0, 0], rpy_deg: [0, 0, 180]}\n"
 
 
-def test_tools_may_have_grips_of_different_names(tmp_path):
-    novel = load_choice_experiment(
-        "reach",
-        write_models(
-            tmp_path, "tools/novel.yaml", "      wood: {position: [0, 0, 0]}", "      oak: {position: [0, 0, 0]}"
-        ),
-    ).novel
+def test_tools_may_have_grips_of_different_names(models):
+    change_file(models / "tools" / "novel.yaml", WOOD, WOOD.replace("wood", "oak"))
+    novel = load_choice_experiment("reach", models).novel
     assert [grip.name for grip in novel[0].grips] == ["oak", "steel"]
 
 
-def write_own_grips(tmp_path, grips):
-    """Models in which the stick has other grips than two, and the protocol does not ask for two."""
-    models = write_models(tmp_path, "protocols/reach.yaml", "require: [two grips, honest]", "require: [honest]")
-    path = models / "tools" / "novel.yaml"
-    old = (
-        "    grips:\n      wood: {position: [0, 0, 0]}\n      steel: {position: [0.30, 0, 0], rpy_deg: [0, 0, 180]}\n"
-    )
-    path.write_text(path.read_text(encoding="utf-8").replace(old, grips, 1), encoding="utf-8")
+@pytest.fixture
+def asks_for_honest_tools(models):
+    """Models whose protocol of reaching does not ask for two grips."""
+    change_file(models / "protocols" / "reach.yaml", "require: [two grips, honest]", "require: [honest]")
     return models
 
 
-THREE_GRIPS = (
-    "    grips:\n      wood: {position: [0, 0, 0]}\n      steel: {position: [0.30, 0, 0], rpy_deg: [0, 0, 180]}\n"
-    "      near: {position: [0.02, 0, 0]}\n"
-)
-
-
-def test_tool_of_three_grips_makes_the_experiment(tmp_path):
-    models = write_own_grips(tmp_path, THREE_GRIPS)
-    experiment = load_choice_experiment("reach", models)
+def test_tool_of_three_grips_makes_the_experiment(asks_for_honest_tools):
+    three = f"{WOOD}{STEEL}      near: {{position: [0.02, 0, 0]}}\n"
+    change_file(asks_for_honest_tools / "tools" / "novel.yaml", WOOD + STEEL, three)
+    experiment = load_choice_experiment("reach", asks_for_honest_tools)
     experiment = dataclasses.replace(experiment, novel=experiment.novel[:1])
     plan = plan_roughly(experiment)
     arrays = {"paper": np.full((2, 1, 7), 2), "bayes": np.full((2, 7), 2), "flips": np.zeros((2, 7))}
@@ -103,12 +84,10 @@ def test_tool_of_three_grips_makes_the_experiment(tmp_path):
     assert render(experiment, plan, numbers).tables[0].rows[0][0] == "stick"
 
 
-def test_tool_of_one_grip_is_refused_before_anything_is_planned(tmp_path):
-    models = write_own_grips(tmp_path, "    grips:\n      wood: {position: [0, 0, 0]}\n")
-    with pytest.raises(
-        BadValueError, match=r"novel.yaml: tools: stick.grips: has 1 entries, must have at least 2 to"
-    ):
-        load_choice_experiment("reach", models)
+def test_tool_of_one_grip_is_refused_before_anything_is_planned(asks_for_honest_tools):
+    change_file(asks_for_honest_tools / "tools" / "novel.yaml", WOOD + STEEL, WOOD)
+    with pytest.raises(BadValueError, match=r"novel.yaml: tools: stick.grips: has 1 entries, must have at least 2"):
+        load_choice_experiment("reach", asks_for_honest_tools)
 
 
 def make_rollout(work, effort, error, limited):

@@ -2,9 +2,9 @@
 
 import dataclasses
 import pickle
-import shutil
 
 import pytest
+from helpers.changed_files import change_file
 from helpers.other_settings import with_settings
 
 from affordance.belief.learner import Learner
@@ -17,6 +17,9 @@ from affordance.robots.changes import write_lacks
 from affordance.runs.repeats import compute_key
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import FeatureSource
+
+# Arguments of a run of one repeat.
+ONCE = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
 
 
 def list_files(folder):
@@ -75,8 +78,8 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
 def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings))
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "changes": {"feature_source": "pixels"}}
-    suite.run_suite(["one"], tmp_path, **arguments, faults=["bias", "dropped_samples"])
+    changes = {"feature_source": "pixels"}
+    suite.run_suite(["one"], tmp_path, **ONCE, changes=changes, faults=["bias", "dropped_samples"])
     (settings,) = seen
     assert settings.arm == MODELS / "arm.dmd.yaml"
     assert settings.feature_source is FeatureSource.PIXELS
@@ -88,9 +91,8 @@ def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch)
     monkeypatch.setattr(
         suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings.learner)
     )
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
-    suite.run_suite(["one"], tmp_path, **arguments)
-    suite.run_suite(["one"], tmp_path, **arguments, changes={"learner": "kinds_map"})
+    suite.run_suite(["one"], tmp_path, **ONCE)
+    suite.run_suite(["one"], tmp_path, **ONCE, changes={"learner": "kinds_map"})
     assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
 
 
@@ -103,38 +105,42 @@ def refuse_other(self, jobs):
 def test_experiment_that_cannot_be_planned_is_left_out_and_named(made_up, tmp_path, monkeypatch, caplog):
     """The log names an infeasible experiment before any is run, and the report names it afterwards."""
     monkeypatch.setattr(MadeUp, "plan", refuse_other)
-    result = suite.run_suite(["other", "one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    result = suite.run_suite(["other", "one"], tmp_path, **ONCE)
     assert result.left_out == {"other": "nail.yaml: blow: cannot be carried out"}
     assert "other is left out: nail.yaml: blow: cannot be carried out" in caplog.text
     assert list_files(tmp_path) == ["left_out.json", "one/ran.txt", "report.html"]
     assert "nail.yaml: blow: cannot be carried out" in result.report.read_text(encoding="utf-8")
 
 
-def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(made_up, tmp_path, monkeypatch):
+def fail_for_one(monkeypatch, error):
+    """Lets the experiment "one" fail while it is run."""
     run = suite.run_experiment
 
-    def fail_for_one(experiment, plan, folder, *, repeats, jobs):
+    def run_other(experiment, *arguments, **options):
         if experiment.name == "one":
-            raise StallError("stick", 0.8, 5, ())
-        run(experiment, plan, folder, repeats=repeats, jobs=jobs)
+            raise error
+        run(experiment, *arguments, **options)
 
-    monkeypatch.setattr(suite, "run_experiment", fail_for_one)
-    result = suite.run_suite(["one", "other"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    monkeypatch.setattr(suite, "run_experiment", run_other)
+
+
+def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(made_up, tmp_path, monkeypatch):
+    fail_for_one(monkeypatch, StallError("stick", 0.8, 5, ()))
+    result = suite.run_suite(["one", "other"], tmp_path, **ONCE)
     assert "stalls" in result.left_out["one"]
     assert (tmp_path / "other" / "ran.txt").exists()
 
 
 def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path, monkeypatch):
     """A later run that succeeds names nothing as left out; the section of an infeasible experiment is removed."""
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
     section = tmp_path / "other" / "section.json"
     with monkeypatch.context() as patch:
         patch.setattr(MadeUp, "plan", refuse_other)
         section.parent.mkdir()
         section.write_text("{}", encoding="utf-8")
-        suite.run_suite(["other", "one"], tmp_path, **arguments)
+        suite.run_suite(["other", "one"], tmp_path, **ONCE)
         assert not section.exists()
-    report, left_out = suite.run_suite(["other"], tmp_path, **arguments)
+    report, left_out = suite.run_suite(["other"], tmp_path, **ONCE)
     assert not left_out
     assert "cannot be carried out" not in report.read_text(encoding="utf-8")
     assert not (tmp_path / "left_out.json").exists()
@@ -144,42 +150,35 @@ def test_new_run_removes_the_comparison_of_former_runs(made_up, tmp_path):
     for name in ("agreement", "vision_comparison"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "section.json").write_text("{}", encoding="utf-8")
-    suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    suite.run_suite(["one"], tmp_path, **ONCE)
     assert not list(tmp_path.glob("*/section.*"))
 
 
 def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path, monkeypatch):
     monkeypatch.setattr(MadeUp, "plan", refuse_other)
     with pytest.raises(BadValueError, match="cannot be carried out"):
-        suite.run_suite(["other"], tmp_path / "out", models=MODELS, seed=0, repeats=1, jobs=1)
+        suite.run_suite(["other"], tmp_path / "out", **ONCE)
     assert not (tmp_path / "out").exists()
 
 
-def test_what_the_import_of_the_arm_could_not_fit_is_not_planned_again(made_up, tmp_path, monkeypatch):
+def test_what_the_import_of_the_arm_could_not_fit_is_not_planned_again(made_up, tmp_path, models, monkeypatch):
     """Experiments that the import found infeasible are not planned again unless a file was changed."""
-    models = tmp_path / "models"
-    shutil.copytree(MODELS, models)
     write_lacks(models, {"path": "stick by wood leaves the path by 0.05 m"})
     planned = []
     monkeypatch.setattr(MadeUp, "plan", lambda self, jobs: planned.append(self.name))
-    arguments = {"models": models, "seed": 0, "repeats": 1, "jobs": 1}
+    arguments = {**ONCE, "models": models}
     result = suite.run_suite(["weight", "reach", "hammer"], tmp_path / "out", **arguments)
     assert planned == ["weight", "hammer"]
     assert result.left_out["reach"].endswith("as its import found: stick by wood leaves the path by 0.05 m")
     with pytest.raises(InfeasibleError, match="leaves the path"):
         suite.run_suite(["reach"], tmp_path / "alone", **arguments)
-    path = models / "paths" / "reach.yaml"
-    path.write_text(path.read_text(encoding="utf-8").replace("duration: 2.0", "duration: 4.0"), encoding="utf-8")
+    change_file(models / "paths" / "reach.yaml", "duration: 2.0", "duration: 4.0")
     assert not suite.run_suite(["reach"], tmp_path / "out", **arguments).left_out
 
 
-def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_path, monkeypatch):
-    models = tmp_path / "models"
-    shutil.copytree(MODELS, models)
-    path = models / "tools" / "weight.yaml"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace("semi_axes: [0.125, 0.015, 0.015]", "semi_axes: [0.125, 0.06, 0.06]"), "utf-8")
-    assert text != path.read_text(encoding="utf-8")
+def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_path, models, monkeypatch):
+    large = ("semi_axes: [0.125, 0.015, 0.015]", "semi_axes: [0.125, 0.06, 0.06]")
+    change_file(models / "tools" / "weight.yaml", *large)
     ran = []
     monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: ran.append(experiment.name))
     result = suite.run_suite(["weight", "com"], tmp_path / "out", models=models, seed=0, repeats=1, jobs=1)
@@ -189,19 +188,12 @@ def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_
 
 def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_path, monkeypatch, caplog):
     """An experiment that lacks a library is left out with a message, and is an error if it runs alone."""
-    run = suite.run_experiment
-
-    def fail_for_one(experiment, plan, folder, *, repeats, jobs):
-        if experiment.name == "one":
-            raise UnavailableError("rendered pictures are", "libEGL.so.1 is missing")
-        run(experiment, plan, folder, repeats=repeats, jobs=jobs)
-
-    monkeypatch.setattr(suite, "run_experiment", fail_for_one)
-    suite.run_suite(["one", "other"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    fail_for_one(monkeypatch, UnavailableError("rendered pictures are", "libEGL.so.1 is missing"))
+    suite.run_suite(["one", "other"], tmp_path, **ONCE)
     assert list_files(tmp_path) == ["left_out.json", "other/ran.txt", "report.html"]
     assert "one is left out: rendered pictures are" in caplog.text
     with pytest.raises(UnavailableError, match=r"libEGL.so.1 is missing"):
-        suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+        suite.run_suite(["one"], tmp_path, **ONCE)
 
 
 def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything_is_run(made_up, tmp_path):
@@ -211,22 +203,18 @@ def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything
     for folder in (tmp_path, kept.parent, tmp_path / "one"):
         folder.mkdir(exist_ok=True)
         (folder / ".writing.123.repeat_00001.npz").write_text("half", encoding="utf-8")
-    suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    suite.run_suite(["one"], tmp_path, **ONCE)
     assert (
         (tmp_path / "one" / "ran.txt").read_text(encoding="utf-8").endswith("found experience/0123/repeat_00000.npz")
     )
     assert kept.read_text(encoding="utf-8") == "kept"
 
 
-def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path):
+def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path, models):
     """A wrong file of one experiment is refused before the other, whose files are right, is started."""
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "tools" / "novel.yaml"
-    path.write_text(
-        path.read_text(encoding="utf-8").replace("material: steel}", "material: brass}"), encoding="utf-8"
-    )
+    change_file(models / "tools" / "novel.yaml", "material: steel}", "material: brass}")
     with pytest.raises(BadValueError, match=r"novel.yaml: tools: stick: looks like brass, must look like what"):
-        suite.run_suite(["weight", "reach"], tmp_path / "out", models=tmp_path / "models", seed=0, repeats=1, jobs=1)
+        suite.run_suite(["weight", "reach"], tmp_path / "out", models=models, seed=0, repeats=1, jobs=1)
     assert not (tmp_path / "out").exists()
 
 

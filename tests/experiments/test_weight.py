@@ -3,13 +3,13 @@
 import dataclasses
 import itertools
 import re
-import shutil
 from functools import partial
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
+from helpers.changed_files import change_file
 from helpers.results_files import DOCS, read_section, render
 from helpers.short_holds import shorten, with_tools
 from helpers.stacked import stack
@@ -17,9 +17,7 @@ from helpers.stacked import stack
 from affordance.exceptions import ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
-from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings
 
@@ -137,21 +135,10 @@ def test_experience_is_carried_from_trial_to_trial(weight):
     assert all(later < earlier for earlier, later in itertools.pairwise(sds))
 
 
-def write_models(tmp_path, old, new):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "tools" / "weight.yaml"
-    assert old in path.read_text(encoding="utf-8")
-    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
-    return tmp_path / "models"
-
-
-def test_mesh_that_is_missing_is_refused(tmp_path):
-    models = write_models(tmp_path, "", "")
-    arm = models / "arm.sdf"
-    text = arm.read_text(encoding="utf-8")
-    start = text.index("<ellipsoid>")
-    end = text.index("</ellipsoid>") + len("</ellipsoid>")
-    arm.write_text(text[:start] + "<mesh><uri>package://models/none.obj</uri></mesh>" + text[end:], encoding="utf-8")
+def test_mesh_that_is_missing_is_refused(models):
+    text = (models / "arm.sdf").read_text(encoding="utf-8")
+    ellipsoid = text[text.index("<ellipsoid>") : text.index("</ellipsoid>")] + "</ellipsoid>"
+    change_file(models / "arm.sdf", ellipsoid, "<mesh><uri>package://models/none.obj</uri></mesh>")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: .*none.obj") as error:
         load_hold_experiment("weight", models, settings=Settings(arm=models / "arm.dmd.yaml"))
     assert "\n" not in str(error.value)
@@ -169,11 +156,8 @@ def test_more_objects_than_colours_are_drawn(weight):
         assert draw().axes
 
 
-def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(tmp_path):
-    for name in ("arm.sdf", "arm.dmd.yaml", "package.xml"):
-        (tmp_path / name).write_text(
-            (MODELS / name).read_text(encoding="utf-8").replace("<effort>68.6<", "<effort>1<"), encoding="utf-8"
-        )
-    tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
+def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(models):
+    change_file(models / "arm.sdf", "<effort>68.6<", "<effort>1<")
+    path, settings = models / "tools" / "weight.yaml", Settings(arm=models / "arm.dmd.yaml")
     with pytest.raises(ModelFileError, match=r"loads shoulder_elevation with .* empty hand, must be at most 1 N m"):
-        check_tools_can_be_held(tmp_path / "weight.yaml", tools, Settings(arm=tmp_path / "arm.dmd.yaml"))
+        check_tools_can_be_held(path, load_tools(path), settings)

@@ -1,10 +1,7 @@
 """Files of a folder of models that the program reads."""
 
-import shutil
-
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.model_files import list_arm_files, list_model_files
-from affordance.files.model_folder import MODELS
 from studies.robustness.experiment import load
 
 
@@ -47,11 +44,9 @@ def test_files_that_name_each_other_are_listed_once(tmp_path):
     assert list_arm_files(tmp_path / "nowhere" / "arm.dmd.yaml") == ()
 
 
-def test_models_are_the_arm_and_the_tasks_with_their_meshes(tmp_path):
-    copy = tmp_path / "models"
-    shutil.copytree(MODELS, copy)
-    (copy / "workshop" / "meshes" / "stray.obj").write_text("", encoding="utf-8")
-    found = list_names(list_model_files(copy), copy)
+def test_models_are_the_arm_and_the_tasks_with_their_meshes(models):
+    (models / "workshop" / "meshes" / "stray.obj").write_text("", encoding="utf-8")
+    found = list_names(list_model_files(models), models)
     assert {"arm.sdf", "materials.yaml", "nail.yaml", "tools/weight.yaml", "paths/reach.yaml"} <= set(found)
     assert "workshop/meshes/mallet.obj" in found
     assert not [name for name in found if "stray" in name or name.endswith((".md", ".py", ".csv"))]

@@ -8,9 +8,8 @@ from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 
-STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml")
 HELD = {grip.name: STICK.gripped_by(grip) for grip in STICK.grips}
 PI = {grip: tool.parameters for grip, tool in HELD.items()}
 WOOD, STEEL = (part.looks_like.colour for part in STICK.components)

@@ -43,7 +43,7 @@ TOOL_FILES = sorted((MODELS / "tools").glob("*.yaml")) + [
 
 @pytest.mark.parametrize("path", TOOL_FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_one_materials_file_serves_all_tools_files(path):
-    assert load_tools(path, load_materials(MODELS / "materials.yaml"))
+    assert load_tools(path)
     assert len(load_tools(path)) == len(load_tools(path, load_materials()))
     assert set(list_materials(path)) <= set(load_materials())
 
@@ -94,7 +94,7 @@ def test_pose_cannot_be_changed_after_reading(files):
 
 
 def test_decoy_appears_as_the_tool_it_imitates():
-    *_, last, decoy = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
+    *_, last, decoy = load_tools(MODELS / "tools" / "weight.yaml")
     assert decoy.appearance == last.appearance
     assert decoy.mass < 0.2 * last.mass
 

@@ -8,10 +8,9 @@ import pytest
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.objects.tool import is_symmetric
 
-STICK, *OTHERS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, *OTHERS = load_tools(MODELS / "tools" / "novel.yaml")
 
 
 def test_of_the_novel_tools_the_stick_alone_is_symmetric():

@@ -2,6 +2,7 @@ import shutil
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from pydrake.geometry import Role
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
@@ -150,16 +151,8 @@ def arm_file(tmp_path):
     return tmp_path / ARM.name
 
 
-def change(arm_file, old, new):
-    """Changes the model that directives name."""
-    sdf = arm_file.parent / "arm.sdf"
-    text = sdf.read_text(encoding="utf-8")
-    assert old in text
-    sdf.write_text(text.replace(old, new), encoding="utf-8")
-
-
 def test_arm_without_a_moving_joint_is_refused(arm_file):
-    change(arm_file, 'type="revolute"', 'type="fixed"')
+    change_file(arm_file.parent / "arm.sdf", 'type="revolute"', 'type="fixed"')
     before, _, rest = arm_file.read_text(encoding="utf-8").partition("      default_joint_positions:")
     arm_file.write_text(before + rest[rest.index("  - add_weld:") :], encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: has 0 joints and 0 actuators, must have one for each$"):
@@ -175,6 +168,6 @@ def test_base_that_floats_is_refused_by_name(arm_file):
 def test_arm_is_loaded_anew_once_one_of_its_files_has_changed(arm_file):
     arm = load_arm(arm_file)
     assert load_arm(arm_file) is arm
-    change(arm_file, "<effort>67.9<", "<effort>50.0<")
+    change_file(arm_file.parent / "arm.sdf", "<effort>67.9<", "<effort>50.0<")
     assert load_arm(arm_file).limits.tau_max[0] == 50.0
     assert arm.limits.tau_max[0] == 67.9

@@ -2,10 +2,10 @@
 
 import copy
 import json
-import shutil
 
 import numpy as np
 import pytest
+from helpers.answers import answer
 from helpers.results_files import check_names, read_numbers
 
 from affordance.cli import main
@@ -15,7 +15,6 @@ from affordance.files.bounded import read_yaml
 from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects
@@ -42,7 +41,7 @@ def test_shipped_protocol_is_sound(name):
 def test_objects_of_the_first_simulation_are_those_of_its_file():
     protocol = load_protocol(find_protocol("weight"))
     objects = build_objects(protocol.objects, find_protocol("weight"), MODELS)
-    tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
+    tools = load_tools(MODELS / "tools" / "weight.yaml")
     assert [tool.name for tool in objects.tools] == [tool.name for tool in tools]
     assert [len(objects.groups[name]) for name in ("honest", "decoy", "all")] == [4, 1, 5]
 
@@ -110,17 +109,14 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_words_of_a_report_do_not_throw_observers_away(tmp_path, capsys):
-    shutil.copytree(MODELS, tmp_path / "models")
-    path = tmp_path / "models" / "protocols" / "mine.yaml"
+def test_words_of_a_report_do_not_throw_observers_away(tmp_path, models):
+    path = models / "protocols" / "mine.yaml"
     write_protocol("mine", path.parent)
     text = path.read_text().replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
     folder = tmp_path / "out" / "mine" / "repeats"  # a key a learner
     for title, repetitions, keys in (("one", 8, 3), ("another", 8, 3), ("another", 9, 6)):
         path.write_text(text.replace("NAME: an odd", title).replace("repetitions: 8", f"repetitions: {repetitions}"))
-        arguments = ["run", "mine", "--repeats", "1", "--jobs", "1"]
-        places = ["--models", str(tmp_path / "models"), "--out", str(tmp_path / "out")]
-        assert main([*arguments, *places]) == 0
+        answer("run", "mine", "--repeats", 1, "--jobs", 1, "--models", models, "--out", tmp_path / "out")
         assert len(list(folder.iterdir())) == keys
 
 

@@ -8,7 +8,6 @@ import pytest
 from affordance.choice.hammer import load_hammer
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
@@ -23,7 +22,7 @@ BEECH, ICE = "#c98f5a", "#b2d6ed"
 @pytest.fixture(scope="module")
 def poses():
     """A stick held out by its wood, above a nail that has not moved, and with its tip on it after some way."""
-    stick = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
+    stick = load_tools(MODELS / "tools" / "novel.yaml")[0]
     held = stick.gripped_by(stick.grips[0])
     nail = load_hammer(MODELS / "nail.yaml").nail
     home = load_arm().home

@@ -13,7 +13,6 @@ from matplotlib.figure import Figure
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -163,7 +162,7 @@ def test_our_own_arm_is_the_same_to_the_last_bit(ours: Path) -> None:
 
 
 def test_a_hold_by_our_own_arm_is_the_same_to_the_last_bit(ours: Path) -> None:
-    tool = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))[0]
+    tool = load_tools(MODELS / "tools" / "weight.yaml")[0]
     records = [
         TrialRunner(Settings(arm=arm)).run_hold(tool, MaterialMemory(), duration=0.3, seed=(0,))
         for arm in (ARM, ours / ARM.name)

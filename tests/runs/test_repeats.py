@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from helpers.changed_files import change_file
 
 import affordance
 from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
@@ -121,21 +122,17 @@ def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):
     assert (tmp_path / "repeat_00001.broken").exists()
 
 
-def test_key_changes_with_configuration_and_models(weight, tmp_path):
+def test_key_changes_with_configuration_and_models(weight, models):
     key = compute_key(weight, MODELS)
     assert compute_key(weight, MODELS) == key
     assert compute_key(dataclasses.replace(weight, seed=1), MODELS) != key
     finer = dataclasses.replace(weight.settings, control_period=0.004)
     assert compute_key(dataclasses.replace(weight, settings=finer), MODELS) != key
-    copy = tmp_path / "models"
-    shutil.copytree(MODELS, copy)
-    assert compute_key(weight, copy) == key
-    (copy / "README.md").write_text("not a model", encoding="utf-8")
-    assert compute_key(weight, copy) == key
-    (copy / "arm.sdf").write_text(
-        (copy / "arm.sdf").read_text(encoding="utf-8").replace("0.3274", "0.3275"), encoding="utf-8"
-    )
-    assert compute_key(weight, copy) != key
+    assert compute_key(weight, models) == key
+    (models / "README.md").write_text("not a model", encoding="utf-8")
+    assert compute_key(weight, models) == key
+    change_file(models / "arm.sdf", "0.3274", "0.3275")
+    assert compute_key(weight, models) != key
 
 
 @pytest.fixture
@@ -181,52 +178,40 @@ def test_key_changes_with_every_other_source(program, monkeypatch):
     assert compute_key("", ()) not in keys
 
 
-def test_key_changes_with_every_model(tmp_path):
-    copy = tmp_path / "models"
-    shutil.copytree(MODELS, copy)
-    keys = [compute_key("", copy)]
+def test_key_changes_with_every_model(models):
+    keys = [compute_key("", models)]
     key = keys[0]
     decides_nothing = ("protocols", "people", "demo", "tasks")  # what of a protocol decides is in the configuration
     for folder in decides_nothing:
-        for path in sorted((copy / folder).iterdir()):
+        for path in sorted((models / folder).iterdir()):
             path.write_bytes(path.read_bytes() + b" ")
-    assert compute_key("", copy) == key
-    deciding = [path for path in copy.rglob("*") if path.parent.name not in (*decides_nothing, "__pycache__")]
+    assert compute_key("", models) == key
+    deciding = [path for path in models.rglob("*") if path.parent.name not in (*decides_nothing, "__pycache__")]
     for path in sorted(path for path in deciding if path.is_file() and path.suffix not in (".md", ".py")):
         path.write_bytes(path.read_bytes() + b" ")
-        keys.append(compute_key("", copy))
+        keys.append(compute_key("", models))
     assert len(keys) > 8
     assert len(set(keys)) == len(keys)
 
 
-def test_key_stays_where_a_file_is_added_that_nothing_reads(tmp_path):
-    copy = tmp_path / "models"
-    shutil.copytree(MODELS, copy)
-    key = compute_key("", copy)
-    stray = (
-        "notes.txt",
-        "arm.sdf~",
-        "tools/__pycache__/weight.pyc",
-        "workshop/__pycache__/x.pyc",
-        "workshop/meshes/y.obj",
-    )
-    for name in (*stray, ".DS_Store", "tools/.weight.yaml.swp", "results/metrics.json"):
-        (copy / name).parent.mkdir(exist_ok=True)
-        (copy / name).write_bytes(b"stray")
-    assert compute_key("", copy) == key
+def test_key_stays_where_a_file_is_added_that_nothing_reads(models):
+    key = compute_key("", models)
+    stray = ("notes.txt", "arm.sdf~", "tools/__pycache__/weight.pyc", "workshop/__pycache__/x.pyc")
+    for name in (*stray, "workshop/meshes/y.obj", ".DS_Store", "tools/.weight.yaml.swp", "results/metrics.json"):
+        (models / name).parent.mkdir(exist_ok=True)
+        (models / name).write_bytes(b"stray")
+    assert compute_key("", models) == key
 
 
-def test_key_of_an_experiment_is_of_what_it_reads(weight, tmp_path):
+def test_key_of_an_experiment_is_of_what_it_reads(weight, models):
     """Objects and tasks held by the configuration are not read from the folder for the key; the arm's files are."""
-    copy = tmp_path / "models"
-    shutil.copytree(MODELS, copy)
-    key = compute_key(weight, list_arm_files(copy / "arm.dmd.yaml"))
-    (copy / "tools" / "mine.yaml").write_text("tools: []", encoding="utf-8")
-    (copy / "nail.yaml").write_text("none", encoding="utf-8")
-    assert compute_key(weight, list_arm_files(copy / "arm.dmd.yaml")) == key
-    with (copy / "arm.sdf").open("a", encoding="utf-8") as file:
+    key = compute_key(weight, list_arm_files(models / "arm.dmd.yaml"))
+    (models / "tools" / "mine.yaml").write_text("tools: []", encoding="utf-8")
+    (models / "nail.yaml").write_text("none", encoding="utf-8")
+    assert compute_key(weight, list_arm_files(models / "arm.dmd.yaml")) == key
+    with (models / "arm.sdf").open("a", encoding="utf-8") as file:
         file.write("<!-- another arm -->")
-    assert compute_key(weight, list_arm_files(copy / "arm.dmd.yaml")) != key
+    assert compute_key(weight, list_arm_files(models / "arm.dmd.yaml")) != key
 
 
 def test_key_changes_with_the_versions_of_libraries(monkeypatch):

@@ -3,16 +3,15 @@
 import json
 import os
 import runpy
-import shutil
 import signal
 import sys
 import time
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from helpers.children import PATIENCE, ROOT
 
-from affordance.files.model_folder import MODELS
 from studies.trust.kills import list_differences
 
 PROGRAM = ROOT / "run_experiments.py"
@@ -50,10 +49,9 @@ def check_refusal(run):
     return check
 
 
-def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
-    shutil.copytree(MODELS, tmp_path / "models")
-    (tmp_path / "models" / "arm.sdf").write_text("<sdf", encoding="utf-8")
-    check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
+def test_bad_arm_is_refused_before_anything_is_written(tmp_path, models, check_refusal):
+    (models / "arm.sdf").write_text("<sdf", encoding="utf-8")
+    check_refusal(["--models", models], "arm.dmd.yaml: ", tmp_path / "results")
 
 
 def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
@@ -78,17 +76,13 @@ def wait_for(out, pattern):
         time.sleep(0.01)
 
 
-def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
+def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, models, start, run):
     """A run interrupted in its repeats and killed in its figures resumes (trust/kills.py kills at random moments).
 
     Holds are of half a second.
     """
-    interrupted, whole, models = (tmp_path / name for name in ("interrupted", "whole", "models"))
-    shutil.copytree(MODELS, models)
-    protocol = models / "protocols" / "weight.yaml"
-    text = protocol.read_text(encoding="utf-8")
-    assert "duration: 3.0" in text
-    protocol.write_text(text.replace("duration: 3.0", "duration: 0.5"), encoding="utf-8")
+    interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
+    change_file(models / "protocols" / "weight.yaml", "duration: 3.0", "duration: 0.5")
     command = ("weight", "--repeats", 2, "--jobs", 1, "--models", models)
     process = start(*command, "--out", interrupted)
     wait_for(interrupted, "repeat_*.npz")

@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import shutil
 from pathlib import Path
 
 import pytest
@@ -10,7 +9,7 @@ import pytest
 from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command, main
 from affordance.commands.demo import TRIALS
 from affordance.experiments.suite import run_suite
-from affordance.files.model_folder import MODELS, list_studies
+from affordance.files.model_folder import list_studies
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -62,9 +61,7 @@ def test_example_of_ranking_runs(capsys):
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_own_objects_make_an_experiment(tmp_path):
-    models = tmp_path / "my_models"
-    shutil.copytree(MODELS, models)
+def test_own_objects_make_an_experiment(tmp_path, models):
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml", OBJECTS_PAGE)[0], encoding="utf-8")
     report, _ = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
     assert "dumb-bell" in report.read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.changed_files import change_file
 from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 from helpers.stacked import stack
@@ -103,7 +104,7 @@ def test_what_a_run_writes_can_be_read_as_what_people_did(short, tmp_path):
     lines = (folder / "lifts.csv").read_text().splitlines()
     own = [lines[0], *(line for line in lines if ",kinds_map," in line)]
     (tmp_path / "people.csv").write_text("\n".join(own) + "\n")
-    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    change_file(short, "# people: mine_people.csv", "people: people.csv")
     numbers = read_numbers(run(short, tmp_path))
     ours, people = numbers["learners"]["kinds_map"], numbers["people"]
     assert set(people) >= {"first_N", "end_N", "weight_N", "learned", "end_N_ci95"}
@@ -120,7 +121,7 @@ def test_what_a_run_writes_can_be_read_as_what_people_did(short, tmp_path):
 def test_people_are_drawn_behind_the_observers(short, tmp_path):
     text = HEADER + "".join(f"{who},{lift},odd,{9 + who + 0.1 * lift}\n" for who in range(4) for lift in range(8))
     (tmp_path / "people.csv").write_text(text)
-    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    change_file(short, "# people: mine_people.csv", "people: people.csv")
     experiment = load_protocol_experiment(str(short))
     rows = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
     arrays = stack(rows)
@@ -134,6 +135,6 @@ def test_people_are_drawn_behind_the_observers(short, tmp_path):
 
 def test_people_who_lifted_less_often_than_a_number_asks_for_are_named(short, tmp_path):
     (tmp_path / "people.csv").write_text(HEADER + "anna,1,odd,9\nanna,2,odd,9\n")
-    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    change_file(short, "# people: mine_people.csv", "people: people.csv")
     with pytest.raises(BadValueError, match=r"has 2 lifts of 'odd' by 'anna', must have 8 for the number end_N"):
         load_protocol_experiment(str(short))

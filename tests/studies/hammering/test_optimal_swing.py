@@ -12,14 +12,13 @@ from affordance.control.swing import COASTING_TIME, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from studies.hammering.inverse_dynamics import InverseDynamics
 from studies.hammering.optimal_swing import SwingSearch, compute_rounded_power, compute_squared_torque, measure_swing
 from studies.speed.peer_arms import build_pinocchio, read_grip
 
-STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml")
 HELD = STICK.gripped_by(STICK.grips[0])
 PI = HELD.parameters
 DOWN = np.array([0.0, 0.0, -1.0])
