@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import socket
 import sys
 import tempfile
 import webbrowser
@@ -75,7 +76,9 @@ def run(arguments: argparse.Namespace) -> int:
             print("The task is planned with every grip first, which takes some seconds.", flush=True)
         show = _Show(experiment)
         address = show.scene.address
-        print(f"Watch {experiment.name} at {address} (Ctrl-C ends it)", flush=True)
+        port = address.rsplit(":", 1)[1]
+        print(f"Watch {experiment.name} at {address} (Ctrl-C ends it)", end="; ")
+        print(f"from another machine first: ssh -L {port}:localhost:{port} {socket.gethostname()}", flush=True)
         if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
             webbrowser.open_new_tab(address)
         try:
@@ -150,6 +153,7 @@ class _Show:
         if isinstance(self.task, Reach):
             trial = self.doer.get_diagram(self.task.duration, held)
             following = self.task.begin(trial.model, held.p_TTfree)
+            self.scene.draw_path(following.list_places(np.linspace(0.0, self.task.duration, 50)))
             simulator = self.doer.prepare(trial, held, following, self.memory, (self.seed, 1, self.trial))
             simulator.AdvanceTo(self.task.duration)
         else:

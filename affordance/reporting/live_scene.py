@@ -5,13 +5,13 @@ import time
 from collections.abc import Mapping
 from enum import Enum
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 from matplotlib.figure import Figure
-from pydrake.common import MemoryFile
 from pydrake.common.value import Value
-from pydrake.geometry import InMemoryMesh, Mesh, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, SceneGraph
+from pydrake.geometry import Mesh, Rgba, SceneGraph
+from pydrake.math import RigidTransform
 from pydrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, OutputPort
@@ -23,19 +23,23 @@ from affordance.drake.sampled_system import SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
-from affordance.reporting.replay import open_meshcat, set_stage
+from affordance.reporting.live_bodies import LiveBodies
+from affordance.reporting.live_panel import place_camera, place_panel
+from affordance.reporting.replay import HELD_HEIGHT, open_meshcat, set_stage
 
 _FRAMES_PER_SECOND = 30.0
 # Simulated time between pictures of contact forces, [s], and ratio of real to simulated time while there are any.
 _CONTACT_PERIOD, _SLOWNESS = 0.002, 10.0
+_RED = Rgba(0.8, 0.2, 0.1, 1.0)
 # Sliders: label, least and greatest value; both multiply what the objects' file says.
-DENSITY, SIZE = "True density, times", "Size, times"
+DENSITY, SIZE = "Density, times", "Size, times"
 _SLIDERS = {DENSITY: (0.1, 2.0), SIZE: (0.5, 1.5)}
-# Panel next to the arm: width and height as shares of the distance from base to hand, and pixels of its picture.
-_PANEL = np.array([1.0, 0.5])
-_PIXELS = (1200, 600)
+# Time for a page to load a picture, and between looks for a wish, [s].
+_LOADING, _PATIENCE = 0.3, 0.1
+# Size of the panel's picture, [px].
+_PIXELS = (1000, 500)
 # Axes on the panel, as shares of it: left, bottom, width, height.
-_AXES = (0.06, 0.17, 0.88, 0.50)
+_AXES = (0.06, 0.20, 0.88, 0.46)
 # Densities on the panel, [kg/m^3]: beyond lead, which is the densest of the materials.
 _DENSITY_MAX = 14000.0
 _FRACTIONS = np.linspace(0.01, 0.99, 50)
@@ -58,6 +62,8 @@ class LiveScene:
         self.meshcat = open_meshcat("the live scene")
         self._names = names
         self._shown: object = None
+        self._picture = 0
+        self._bodies: dict[str, object] = {}
         self._follows = True
         for wish, key in ((Wish.NEXT, "KeyN"), (Wish.DECOY, "KeyD"), (Wish.RESET, "KeyR")):
             self.meshcat.AddButton(wish.value, key)
@@ -72,8 +78,8 @@ class LiveScene:
         joints = [arm.plant.get_joint_actuator(index).joint() for index in arm.plant.GetJointActuatorIndices()]
         frames = [*(joint.frame_on_parent() for joint in joints), arm.hand]
         p_WF = np.array([frame.CalcPoseInWorld(context).translation() for frame in frames])
-        self._panel = _place_panel(p_WF)
-        self.meshcat.SetCameraPose(*_place_camera(p_WF, self._panel))
+        self._panel = place_panel(p_WF)
+        self.meshcat.SetCameraPose(*place_camera(p_WF, self._panel))
 
     @property
     def address(self) -> str:
@@ -102,14 +108,17 @@ class LiveScene:
         """Waits for a wish, at most some time, [s], and takes it."""
         end = time.monotonic() + seconds
         while not self.is_wanted and time.monotonic() < end:
-            time.sleep(1.0 / _FRAMES_PER_SECOND)
+            self._redraw()
+            time.sleep(_PATIENCE)
         return self.take_wish()
 
     def add_to(self, builder: DiagramBuilder, plant: MultibodyPlant, posterior: OutputPort) -> None:
         """Adds the systems that show a plant with shapes, and the belief on a port, to a Diagram."""
         (scene_graph,) = (system for system in builder.GetMutableSystems() if isinstance(system, SceneGraph))
-        shown = MeshcatVisualizerParams(prefix="arm", publish_period=1.0 / _FRAMES_PER_SECOND)
-        MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, shown)
+        bodies = builder.AddNamedSystem(
+            "live_bodies", LiveBodies(self.meshcat, self._bodies, 1.0 / _FRAMES_PER_SECOND)
+        )
+        builder.Connect(scene_graph.get_query_output_port(), bodies.GetInputPort("query"))
         forces = ContactVisualizerParams(prefix="contact", publish_period=_CONTACT_PERIOD)
         ContactVisualizer.AddToBuilder(builder, plant, self.meshcat, forces)
         clock = builder.AddNamedSystem("live_clock", _LiveClock(self))
@@ -120,9 +129,10 @@ class LiveScene:
         """Shows what is done with a tool, its true densities, and the belief about materials, on the panel.
 
         Titles, axis and legend are a picture on a rectangle, as Meshcat draws no text; the title is printed too. From
-        then on the belief about the tool is drawn, if it is to be followed.
+        then on the belief about the tool is drawn, if it is to be followed, and the height to hold.
         """
         self._follows = follows
+        self.meshcat.SetProperty(HELD_HEIGHT, "visible", follows)
         title = f"{what}: {tool.name.replace('_', ' ')}, {tool.mass:.2f} kg"
         print(title, flush=True)
         figure = Figure(figsize=(_PIXELS[0] / 100, _PIXELS[1] / 100))
@@ -132,20 +142,40 @@ class LiveScene:
         axes.set_yticks([])
         axes.spines[["left", "right", "top"]].set_visible(False)
         axes.tick_params(labelsize=18)
-        axes.set_xlabel("density, g/cm³ (line: this object; dashed: the truth)", fontsize=18)
-        figure.text(_AXES[0], 0.9, title, fontsize=26)
+        axes.set_xlabel("density, g/cm³ (line: this object; dashed: the truth)", fontsize=18, fontweight="bold")
+        figure.text(_AXES[0], 0.89, title, fontsize=24, fontweight="bold")
         for part in tool.components:
-            axes.axvline(part.material.density / 1000.0, color=part.looks_like.colour, linestyle="--")
+            dark = 0.5 * np.array(part.looks_like.colour)
+            axes.axvline(part.material.density / 1000.0, color=dark, linestyle="--", linewidth=4.0)
         for index, (colour, curve) in enumerate(zip(memory.colours, trace_densities(memory.belief), strict=True)):
-            axes.fill_between(curve[:, 0] / 1000.0, curve[:, 1], color=colour, alpha=0.5)
+            axes.fill_between(curve[:, 0] / 1000.0, curve[:, 1], color=colour, alpha=0.8)
             if index < 6:  # as many lines as there is room for
-                x, y = _AXES[0] + 0.46 * (index % 2), 0.82 - 0.07 * (index // 2)
-                figure.text(x, y, "■", fontsize=20, color=colour)
-                figure.text(x + 0.04, y, self._describe(memory, index), fontsize=20)
+                x, y = _AXES[0] + 0.46 * (index % 2), 0.80 - 0.075 * (index // 2)
+                figure.text(x, y, "■", fontsize=18, color=colour)
+                figure.text(x + 0.04, y, self._describe(memory, index), fontsize=18, fontweight="bold")
         image = io.BytesIO()
         figure.savefig(image, format="png", dpi=100)
-        self.meshcat.SetObject("panel", self._panel.build_mesh(image.getvalue()), Rgba(1.0, 1.0, 1.0, 1.0))
-        self.meshcat.Delete("now")
+        self._hang(self._panel.build_mesh(image.getvalue()))
+        for path in ("now", "path"):
+            self.meshcat.Delete(path)
+
+    def _hang(self, picture: Mesh) -> None:
+        """Shows a new picture in place of the last one, which covers it until a page has had time to load it."""
+        old, self._picture = f"panel/{self._picture % 2}", self._picture + 1
+        new = f"panel/{self._picture % 2}"
+        self.meshcat.SetTransform(new, RigidTransform(-0.01 * self._panel.front))
+        self.meshcat.SetObject(new, picture, Rgba(1.0, 1.0, 1.0, 1.0))
+        time.sleep(_LOADING)
+        self.meshcat.Delete(old)
+        self._redraw()
+
+    def _redraw(self) -> None:
+        """Has pages draw the scene anew, which they do only when told, and not when a picture has been loaded."""
+        self.meshcat.SetTransform(f"panel/{self._picture % 2}", RigidTransform())
+
+    def draw_path(self, p_WG: Array) -> None:
+        """Draws the path that a point is to follow until the next announcement; places on it, (N, 3), [m]."""
+        self.meshcat.SetLine("path", np.asfortranarray(p_WG.T), 2.0, _RED)
 
     def follow(self, belief: ObjectBelief) -> None:
         """Draws the belief about the object at hand, if it has changed."""
@@ -204,57 +234,6 @@ class _LiveClock(SampledSystem):
         if self._scene.is_wanted:
             return EventStatus.ReachedTermination(self, "a wish")
         return EventStatus.Succeeded()
-
-
-class _Panel(NamedTuple):
-    """Rectangle in the world: its lower left corner, its edges and the direction towards the camera, (3,), [m]."""
-
-    corner: Array
-    right: Array
-    up: Array
-    front: Array
-
-    def place(self, shares: Array, lift: float) -> Array:
-        """Places points given by shares of the edges, (N, 2), lifted off the panel, [m]; returns (N, 3)."""
-        place: Array = self.corner + shares @ np.array([self.right, self.up]) + lift * self.front
-        return place
-
-    def build_mesh(self, image: bytes) -> Mesh:
-        """Builds the rectangle with a picture, PNG, on it."""
-        corners = self.place(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), 0.0)
-        lines = ["mtllib panel.mtl", *("v {} {} {}".format(*corner) for corner in corners)]
-        lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1", "vn {} {} {}".format(*self.front)]
-        lines += ["usemtl panel", "f 1/1/1 2/2/1 3/3/1", "f 1/1/1 3/3/1 4/4/1"]
-        paint = "newmtl panel\nKa 1 1 1\nKd 1 1 1\nmap_Kd panel.png\n"
-        files = {
-            "panel.mtl": MemoryFile(paint.encode(), ".mtl", "panel.mtl"),
-            "panel.png": MemoryFile(image, ".png", "panel.png"),
-        }
-        text = MemoryFile("\n".join(lines).encode(), ".obj", "panel.obj")
-        return Mesh(InMemoryMesh(mesh_file=text, supporting_files=files))
-
-
-def _place_panel(p_WF: Array) -> _Panel:
-    """Places the panel over an arm, given by its frames from base to hand, for a camera at its side."""
-    p_WB, p_WH = p_WF[0], p_WF[-1]
-    out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
-    reach = float(np.linalg.norm(p_WH - p_WB))
-    right, up = out / np.linalg.norm(out), np.array([0.0, 0.0, 1.0])
-    front = -np.cross(up, right)
-    wide, high = reach * _PANEL
-    above = p_WF[:, 2].max() - p_WB[2] + 0.12 * reach
-    corner = p_WB + 0.25 * reach * right + above * up - 0.1 * reach * front
-    return _Panel(corner, wide * right, high * up, front)
-
-
-def _place_camera(p_WF: Array, panel: _Panel) -> tuple[Array, Array]:
-    """Places the camera so that arm, object and panel are in its view, 75 degrees high; returns place and target."""
-    reach = float(np.linalg.norm(p_WF[-1] - p_WF[0]))
-    low, high = p_WF[:, 2].min() - 0.35 * reach, panel.corner[2] + panel.up[2]
-    target = p_WF[0] + 0.65 * panel.right * reach / np.linalg.norm(panel.right)
-    target[2] = 0.5 * (low + high)
-    far = max(0.82 * (high - low), reach)
-    return target + far * panel.front + [0.0, 0.0, 0.15 * far], target
 
 
 def trace_densities(belief: DensityBelief) -> list[Array]:

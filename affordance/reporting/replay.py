@@ -29,6 +29,8 @@ from affordance.objects.tool import Tool
 from affordance.plant.load import attach_tool, parse_arm
 from affordance.plant.nail import NailPlacement, add_nail
 
+# Meshcat's path of the line that a hand or a tool is to follow, by default at the height to hold.
+HELD_HEIGHT = "asked for"
 _FRAMES_PER_SECOND = 30.0
 # Pause between two scenes on the last frame of the first, [s].
 _PAUSE = 0.5
@@ -209,7 +211,7 @@ def set_stage(
         out = (p_WH - p_WBo) * [1.0, 1.0, 0.0]  # the height to hold
         p_WG = np.array([p_WH - 0.3 * out, p_WH + 0.6 * out])
     if p_WG is not None:
-        meshcat.SetLine("asked for", np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
+        meshcat.SetLine(HELD_HEIGHT, np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
     for end in ("top_color", "bottom_color"):
         meshcat.SetProperty("/Background/<object>", end, [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Grid", "visible", False)

@@ -57,6 +57,7 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, wei
     with watch(children, write(tmp_path, "patience.yaml", PROTOCOL)) as watched:
         page = watched.page
         watched.read(2)  # the hold is over
+        assert watched.measure_panel() > 200  # though nothing moves, and nobody moves the camera
         before, height = page.evaluate(PANEL), page.evaluate(HEIGHT)
         radius = page.wait_for_function(f"() => Math.max(0, ({RADIUS})())").json_value()
         page.get_by_text("Decoy").click()
@@ -96,6 +97,19 @@ def test_a_blow_shows_its_force(children, tmp_path):
         arrows = watched.page.evaluate("() => arrows")
         assert len(arrows) > 1
         assert max(arrows) > 0.01
+
+
+@pytest.mark.parametrize("name", ["com", "reach"])
+def test_other_experiments_are_shown_with_a_bright_panel(children, name):
+    """The arm is sent once: while objects and beliefs change, its first link remains the same object of the page."""
+    with watch(children, name) as watched:
+        links = "viewer.scene_tree.find(['drake', 'arm', 'arm']).object.children.map(link => link.uuid)"
+        before = watched.page.evaluate(f"() => {links}")
+        watched.page.keyboard.press("n")
+        while not watched.read(1)[0].startswith("felt: "):
+            pass
+        assert watched.page.evaluate(f"() => {links}") == before
+        assert watched.measure_panel() > 200
 
 
 def find_peak(curve):

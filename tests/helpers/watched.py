@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from playwright.sync_api import Page
 
@@ -31,6 +32,14 @@ _NOTE_TEXTS = """
 _NOTE_SCENE = """() => {
     window.curves = [[]];
     window.arrows = [];
+    window.place = node => {
+        const points = Array.from(node.geometry.attributes.position.array), placed = [];
+        for (let i = 0; i < points.length; i += 3) {
+            const point = new MeshCat.THREE.Vector3(...points.slice(i, i + 3));
+            placed.push(...point.applyMatrix4(node.matrixWorld).toArray());
+        }
+        return placed;
+    };
     const obey = viewer.handle_command.bind(viewer);
     viewer.handle_command = command => {
         obey(command);
@@ -38,7 +47,8 @@ _NOTE_SCENE = """() => {
         if (command.type == "delete" && path == "/drake/now") window.curves.push([]);
         if (command.type == "set_object" && path == "/drake/now/0") {
             const line = viewer.scene_tree.find(["drake", "now", "0", "<object>"]).object;
-            window.curves.at(-1).push(Array.from(line.geometry.attributes.position.array));
+            line.updateWorldMatrix(true, false);
+            window.curves.at(-1).push(window.place(line));
         }
         if (path.startsWith("/drake/contact/point/tool+nail")) {
             const arrow = viewer.scene_tree.find(["drake", "contact", "point", "tool+nail"]).object;
@@ -59,10 +69,16 @@ _PANEL = """
 _CORNERS = """() => {
     let corners = [];
     viewer.scene_tree.find(["drake", "panel"]).object.traverse(node => {
-        if (node.geometry) corners = Array.from(node.geometry.attributes.position.array);
+        if (node.geometry) corners = window.place(node);
     });
     return corners;
 }"""
+# Middle of the panel on the page, from -1 to 1 to the right and upwards.
+_MIDDLE = f"""() => {{
+    const p = ({_CORNERS})(), n = p.length / 3, middle = new MeshCat.THREE.Vector3();
+    for (let i = 0; i < p.length; i += 3) middle.add(new MeshCat.THREE.Vector3(...p.slice(i, i + 3)));
+    return middle.divideScalar(n).project(viewer.camera).toArray().slice(0, 2);
+}}"""
 # Height of the object in the hand and radius of the sphere around it, [m]; -1 while there is none.
 _TOOL = """
     let height = -1, radius = -1;
@@ -113,6 +129,16 @@ class Watched:
         assert box is not None
         row.locator(".slider").click(position={"x": share * box["width"], "y": box["height"] / 2})
         return float(row.locator("input").input_value())
+
+    def measure_panel(self) -> float:
+        """Measures the median brightness, 0 to 255, of the page where the middle of the panel is."""
+        self.page.wait_for_timeout(700.0)
+        shot = cv2.imdecode(np.frombuffer(self.page.screenshot(), np.uint8), cv2.IMREAD_GRAYSCALE)
+        assert shot is not None
+        x, y = self.page.evaluate(_MIDDLE)
+        height, width = shot.shape
+        row, column = int(0.5 * (1.0 - y) * height), int(0.5 * (1.0 + x) * width)
+        return float(np.median(shot[row - 20 : row + 20, column - 20 : column + 20]))
 
     def read_curves(self) -> list[list[Array]]:
         """Reads the lines of the belief, by announcement, as shares of the panel's width and height, (N, 2) each."""
