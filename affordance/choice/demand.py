@@ -11,8 +11,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.chain_kinematics import SerialChain
-from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.plant.serial_chain import SerialChain
 
 # Samples whose wrenches are held in memory at a time, as in motion_cost.py.
 _CHUNK = 2000
@@ -59,7 +58,7 @@ class GripWrench:
 
     def __init__(self, chain: SerialChain, q: Array, v: Array, vdot: Array) -> None:
         """Computes the regressors at N nodes of a motion; arrays are (N, num_joints), [rad, rad/s, rad/s^2]."""
-        self._W = compute_wrench_regressors(chain, q, v, vdot).reshape(-1, NUM_PARAMETERS)
+        self._W = chain.compute_wrench_regressors(q, v, vdot).reshape(-1, NUM_PARAMETERS)
 
     def compute_peaks(self, pi: Array) -> tuple[Array, Array]:
         """Computes the largest force, [N], and moment about To, [N m], (S,) each, for parameters pi, (S, 10)."""

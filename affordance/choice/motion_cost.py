@@ -21,7 +21,6 @@ from affordance.exceptions import NoPlanError
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
-from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.settings import Settings
 
 # Nodes of the quadrature along a motion: the midpoint rule then has an error below 0.1 %
@@ -148,8 +147,8 @@ class MotionCost:
         for node in range(len(moments)):
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
-        self._nodes = build_chain(model.arm), q, v, vdot
-        Y = compute_payload_regressors(*self._nodes)
+        self._chain, self._nodes = build_chain(model.arm), (q, v, vdot)
+        Y = self._chain.compute_payload_regressors(*self._nodes)
         # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that
         # one matrix product gives work and load.
         tau_max = np.tile(model.arm.limits.tau_max, len(moments))
@@ -222,7 +221,7 @@ class MotionCost:
 
     @functools.cached_property
     def _grip_wrench(self) -> GripWrench:
-        return GripWrench(*self._nodes)
+        return GripWrench(self._chain, *self._nodes)
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:

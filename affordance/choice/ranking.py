@@ -20,7 +20,7 @@ from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
-from affordance.plant.arm import ArmOwner
+from affordance.plant.serial_chain import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]

@@ -24,7 +24,6 @@ from affordance.identification.payload_claim import judge_claim
 from affordance.identification.payload_formats import format_payload, read_payload
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
@@ -33,6 +32,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.load import HAND_FRAME
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
 
 
@@ -118,7 +118,7 @@ def _teach(
     arguments: argparse.Namespace,
     belief: PayloadBelief,
     seen: SeenObject,
-    robot: RobotChain,
+    robot: SerialChain,
     run: Run,
     object_name: str,
     settings: IdentificationSettings,
@@ -180,7 +180,7 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     return replace(settings, **off)  # type: ignore[arg-type]
 
 
-def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
+def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
     if len(given) != 1:
         raise BadValueError(

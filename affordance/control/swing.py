@@ -24,7 +24,7 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.chain_kinematics import cross
+from affordance.plant.serial_chain import cross
 
 # Times of a swing at which position and velocity limits are enforced, as fractions of its duration: between them a
 # joint of 50 rad/s^2 violates them by a milliradian.

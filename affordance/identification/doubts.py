@@ -20,9 +20,9 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import SerialChain
 
 _JUDGED, _NUM_POSTURES = 0.1, 50  # see the module
 # Factor to which a robot's file knows the torques of the arm's own weight: two standard deviations of the gains that
@@ -80,7 +80,7 @@ class OwnWeight(NamedTuple):
     judged: Mask
 
 
-def compare_with_own_weight(robot: RobotChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
+def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
     """Compares a run of joint signals with the torques of the arm alone, with gravity as in the run."""
     robot = robot.with_gravity(run.description.gravity)
     prepared = prepare(run, settings)
@@ -105,7 +105,7 @@ def compare_with_own_weight(robot: RobotChain, run: Run, settings: Identificatio
     return OwnWeight(gain, explained, error, torque_sd, torque_sd >= _JUDGED * _compute_strength(robot))
 
 
-def _compute_strength(robot: RobotChain) -> float:
+def _compute_strength(robot: SerialChain) -> float:
     """Computes what gravity asks of the strongest joint, root mean square over all postures, [N m]."""
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
     torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
@@ -113,7 +113,7 @@ def _compute_strength(robot: RobotChain) -> float:
 
 
 def find_doubts(
-    robot: RobotChain,
+    robot: SerialChain,
     loaded: Run,
     empty: Sequence[Run],
     belief: PayloadBelief,
@@ -153,7 +153,7 @@ def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[
 
 
 def _judge_signals(
-    robot: RobotChain, run: Run, is_loaded: bool, belief: PayloadBelief, settings: IdentificationSettings
+    robot: SerialChain, run: Run, is_loaded: bool, belief: PayloadBelief, settings: IdentificationSettings
 ) -> Iterator[str]:
     """Judges a run's signals by the arm's own weight."""
     own = compare_with_own_weight(robot, run, settings)
@@ -181,7 +181,7 @@ def _judge_signals(
 
 
 def _judge_fit(
-    robot: RobotChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
     """Judges gains and residual of the fit."""
     evidence = belief.fit.evidence
@@ -223,7 +223,7 @@ def _judge_fit(
         yield f"gains of one half give {found} kg in the other, {belief.reference_mass:g} kg was weighed"
 
 
-def _judge_gains(robot: RobotChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
+def _judge_gains(robot: SerialChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
     """Finds gains that no robot has among those of the judged joints, as far as the run determines them."""
     evidence = belief.fit.evidence
     if belief.calibration is not None:  # with what the body leaves open
@@ -249,7 +249,7 @@ def _leaves_much(belief: PayloadBelief) -> bool:
 
 
 def _compare_alternatives(
-    robot: RobotChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
     """Compares the fit with that of the opposite load, and with neighbouring joints exchanged."""
     if belief.calibration is not None:  # the gains were found by the reading that is to be compared

@@ -24,16 +24,16 @@ from affordance.identification.posterior.part_posterior import SeenObject, find_
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.recording.robot_chain import ChainOwner, RobotChain
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.objects.tool import Tool
+from affordance.plant.serial_chain import ArmOwner, SerialChain
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
 
 # Analysis of a loaded run, given runs with an empty hand and the gains as known before.
-type _Analysis = Callable[[RobotChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
+type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _LIMIT_SLACK = 0.5  # files of robots limit joints more narrowly than some controllers do, [rad]
@@ -53,7 +53,7 @@ class Runs(NamedTuple):
 
 
 def identify(
-    arm: RobotChain | ChainOwner,
+    arm: SerialChain | ArmOwner,
     runs: Runs,
     *,
     paired: bool = True,
@@ -161,16 +161,16 @@ def check_reference_mass(name: str, mass: float) -> None:
     check_number(name, mass, *_MASSES, "kg")
 
 
-def _find_chain(arm: RobotChain | ChainOwner) -> RobotChain:
+def _find_chain(arm: SerialChain | ArmOwner) -> SerialChain:
     """Returns the chain of a robot, or the chain itself.
 
     Raises:
         BadArgumentError: The argument is something else.
     """
-    if isinstance(arm, RobotChain):
+    if isinstance(arm, SerialChain):
         return arm
     hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
-    return arm.chain if isinstance(arm, ChainOwner) else check_kind("arm", arm, RobotChain, hint)
+    return arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
 
 
 def _check_arguments(
@@ -187,7 +187,7 @@ def _check_arguments(
     check_kind("settings", settings, IdentificationSettings)
 
 
-def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator[str]:
+def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool) -> Iterator[str]:
     """Lists what no recording can show, a sentence each."""
     yield (
         f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the "
@@ -197,7 +197,7 @@ def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator
         yield "the scale is right: its error is that of every mass found with these gains"
 
 
-def _check_angles(arm: RobotChain, run: Run) -> None:
+def _check_angles(arm: SerialChain, run: Run) -> None:
     """Checks that a run stays within the limits of the arm's joints."""
     low, high = arm.limits
     beyond = np.maximum(low - run.q, run.q - high) - _LIMIT_SLACK
@@ -217,7 +217,7 @@ def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analys
 
 
 def _find_gains(
-    arm: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
+    arm: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains | None, settings: IdentificationSettings
 ) -> Gains:
     """Returns the gains as known before the loaded run."""
     run = (*empty, loaded)[0]

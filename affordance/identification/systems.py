@@ -27,9 +27,10 @@ from affordance.identification.posterior.part_posterior import (
 )
 from affordance.identification.posterior.payload_fit import fit_statistics
 from affordance.identification.posterior.solid_prior import SolidPrior
-from affordance.identification.recording.robot_chain import RobotChain, build_arm
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
+from affordance.plant.chain_plant import build_arm
+from affordance.plant.serial_chain import SerialChain
 
 # Largest number of rounds of body and noise.
 _MAX_ROUNDS = 10
@@ -71,7 +72,7 @@ class PayloadIdentifier(SampledSystem):
 
     def __init__(
         self,
-        robot: RobotChain,
+        robot: SerialChain,
         prior: ChannelPrior,
         *,
         period: float,
@@ -196,7 +197,7 @@ class PayloadIdentifier(SampledSystem):
 
 
 def build_replay(
-    robot: RobotChain,
+    robot: SerialChain,
     evidence: Evidence,
     gains: Gains,
     prior: ChannelPrior,

@@ -7,17 +7,17 @@ import numpy as np
 from affordance.exceptions import BadArgumentError
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.memory.felt_models import PayloadQuadratic, pack
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.plant.arm import ARM
+from affordance.plant.serial_chain import SerialChain
 from affordance.vision.systems import measure_geometry
 
 
 def build_identified_trial(
-    belief: PayloadBelief, seen: SeenObject, robot: RobotChain, run: Run, object_name: str, unseen_share: float
+    belief: PayloadBelief, seen: SeenObject, robot: SerialChain, run: Run, object_name: str, unseen_share: float
 ) -> TrialEvidence:
     """Builds the evidence of a run with an object that a camera saw, in the object's frame.
 

@@ -8,7 +8,7 @@ directives file describes (see models/arm.dmd.yaml), with any number of joints.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
@@ -27,15 +27,6 @@ from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.plant.clamp import Clamp
 
 ARM = MODELS / "arm.dmd.yaml"
-
-
-@runtime_checkable
-class ArmOwner(Protocol):
-    """Robot that has an arm, such as a ``Robot``."""
-
-    @property
-    def directives(self) -> Path:
-        """Drake model directives of the arm."""
 
 
 class JointLimits(NamedTuple):

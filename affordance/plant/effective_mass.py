@@ -10,7 +10,6 @@ from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
-from affordance.plant.wrench_regressor import compute_payload_regressors
 
 
 class EffectiveMass:
@@ -35,7 +34,8 @@ class EffectiveMass:
         self._M_arm = model.compute_mass_matrix()
         self._along = direction_W @ model.compute_point_jacobian(p_TS)
         vdot = np.vstack([np.zeros(n), np.eye(n)])
-        Y = compute_payload_regressors(build_chain(model.arm), np.tile(q, (n + 1, 1)), np.zeros((n + 1, n)), vdot)
+        chain = build_chain(model.arm)
+        Y = chain.compute_payload_regressors(np.tile(q, (n + 1, 1)), np.zeros((n + 1, n)), vdot)
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
 
     def compute(self, pi: Array) -> Array:

@@ -1,23 +1,185 @@
-"""Serial chain of a Drake plant: its constants, read once for kinematics along whole trajectories."""
+"""Serial arm with named joints and links: kinematics and torques along whole trajectories, in NumPy.
+
+Drake computes one state per call; figures, heights, regressors and identification need hundreds. The constants are
+read once from a Drake plant. Frames: W the world, or the base of a robot; F a joint's frame on its parent, M its
+moving frame; T the end of the chain, which is the tool, or the tip to which a payload is fixed.
+"""
 
 import functools
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, Joint, RevoluteJoint
+from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint
 from pydrake.systems.framework import Context
 
+from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
+from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
 from affordance.plant.arm import Arm
-from affordance.plant.chain_kinematics import ChainMotion, SerialChain
+from affordance.plant.wrench_regressor import compute_wrench_regressor
 
-__all__ = ["ChainMotion", "SerialChain", "build_chain", "read_chain"]
+_ALL = np.eye(NUM_PARAMETERS)
+
+
+class ChainMotion(NamedTuple):
+    """Motion of T along a trajectory of N samples; vectors are expressed in W."""
+
+    R_WT: Array  # (N, 3, 3)
+    p_WT: Array  # (N, 3), [m]
+    w_WT: Array  # (N, 3), [rad/s]
+    alpha_WT: Array  # (N, 3), [rad/s^2]
+    a_WT: Array  # (N, 3), [m/s^2]
+    Jv_V_WT: Array  # (N, 6, num_joints), rotation first
+
+
+@dataclass(frozen=True)
+class SerialChain:
+    """Revolute joints and links in series from W to T.
+
+    A trajectory of N samples is q, v and vdot, shape (N, num_joints), [rad], [rad/s] and [rad/s^2].
+
+    Attributes:
+        source: File of the robot, for messages.
+        joint_names: Names of the joints from base to tip.
+        tip: Name of the frame T.
+        R_PF: Rotation of each joint's frame F, fixed to the parent, relative to the previous joint's moving frame
+            (to W for the first), shape (num_joints, 3, 3).
+        p_PF: Position of each joint's frame F relative to the same frame as R_PF, shape (num_joints, 3), [m].
+        axes: Joint axes expressed in F, shape (num_joints, 3).
+        R_MT: Rotation of T in the last joint's moving frame, shape (3, 3).
+        p_MT: Position of T in the last joint's moving frame, shape (3,), [m].
+        gravity_W: Gravitational acceleration in W, shape (3,), [m/s^2].
+        link_parameters: Ten inertial parameters of each link about its joint's moving frame M, expressed in M, shape
+            (num_joints, 10); everything fixed to a link is part of it, but for the tool.
+        limits: Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
+    """
+
+    source: str
+    joint_names: tuple[str, ...]
+    tip: str
+    R_PF: Array
+    p_PF: Array
+    axes: Array
+    R_MT: Array
+    p_MT: Array
+    gravity_W: Array
+    link_parameters: Array
+    limits: Array
+
+    def __repr__(self) -> str:
+        return f"SerialChain({self.source} to {self.tip}: {', '.join(self.joint_names)})"
+
+    @property
+    def num_joints(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+    @property
+    def fingerprint(self) -> str:
+        """Text by which the arm is recognised, whatever the name of its file and its mounting."""
+        digest = hashlib.sha256(" ".join(self.joint_names).encode())
+        for part in (self.R_PF, self.p_PF, self.axes, self.R_MT, self.p_MT, self.link_parameters):
+            digest.update(np.round(part, 6).tobytes())
+        return digest.hexdigest()[:12]
+
+    def with_gravity(self, gravity_W: Sequence[float] | Array) -> "SerialChain":
+        """Returns the arm in another mounting, with gravity_W in its base frame, shape (3,), [m/s^2]."""
+        return replace(self, gravity_W=np.array(gravity_W, dtype=float))
+
+    def compute_motion(self, q: Array, v: Array, vdot: Array) -> ChainMotion:
+        """Computes pose, velocity, acceleration and Jacobian of T by outward recursion."""
+        *_, last = self.compute_link_motions(q, v, vdot)
+        p, a = _step_along(*last[:5], self.p_MT)
+        J = np.array(last.Jv_V_WT)
+        J[:, 3:] += cross(J[:, :3].transpose(0, 2, 1), (p - last.p_WT)[:, None]).transpose(0, 2, 1)
+        return last._replace(R_WT=last.R_WT @ self.R_MT, p_WT=p, a_WT=a, Jv_V_WT=J)
+
+    def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
+        """Computes the motion of each link's frame M, the Jacobian by the joints up to it."""
+        num_samples = len(q)
+        R = np.broadcast_to(np.eye(3), (num_samples, 3, 3))
+        p, w, alpha, a = (np.zeros((num_samples, 3)) for _ in range(4))
+        axes_W = np.empty((self.num_joints, num_samples, 3))
+        origins_W = np.empty((self.num_joints, num_samples, 3))
+        for j in range(self.num_joints):
+            p, a = _step_along(R, p, w, alpha, a, self.p_PF[j])
+            R_WF = R @ self.R_PF[j]
+            axis = R_WF @ self.axes[j]
+            rate = v[:, j, None] * axis
+            alpha = alpha + vdot[:, j, None] * axis + cross(w, rate)
+            w = w + rate
+            R = R_WF @ _rotation_about(self.axes[j], q[:, j])
+            axes_W[j], origins_W[j] = axis, p
+            J = np.empty((num_samples, 6, j + 1))
+            J[:, :3] = axes_W[: j + 1].transpose(1, 2, 0)
+            J[:, 3:] = cross(axes_W[: j + 1], p - origins_W[: j + 1]).transpose(1, 2, 0)
+            yield ChainMotion(R, p, w, alpha, a, J)
+
+    def compute_positions(self, q: Array, p_TQ: Array) -> Array:
+        """Computes the positions in W of a point Q fixed to T, p_TQ of shape (3,), [m]; shape (N, 3), [m]."""
+        R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
+        p = np.zeros((len(q), 3))
+        for j in range(self.num_joints):
+            p = p + R @ self.p_PF[j]
+            R = R @ self.R_PF[j] @ _rotation_about(self.axes[j], q[:, j])
+        return p + R @ (self.p_MT + self.R_MT @ p_TQ)
+
+    def compute_payload_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes Y of the payload at T along a trajectory, shape (N, num_joints, 10)."""
+        return self._compute_regressors(self.compute_motion(q, v, vdot))
+
+    def compute_wrench_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes W along a trajectory, [n; f] = W pi, moment about To first, in T; shape (N, 6, 10)."""
+        return self._compute_wrench(self.compute_motion(q, v, vdot))
+
+    def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes regressors of the joint torques on the links' parameters, (N, num_joints, 10 num_joints)."""
+        regressors = np.zeros((*q.shape, self.num_joints, NUM_PARAMETERS))
+        for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
+            regressors[:, : link + 1, link] = self._compute_regressors(motion)
+        return regressors.reshape(*q.shape, -1)
+
+    def compute_arm_torques(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes the torques of the arm alone from its link parameters, shape (N, num_joints), [N m]."""
+        torques = np.zeros_like(q)
+        for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
+            column = self.link_parameters[link, :, None]
+            torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
+        return torques
+
+    def _compute_regressors(self, motion: ChainMotion, columns: Array = _ALL) -> Array:
+        """Computes Y of a body at a moving frame, times a matrix of columns, shape (10, K); shape (N, joints, K)."""
+        wrench = self._compute_wrench(motion) @ columns
+        wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
+        Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)
+        return Y
+
+    def _compute_wrench(self, motion: ChainMotion) -> Array:
+        motion_W = np.stack([motion.a_WT - self.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
+        return compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
+
+
+@runtime_checkable
+class ArmOwner(Protocol):
+    """Robot that has an arm, such as a ``Robot``."""
+
+    @property
+    def directives(self) -> Path:
+        """Drake model directives of the arm."""
+
+    @property
+    def chain(self) -> SerialChain:
+        """Chain of joints and links up to the hand."""
 
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Reads the constants of the chain from W to the tool from a Drake plant.
+    """Reads the chain from W to the tool from the plant of an arm.
 
     Raises:
         ModelFileError: The joints are not revolute, or do not form a serial chain.
@@ -30,35 +192,84 @@ def build_chain(arm: Arm) -> SerialChain:
     revolute = [joint for joint in moving if isinstance(joint, RevoluteJoint)]
     if others := [joint.name() for joint in moving if not isinstance(joint, RevoluteJoint)]:
         raise ModelFileError(arm.source, f"has joint {others[0]}, which is not revolute as all must be")
-    chain = read_chain(plant, context, plant.world_frame(), revolute, arm.tool.body_frame())
-    _check_against_plant(chain, arm, context)
+    moved = [set(plant.GetBodiesKinematicallyAffectedBy([joint.index()])) for joint in revolute]
+    groups = [own - beyond for own, beyond in zip(moved, [*moved[1:], {arm.tool.index()}], strict=True)]
+    tip = arm.tool.body_frame()
+    chain = read_chain(arm.source, plant, context, plant.world_frame(), revolute, tip, arm.tool.name(), groups)
+    # Refuses plants whose joints branch: the chain's position of a point of the tool would then be wrong.
+    p_TQ = np.array([0.1, 0.2, 0.3])
+    q = np.linspace(0.1, 1.0, arm.num_joints)
+    plant.SetPositions(context, q)
+    p_WQ = tip.CalcPoseInWorld(context) @ p_TQ
+    if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
+        raise ModelFileError(arm.source, "has joints that do not lie one after the other from base to hand")
     return chain
 
 
 def read_chain(
-    plant: MultibodyPlant, context: Context, start: Frame, joints: Sequence[RevoluteJoint], tip: Frame
+    source: Path,
+    plant: MultibodyPlant,
+    context: Context,
+    start: Frame,
+    joints: Sequence[RevoluteJoint],
+    tip: Frame,
+    tip_name: str,
+    bodies: Sequence[set[BodyIndex]],
 ) -> SerialChain:
-    """Reads the constants of a chain of joints from a frame to a tip, in a context with the joints at zero."""
+    """Reads a chain of joints from a frame to a tip, in a context with the joints at zero; bodies by their joint."""
     poses = []
     for joint in joints:
         poses.append(joint.frame_on_parent().CalcPose(context, start))
         start = joint.frame_on_child()
     X_MT = tip.CalcPose(context, start)
+    parameters = np.zeros((len(joints), NUM_PARAMETERS))
+    for joint, group, row in zip(joints, bodies, parameters, strict=True):
+        if with_mass := [body for body in sorted(group) if plant.get_body(body).default_mass() > 0.0]:
+            row[:] = parameters_from_spatial_inertia(
+                plant.CalcSpatialInertia(context, joint.frame_on_child(), with_mass)
+            )
     return SerialChain(
-        np.array([X_PF.rotation().matrix() for X_PF in poses]),
-        np.array([X_PF.translation() for X_PF in poses]),
-        np.array([joint.revolute_axis() for joint in joints]),
-        X_MT.rotation().matrix(),
-        X_MT.translation(),
-        plant.gravity_field().gravity_vector(),
+        source=str(source),
+        joint_names=tuple(joint.name() for joint in joints),
+        tip=tip_name,
+        R_PF=np.array([X_PF.rotation().matrix() for X_PF in poses]),
+        p_PF=np.array([X_PF.translation() for X_PF in poses]),
+        axes=np.array([joint.revolute_axis() for joint in joints]),
+        R_MT=X_MT.rotation().matrix(),
+        p_MT=X_MT.translation(),
+        gravity_W=plant.gravity_field().gravity_vector(),
+        link_parameters=parameters,
+        limits=np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in joints]).T,
     )
 
 
-def _check_against_plant(chain: SerialChain, arm: Arm, context: Context) -> None:
-    """Refuses plants whose joints branch: the chain's position of a point of the tool would then be wrong."""
-    p_TQ = np.array([0.1, 0.2, 0.3])
-    q = np.linspace(0.1, 1.0, arm.num_joints)
-    arm.plant.SetPositions(context, q)
-    p_WQ = arm.tool.body_frame().CalcPoseInWorld(context) @ p_TQ
-    if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
-        raise ModelFileError(arm.source, "has joints that do not lie one after the other from base to hand")
+def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array) -> tuple[Array, Array]:
+    """Computes position and acceleration of a point at a fixed offset on the same body."""
+    if not offset.any():
+        return p, a
+    r = R @ offset
+    return p + r, a + cross(alpha, r) + cross(w, cross(w, r))
+
+
+def _rotation_about(axis: Array, angles: Array) -> Array:
+    """Computes rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
+    K, K2 = _build_generator(*axis.tolist())
+    R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * K2
+    return R
+
+
+@functools.lru_cache(maxsize=64)
+def _build_generator(x: float, y: float, z: float) -> tuple[Array, Array]:
+    """Builds the matrix of the cross product with an axis, and its square, (3, 3) each."""
+    K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return K, K @ K
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Computes the cross product along the last axis, several times faster than numpy.cross on small arrays."""
+    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
+    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
+    first = ay * bz - az * by
+    found = np.empty((*first.shape, 3))
+    found[..., 0], found[..., 1], found[..., 2] = first, az * bx - ax * bz, ax * by - ay * bx
+    return found

@@ -13,50 +13,6 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.chain_kinematics import ChainMotion, SerialChain
-
-_ALL = np.eye(NUM_PARAMETERS)
-
-
-def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
-    """Computes Y along a trajectory, all samples at once.
-
-    Args:
-        chain: Chain of the arm from W to T.
-        q: Joint angles, shape (N, num_joints), [rad].
-        v: Joint rates, shape (N, num_joints), [rad/s].
-        vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
-
-    Returns: Regressors Y, shape (N, num_joints, 10).
-    """
-    return compute_regressors_at(chain, chain.compute_motion(q, v, vdot))
-
-
-def compute_regressors_at(chain: SerialChain, motion: ChainMotion, columns: Array = _ALL) -> Array:
-    """Computes Y of a body at a moving frame, times a matrix of columns, shape (10, K); shape (N, joints, K)."""
-    wrench = _compute_wrench_along(chain, motion) @ columns
-    wrench_W = motion.R_WT[:, None] @ wrench.reshape(len(wrench), 2, 3, -1)
-    Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(len(wrench), 6, -1)
-    return Y
-
-
-def compute_wrench_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
-    """Computes W along a trajectory, with the moment about To and the force on a tool, [n; f] = W pi, in T.
-
-    Args:
-        chain: Chain of the arm from W to T.
-        q: Joint angles, shape (N, num_joints), [rad].
-        v: Joint rates, shape (N, num_joints), [rad/s].
-        vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
-
-    Returns: Regressors W, shape (N, 6, 10), moment first.
-    """
-    return _compute_wrench_along(chain, chain.compute_motion(q, v, vdot))
-
-
-def _compute_wrench_along(chain: SerialChain, motion: ChainMotion) -> Array:
-    motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
-    return compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
 
 
 def compute_wrench_regressor(motion: Array) -> Array:

@@ -6,27 +6,22 @@ default; what they carry is added to the link of the chain that carries them.
 
 from pathlib import Path
 
-import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
-from pydrake.systems.framework import Context
 
-from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
 from affordance.files.constraints import StrPath, check_path
-from affordance.identification.recording.robot_chain import RobotChain
-from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
 from affordance.plant.arm import ARM
 from affordance.plant.load import HAND_FRAME, parse_arm
-from affordance.plant.serial_chain import read_chain
-from affordance.robots.chain import Chain, find_chain, group_bodies
+from affordance.plant.serial_chain import SerialChain, read_chain
+from affordance.robots.chain import find_chain, group_bodies
 from affordance.robots.description import Description
 from affordance.robots.frozen import freeze
 from affordance.robots.reader import read_robot
 from affordance.robots.tree import RobotTree, build_tree, list_joints_above
 
 
-def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:
+def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> SerialChain:
     """Reads an arm from a robot's file.
 
     Args:
@@ -48,14 +43,8 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     chain = find_chain(tree, tip, base)
     context, _ = freeze(tree, chain, {})
     root = chain.base if base is not None else _find_root(tree, chain.base)
-    return RobotChain(
-        str(path),
-        tuple(joint.name() for joint in chain.joints),
-        tip,
-        read_chain(tree.plant, context, root.body_frame(), chain.joints, chain.tip),
-        _read_links(tree, context, chain),
-        np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in chain.joints]).T,
-    )
+    groups = [{body.index() for body in bodies} for bodies in group_bodies(tree, chain)]
+    return read_chain(path, tree.plant, context, root.body_frame(), chain.joints, chain.tip, tip, groups)
 
 
 def _build_directives(path: Path) -> RobotTree:
@@ -75,14 +64,3 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
             break
         base = joint.parent_body()
     return base
-
-
-def _read_links(tree: RobotTree, context: Context, chain: Chain) -> Array:
-    """Computes the inertial parameters of each link of the chain with all that it carries, shape (num_joints, 10)."""
-    parameters = np.zeros((len(chain.joints), NUM_PARAMETERS))
-    for joint, bodies, row in zip(chain.joints, group_bodies(tree, chain), parameters, strict=True):
-        if group := [body.index() for body in bodies if body.default_mass() > 0.0]:
-            row[:] = parameters_from_spatial_inertia(
-                tree.plant.CalcSpatialInertia(context, joint.frame_on_child(), group)
-            )
-    return parameters

@@ -11,9 +11,9 @@ from affordance.choice.tasks import list_tasks, load_task
 from affordance.exceptions import BadValueError
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.plant.arm import ARM, Arm, JointLimits
 from affordance.plant.load import load_arm
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
 
 
@@ -87,7 +87,7 @@ class Robot:
         return self.arm.home
 
     @cached_property
-    def chain(self) -> RobotChain:
+    def chain(self) -> SerialChain:
         """Chain of joints and links up to the hand, by which ``identify`` identifies payloads."""
         return load_robot(self.directives)
 

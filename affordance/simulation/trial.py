@@ -18,10 +18,10 @@ from affordance.exceptions import name_object
 from affordance.memory.ledger import open_memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.plant.arm import ArmOwner
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
+from affordance.plant.serial_chain import ArmOwner
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings

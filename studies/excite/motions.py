@@ -35,8 +35,8 @@ from affordance.identification.posterior.log_cholesky import compute_jacobian, p
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun, prepare
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.plant.serial_chain import SerialChain
 from studies.excite.posewise import score_condition
 from studies.recorded.clones import UR10E_LOAD, load_panda, load_ur10e
 from studies.recorded.peers import TO_90
@@ -143,7 +143,7 @@ def build_world(arm: str, data: str) -> World:
     return _collect(recorded.robot, gains, prepare(recorded.empty, settings), errors, arm)
 
 
-def _collect(robot: RobotChain, gains: Gains, empty: PreparedRun, errors: Array | None, arm: str) -> World:
+def _collect(robot: SerialChain, gains: Gains, empty: PreparedRun, errors: Array | None, arm: str) -> World:
     """Collects what is known of an arm; its errors are those of an arm fitted to its empty run, if not given."""
     fitted = fit_empty_arm(robot, [empty], [empty.signal], gains, DEFAULT_SETTINGS)
     density = fitted.least_variance / empty.rate

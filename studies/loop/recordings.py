@@ -6,9 +6,9 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.identify import Runs
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.robot import Robot
 
 _DURATION, _RATE = 12.0, 100.0  # [s], [Hz]
@@ -57,7 +57,7 @@ class Recorder(NamedTuple):
         motion: Angles, rates and accelerations of the motion, (N, n) each.
     """
 
-    chain: RobotChain
+    chain: SerialChain
     tau_max: Array
     signals: Signals
     gain: Array

@@ -10,10 +10,10 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import SignalKind
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
 
 _HERE = Path(__file__).parent
@@ -29,7 +29,7 @@ UR10E_LOAD = 2.805
 class Ur10eData(NamedTuple):
     """Recordings of a UR10e that moves with an empty hand, then again with a load."""
 
-    robot: RobotChain
+    robot: SerialChain
     empty: Run
     loaded: Run
 
@@ -37,7 +37,7 @@ class Ur10eData(NamedTuple):
 class PandaData(NamedTuple):
     """Recording of a Panda that moves with a bare flange; its joints have torque sensors."""
 
-    robot: RobotChain
+    robot: SerialChain
     empty: Run
 
 

@@ -12,9 +12,9 @@ from affordance.identification.evidence.payload_likelihood import PayloadLikelih
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 # Prior SDs of an apparent payload, which may be of either sign: mass, first moment, moments of inertia.
 _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
@@ -37,7 +37,7 @@ class ApparentPayload(NamedTuple):
         return float(np.sqrt(self.covariance[0, 0]))
 
 
-def weigh_empty_hand(robot: RobotChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
+def weigh_empty_hand(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
     """Estimates the apparent payload of an empty run, each stretch predicted by an arm fitted to the others.
 
     Args:

@@ -15,9 +15,9 @@ from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.identify import Runs, identify
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import SerialChain
 
 # A wrong answer is one farther from that of the good pair than this: relative error, standard deviations, [m].
 _RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
@@ -36,7 +36,7 @@ class Case:
         reference_mass: Mass of the load by a scale, [kg]; None if it was not weighed.
     """
 
-    robot: RobotChain
+    robot: SerialChain
     empty: Run
     loaded: Run
     mass: float
@@ -260,21 +260,19 @@ def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
     """A robot of the same family: its links are scaled in length and mass by a factor."""
 
     def make(case: Case) -> Case:
-        chain = case.robot.chain
-        scale = mass * np.array([1.0, *[lengths] * 3, *[lengths**2] * 6])
-        smaller = replace(chain, p_PF=lengths * chain.p_PF, p_MT=lengths * chain.p_MT)
-        return replace(
-            case, robot=replace(case.robot, chain=smaller, link_parameters=case.robot.link_parameters * scale)
-        )
+        chain = case.robot
+        links = chain.link_parameters * mass * np.array([1.0, *[lengths] * 3, *[lengths**2] * 6])
+        smaller = replace(chain, p_PF=lengths * chain.p_PF, p_MT=lengths * chain.p_MT, link_parameters=links)
+        return replace(case, robot=smaller)
 
     return make
 
 
 def _other_axis(joint: int) -> Callable[[Case], Case]:
     def make(case: Case) -> Case:
-        axes = case.robot.chain.axes.copy()
+        axes = case.robot.axes.copy()
         axes[joint - 1] *= -1.0
-        return replace(case, robot=replace(case.robot, chain=replace(case.robot.chain, axes=axes)))
+        return replace(case, robot=replace(case.robot, axes=axes))
 
     return make
 
@@ -306,11 +304,8 @@ def _permute_gains(case: Case) -> Case:
 
 def _move_tip(case: Case) -> Case:
     """Another link is named as the tip: ten centimetres from the right one."""
-    chain = case.robot.chain
-    return replace(
-        case,
-        robot=replace(case.robot, chain=replace(chain, p_MT=chain.p_MT + chain.R_MT @ np.array([0.1, 0.0, 0.0]))),
-    )
+    chain = case.robot
+    return replace(case, robot=replace(chain, p_MT=chain.p_MT + chain.R_MT @ np.array([0.1, 0.0, 0.0])))
 
 
 def _forget_gripper(case: Case) -> Case:

@@ -21,9 +21,9 @@ from affordance.identification.posterior.marginals import describe_bodies, summa
 from affordance.identification.posterior.part_posterior import SeenObject, infer_parts
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import Geometry, compute_point_parameters
+from affordance.plant.serial_chain import SerialChain
 from studies.recorded.random_payloads import RandomPayload, draw_payload
 from studies.recorded.solids import CLASSES
 
@@ -37,7 +37,7 @@ MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 class World:
     """Arm and motion with which bodies are held."""
 
-    robot: RobotChain
+    robot: SerialChain
     prepared: PreparedRun
     variance: Array  # long-run, of each joint
     settings: IdentificationSettings
@@ -68,7 +68,7 @@ class World:
 
 
 def measure_coverage(
-    robot: RobotChain,
+    robot: SerialChain,
     prepared: PreparedRun,
     variance: Array,
     settings: IdentificationSettings,
@@ -109,7 +109,7 @@ def measure_coverage(
 
 
 def measure_class_coverage(
-    robot: RobotChain,
+    robot: SerialChain,
     prepared: PreparedRun,
     variance: Array,
     settings: IdentificationSettings,

@@ -15,9 +15,9 @@ from affordance.identification.identify import Runs, identify
 from affordance.identification.posterior.calibration import calibrate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.payload_fit import build_channel_prior
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
 from affordance.identification.systems import build_replay
+from affordance.plant.serial_chain import SerialChain
 from studies.recorded.clones import UR10E_LOAD, load_ur10e
 from studies.recorded.peers import solve_least_squares, solve_semidefinite
 
@@ -65,7 +65,7 @@ def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[
 
 
 def _time_replay(
-    robot: RobotChain, evidence: Evidence, gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, evidence: Evidence, gains: Gains, settings: IdentificationSettings
 ) -> tuple[float, float]:
     """Measures median times of a sample and of a posterior, [s], in a Diagram that replays the recordings."""
     diagram, identifier = build_replay(

@@ -10,7 +10,6 @@ import pinocchio
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
-from affordance.plant.wrench_regressor import compute_payload_regressors
 from studies.speed.peer_arms import build_pinocchio
 from studies.speed.timing import time_by_turns
 
@@ -37,7 +36,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
 
     times = time_by_turns(
         {
-            "ours, all samples at once": lambda: compute_payload_regressors(chain, q, v, vdot),
+            "ours, all samples at once": lambda: chain.compute_payload_regressors(q, v, vdot),
             "Pinocchio, C++, in a loop": loop_pinocchio,
             "ours, one sample a call": loop_drake,
         },

@@ -13,7 +13,6 @@ from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
-from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
@@ -43,7 +42,7 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
     vdot = np.gradient(record.v, settings.log_period, axis=0, edge_order=2)
     step = round(settings.sample_period / settings.log_period)
     q, v, vdot = (column[step::step] for column in (record.q, record.v, vdot))
-    Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
+    Y = build_chain(model.arm).compute_payload_regressors(q, v, vdot)
     model.set_payload(np.zeros(NUM_PARAMETERS))
     tau_arm = []
     for k in range(len(q)):

@@ -9,10 +9,9 @@ from affordance.arrays import Array
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
-from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
 
 # Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
@@ -55,7 +54,7 @@ def write_urdf(folder: Path, name: str = "robot.urdf") -> Path:
     return path
 
 
-def build_robot(folder: Path) -> RobotChain:
+def build_robot(folder: Path) -> SerialChain:
     """The robot."""
     return load_robot(write_urdf(folder), "flange")
 
@@ -82,7 +81,7 @@ class Truth:
 
 
 def generate_run(
-    robot: RobotChain,
+    robot: SerialChain,
     payload: Array | None,
     *,
     truth: Truth,
@@ -100,7 +99,7 @@ def generate_run(
     pi = np.zeros(10) if payload is None else payload
     description = RunDescription(robot.joint_names, kind)
     if kind is SignalKind.WRENCH:
-        wrench = compute_wrench_regressors(robot.chain, q, v, vdot) @ pi
+        wrench = robot.compute_wrench_regressors(q, v, vdot) @ pi
         clean = wrench[:, [3, 4, 5, 0, 1, 2]]
         signal = clean + truth.friction[2] + truth.noise_sd * draw_errors(times, clean.shape[1], truth.agreement, rng)
         return Run(source, description, times + start, q, signal, v=v)

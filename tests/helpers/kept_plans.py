@@ -6,6 +6,7 @@ import os
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -62,4 +63,4 @@ def _keep(plan: Callable[..., Any], folder: Path) -> Callable[..., Any]:
 @functools.lru_cache(maxsize=64)
 def _describe(arm: Arm) -> bytes:
     """Describes all that motions depend on: kinematics, limits and home."""
-    return pickle.dumps((build_chain(arm), *arm.limits, arm.home))
+    return pickle.dumps((replace(build_chain(arm), source=""), *arm.limits, arm.home))

@@ -6,12 +6,12 @@ from helpers.generated_runs import build_robot
 
 from affordance.identification.evidence.gains import Gains, build_nominal_gains
 from affordance.identification.evidence.joint_statistics import ChannelSamples
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.plant.serial_chain import SerialChain
 
 
 @pytest.fixture(scope="session")
-def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotChain:
+def robot(tmp_path_factory: pytest.TempPathFactory) -> SerialChain:
     return build_robot(tmp_path_factory.mktemp("robot"))
 
 
@@ -21,7 +21,7 @@ def rng() -> np.random.Generator:
 
 
 @pytest.fixture(scope="session")
-def gains(robot: RobotChain) -> Gains:
+def gains(robot: SerialChain) -> Gains:
     """Gains of the robot's torque sensors."""
     return build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
 

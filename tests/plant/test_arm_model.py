@@ -4,7 +4,6 @@ import pytest
 
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.plant.wrench_regressor import compute_payload_regressors
 from studies.speed.peer_arms import build_pinocchio
 
 # Where Pinocchio keeps our parameters: its order is m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz.
@@ -24,7 +23,7 @@ def draw_parameters(rng):
 
 def test_regressor_gives_the_torque_a_tool_adds_in_drake(arm, chain, trajectory, rng):
     q, v, vdot = trajectory
-    Y = compute_payload_regressors(chain, q, v, vdot)
+    Y = chain.compute_payload_regressors(q, v, vdot)
     without, with_tool = ArmModel(arm), ArmModel(arm)
     for k in range(len(q)):
         pi = draw_parameters(rng)
@@ -40,7 +39,7 @@ def test_regressor_gives_the_torque_a_tool_adds_in_drake(arm, chain, trajectory,
 
 def test_regressor_of_one_sample_is_that_of_the_trajectory(chain, model, trajectory):
     q, v, vdot = trajectory
-    Y = compute_payload_regressors(chain, q, v, vdot)
+    Y = chain.compute_payload_regressors(q, v, vdot)
     for k in range(len(q)):
         one = compute_payload_regressor(model, np.concatenate([q[k], v[k]]), vdot[k])
         np.testing.assert_allclose(one, Y[k], rtol=0, atol=1e-11)
@@ -48,7 +47,7 @@ def test_regressor_of_one_sample_is_that_of_the_trajectory(chain, model, traject
 
 def test_regressor_agrees_with_pinocchio(chain, trajectory):
     q, v, vdot = trajectory
-    Y = compute_payload_regressors(chain, q, v, vdot)
+    Y = chain.compute_payload_regressors(q, v, vdot)
     model = build_pinocchio()
     # A last joint's frame at the grip makes the tool's parameters those of a body of its own.
     grip = model.frames[model.getFrameId("grip")].placement
@@ -89,7 +88,7 @@ def shift_parameters(parameters, offset):
 
 def test_weightless_tool_at_rest_needs_no_torque_and_a_mass_needs_its_weight(arm, chain):
     q = arm.home[None]
-    Y = compute_payload_regressors(chain, q, 0 * q, 0 * q)[0]
+    Y = chain.compute_payload_regressors(q, 0 * q, 0 * q)[0]
     assert not (Y @ np.zeros(10)).any()
     elevation = arm.joint_names.index("shoulder_elevation")
     reach = 0.3274 + 0.2570 + 0.19

@@ -7,6 +7,7 @@ from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, Revolute
 
 from affordance.exceptions import ModelFileError
 from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
 
 
@@ -35,6 +36,15 @@ def test_positions_of_a_point_agree_with_the_whole_motion(chain, rng):
     p_TQ = np.array([0.1, -0.2, 0.3])
     motion = chain.compute_motion(q, 0 * q, 0 * q)
     np.testing.assert_allclose(chain.compute_positions(q, p_TQ), motion.p_WT + motion.R_WT @ p_TQ, atol=1e-14)
+
+
+def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng):
+    q, v, vdot = rng.normal(size=(3, 5, 7))
+    model = ArmModel(arm)
+    for k, torque in enumerate(chain.compute_arm_torques(q, v, vdot)):
+        model.set_state(np.concatenate([q[k], v[k]]))
+        damping = np.array([joint.default_damping() for joint in map(arm.plant.GetJointByName, chain.joint_names)])
+        np.testing.assert_allclose(torque + damping * v[k], model.compute_inverse_dynamics(vdot[k]), atol=1e-11)
 
 
 def build_arm(connect):

@@ -10,7 +10,6 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
@@ -44,7 +43,7 @@ def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm,
     noise = WhiteNoise(sd=0.5)
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     q, v, vdot = rng.normal(size=(3, 300, 7))
-    Y = compute_payload_regressors(chain, q, v, vdot)
+    Y = chain.compute_payload_regressors(q, v, vdot)
     model = ArmModel(arm)
     A = Y @ belief.geometry.Phi
     true = np.array([720.0, 7850.0])

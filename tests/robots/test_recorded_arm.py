@@ -11,8 +11,8 @@ def test_our_own_arm_is_read_as_it_is():
     ours = load_robot(ARM)
     chain = build_chain(load_arm())
     # Where the base stands in the world is nothing to the robot's own frame.
-    assert_allclose(ours.chain.p_PF[1:], chain.p_PF[1:], atol=1e-12)
-    assert_allclose(ours.chain.p_MT, chain.p_MT, atol=1e-12)
+    assert_allclose(ours.p_PF[1:], chain.p_PF[1:], atol=1e-12)
+    assert_allclose(ours.p_MT, chain.p_MT, atol=1e-12)
     assert len(ours.joint_names) == 7
 
 
@@ -29,5 +29,5 @@ def test_fixed_links_count_to_the_link_they_hang_on_and_the_base_is_the_lowest_o
     path.write_text(path.read_text().replace("</robot>", extra))
     robot = load_robot(path, "flange")
     assert_allclose((robot.link_parameters - bare.link_parameters)[:, 0], [0.0] * 5 + [0.7])
-    assert_allclose(robot.chain.p_PF[0], bare.chain.p_PF[0] + [0.0, 0.0, 0.5])
-    assert_allclose(load_robot(path, "flange", "base").chain.p_PF[0], bare.chain.p_PF[0])
+    assert_allclose(robot.p_PF[0], bare.p_PF[0] + [0.0, 0.0, 0.5])
+    assert_allclose(load_robot(path, "flange", "base").p_PF[0], bare.p_PF[0])

@@ -249,7 +249,7 @@ def build_load(size):
         (lambda: run_suite("weight", "out", repeats=0), "repeats: is 0, must be from 1 to 1000000"),
         (lambda: run_suite("weight", "out", jobs=0), "jobs: is 0, must be from 1 to 4096"),
         (lambda: load_experiment("weight", seed=-1), "seed: is -1, must be from 0 to 4294967295"),
-        (lambda: identify("robot.urdf", Runs(None)), "arm: is of type str, must be of type RobotChain; load_robot"),
+        (lambda: identify("robot.urdf", Runs(None)), "arm: is of type str, must be of type SerialChain; load_robot"),
     ],
 )
 def test_arguments_are_checked_in_the_words_of_the_command_line(call, message, tmp_path, monkeypatch):
@@ -278,7 +278,7 @@ def test_what_is_printed_is_short_and_says_what_matters(record, ranking):
         "option": (ranking.best.option, "Option(stick by steel, 2 parts)"),
         "tool": (STICK, "Tool(stick: 0.606 kg of beech, steel, grips "),
         "runner": (start_memory("kinds_map"), "KindMemory(0 kinds of 0 colours, 0 objects in 0 lifts"),
-        "robot": (load_robot(MODELS / "arm.dmd.yaml"), "RobotChain("),
+        "robot": (load_robot(MODELS / "arm.dmd.yaml"), "SerialChain("),
     }
     for name, (each, start) in printed.items():
         assert repr(each).startswith(start), name

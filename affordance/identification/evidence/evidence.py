@@ -17,10 +17,10 @@ from affordance.identification.evidence.joint_statistics import (
     compute_statistics,
 )
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.serial_chain import SerialChain
 
 # Degrees of freedom that the fit takes from the residual: ten, shared by the channels, and friction of each.
 _SHARED, _OWN = 10.0, 3.0
@@ -173,7 +173,7 @@ def describe_errors(
 
 
 def build_joint_evidence(
-    robot: RobotChain,
+    robot: SerialChain,
     run: Run,
     prepared: PreparedRun,
     settings: IdentificationSettings,
@@ -213,7 +213,7 @@ def build_joint_evidence(
     )
 
 
-def restore_compensated(robot: RobotChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
+def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
     """Adds the torques that a run's controller had subtracted back to its signal, gain of shape (n,); (N, n)."""
     description, signal = run.description, prepared.signal
     if description.compensates_arm:

@@ -17,8 +17,8 @@ from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 CELL = 0.5  # [s]
 # Relative SD of link masses in a file, and the length that scales it to first moments and moments of inertia, [m].
@@ -43,7 +43,7 @@ class FittedArm:
         link_root: Square root L of the covariance of dpi, L L^T, shape (10 n, 10 n).
     """
 
-    robot: RobotChain
+    robot: SerialChain
     gain: Array
     link_change: Array
     friction: Array
@@ -63,7 +63,7 @@ class ArmRegression:
 
     def __init__(
         self,
-        robot: RobotChain,
+        robot: SerialChain,
         runs: Sequence[PreparedRun],
         signals: Sequence[Array],
         gains: Gains,
@@ -166,7 +166,7 @@ def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
     return np.stack(columns, axis=-1)
 
 
-def build_link_scale(robot: RobotChain) -> Array:
+def build_link_scale(robot: SerialChain) -> Array:
     """Returns the prior standard deviations of a file's errors of inertia, link by link, shape (10 n,)."""
     masses = robot.link_parameters[:, 0]
     masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)

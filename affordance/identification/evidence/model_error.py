@@ -11,8 +11,8 @@ from affordance.arrays import Array
 from affordance.belief.quadratic import Quadratic
 from affordance.identification.evidence.joint_statistics import ChannelSamples
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.serial_chain import SerialChain
 
 # SD of the phantom's position about the tip in each direction, [m].
 _REACH_SD = 0.15
@@ -35,7 +35,7 @@ def build_phantom_covariance(mass_sd: float) -> Array:
     return mass_sd**2 * C
 
 
-def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
+def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
     """Projects errors of the links onto the payload by least squares along a motion: its covariance, shape (10, 10).
 
     The links' parameters have the covariance L L^T with L the root, shape (10 n, 10 n).

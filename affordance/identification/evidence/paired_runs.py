@@ -15,9 +15,9 @@ from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.recording.preparation import find_cutoff, prepare
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 # Share of the loaded run's moving time that the common part must span.
 _SHARE = 0.5
@@ -26,7 +26,7 @@ _MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 
 
 def build_paired_evidence(
-    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run that repeats the only empty one; gains apply to it later.
 
@@ -47,7 +47,7 @@ def take_only(empty: Sequence[Run], analysis: str) -> Run:
     return empty[0]
 
 
-def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
+def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
     """Subtracts an empty run from a loaded one of the same motion, by an arm with gravity as in the runs.
 
     Raises:

@@ -22,9 +22,9 @@ from affordance.identification.evidence.model_error import (
 )
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.recording.preparation import PreparedRun, prepare, prepare_alike
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 # Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
 _STRETCH, _GUARD = 8, 1
@@ -49,7 +49,7 @@ class EmptyArm(NamedTuple):
 
 
 def fit_empty_arm(
-    robot: RobotChain,
+    robot: SerialChain,
     runs: Sequence[PreparedRun],
     signals: Sequence[Array],
     gains: Gains,
@@ -102,7 +102,7 @@ def fit_empty_arm(
 
 
 def build_unpaired_evidence(
-    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run from which an arm fitted to the empty runs is subtracted."""
     prepared, *without = prepare_alike([loaded, *empty], settings)
@@ -113,7 +113,7 @@ def build_unpaired_evidence(
 
 
 def subtract_arm(
-    robot: RobotChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
+    robot: SerialChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run less the prediction of a fitted arm."""
     predicted = empty_arm.fitted.predict(prepared)
@@ -136,7 +136,7 @@ def subtract_arm(
 
 
 def build_file_evidence(
-    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run from the arm's file; empty runs are not used."""
     prepared = prepare(loaded, settings)

@@ -18,11 +18,10 @@ from affordance.identification.evidence.model_error import build_phantom_covaria
 from affordance.identification.evidence.paired_runs import take_only
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.recording.preparation import PreparedRun, prepare_alike
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.plant.serial_chain import SerialChain
 
 # SD of an offset before a tare, as a multiple of its drift.
 _RAW_OFFSET = 20.0
@@ -33,7 +32,7 @@ _NUM_PASSES = 4
 
 
 def build_wrist_evidence(
-    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a sensor at the tip; gains apply to it later.
 
@@ -47,8 +46,8 @@ def build_wrist_evidence(
     return _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
 
 
-def _build(robot: RobotChain, run: Run, prepared: PreparedRun) -> Evidence:
-    W = compute_wrench_regressors(robot.chain, *prepared.motion)
+def _build(robot: SerialChain, run: Run, prepared: PreparedRun) -> Evidence:
+    W = robot.compute_wrench_regressors(*prepared.motion)
     zero = np.zeros_like(prepared.signal)
     used = np.ones(zero.shape, dtype=bool)
     # Force first, as sensors and their messages have it.

@@ -27,8 +27,8 @@ from affordance.identification.posterior.log_cholesky import compute_jacobian, p
 from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 
 class Aim(enum.Enum):
@@ -76,7 +76,7 @@ class Expectation:
         settings: Identification settings.
     """
 
-    robot: RobotChain
+    robot: SerialChain
     gains: Gains
     error_density: Array
     bodies: Array

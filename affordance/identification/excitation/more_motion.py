@@ -16,8 +16,8 @@ from affordance.identification.excitation.planned_motion import (
 )
 from affordance.identification.posterior.marginals import QUANTITIES
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.plant.serial_chain import SerialChain
 
 _SECONDS = 4.0  # more
 _POSTURES, _DRAWS = 2, 3  # of a visit; motions of each pace
@@ -34,7 +34,7 @@ _OF = {"mass": Aim.MASS, **dict.fromkeys(QUANTITIES[1:4], Aim.COM), **dict.fromk
 
 
 def suggest_motion(
-    robot: RobotChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
+    robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
     """Says what four more seconds would bring for the mass, and for the first other quantity that was not seen.
 
@@ -94,7 +94,7 @@ def _show(number: float) -> str:
     return np.format_float_positional(number, precision=2, fractional=False, trim="-")
 
 
-def _list_families(robot: RobotChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
+def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
     """Lists motions about the place of the run, within the arm's angles; torques of its file are not known here."""
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)

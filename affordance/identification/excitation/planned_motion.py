@@ -16,7 +16,7 @@ from scipy.linalg import null_space
 
 from affordance.arrays import Array
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
+from affordance.plant.serial_chain import SerialChain
 
 # Share of each limit that is used, as limits are checked at samples.
 _USED = 0.95
@@ -69,13 +69,13 @@ class MotionLimits(NamedTuple):
     tip_speed: float = np.inf
     height: float = -np.inf
 
-    def measure_shares(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> Mapping[LimitPlace, float]:
+    def measure_shares(self, robot: SerialChain, motion: PreparedRun, bodies: Array) -> Mapping[LimitPlace, float]:
         """Measures the share of each limit that a motion takes up with one of some bodies, shape (K, 10).
 
         More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre.
         """
         q, v, vdot = motion.motion
-        tip = robot.chain.compute_motion(q, v, vdot)
+        tip = robot.compute_motion(q, v, vdot)
         middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
         arm, Y = robot.compute_arm_torques(q, v, vdot), robot.compute_payload_regressors(q, v, vdot)
         of_joints = {
@@ -93,14 +93,14 @@ class MotionLimits(NamedTuple):
         shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
         return shares
 
-    def find_excess(self, robot: RobotChain, motion: PreparedRun, bodies: Array) -> float:
+    def find_excess(self, robot: SerialChain, motion: PreparedRun, bodies: Array) -> float:
         """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10)."""
         return max(self.measure_shares(robot, motion, bodies).values())
 
 
-def find_tip_speed(robot: RobotChain, motion: PreparedRun) -> float:
+def find_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
     """Finds the largest speed of the tip along a motion, [m/s]."""
-    J = robot.chain.compute_motion(*motion.motion).Jv_V_WT[:, 3:]
+    J = robot.compute_motion(*motion.motion).Jv_V_WT[:, 3:]
     return float(np.linalg.norm(np.einsum("nij,nj->ni", J, motion.v), axis=1).max())
 
 
@@ -108,7 +108,7 @@ class MotionFamily(Protocol):
     """Motions that a vector of numbers describes."""
 
     @property
-    def robot(self) -> RobotChain:
+    def robot(self) -> SerialChain:
         """Arm that moves."""
 
     @property
@@ -151,7 +151,7 @@ class FourierFamily:
     that is used and the place within the angles that are left, from 0 to 1.
     """
 
-    robot: RobotChain
+    robot: SerialChain
     limits: MotionLimits
     duration: float
 
@@ -210,7 +210,7 @@ class PostureFamily:
     jerk, and as fast as the limits let them; sweeps take what time is left.
     """
 
-    robot: RobotChain
+    robot: SerialChain
     limits: MotionLimits
     duration: float
     num_postures: int

@@ -21,9 +21,9 @@ from affordance.identification.posterior.payload_belief import HalfCheck
 from affordance.identification.posterior.payload_fit import PayloadFit, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
 
 # Relative error of a kitchen scale.
 SCALE_SD = 1e-3
@@ -82,7 +82,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
     )
 
 
-def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
+def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
     """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
     evidence = build_joint_evidence(
         robot, run, prepared, settings, analysis="the arm's own weight", is_difference=False
@@ -155,7 +155,7 @@ def _propagate(fit: PayloadFit) -> Array:
     return total
 
 
-def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
+def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
     """Computes the relative errors of gains due to errors of links and rotors in the file, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used

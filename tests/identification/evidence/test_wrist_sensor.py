@@ -5,7 +5,6 @@ from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.recording.run import WRENCH_COLUMNS
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 _GRIPPER = 0.7 * PAYLOAD
 
@@ -18,7 +17,7 @@ def test_a_tare_takes_the_gripper_and_the_offset_off(robot):
         runs.append(generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.WRENCH, motion_seed=seed))
     gains = build_nominal_gains(WRENCH_COLUMNS, SignalKind.WRENCH, DEFAULT_SETTINGS)
     evidence = build_wrist_evidence(robot, runs[1], runs[:1], gains, DEFAULT_SETTINGS)
-    wrench = compute_wrench_regressors(robot.chain, *evidence.prepared.motion) @ (_GRIPPER + PAYLOAD)
+    wrench = robot.compute_wrench_regressors(*evidence.prepared.motion) @ (_GRIPPER + PAYLOAD)
     left = evidence.samples.signal - wrench[:, [3, 4, 5, 0, 1, 2]]
     assert np.abs(left.mean(axis=0)).max() < 0.1  # of 4 N and 4 N m
     sd = np.sqrt(np.diag(evidence.phantom_covariance))

@@ -8,11 +8,11 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.model_error import build_phantom_covariance
 from affordance.identification.excitation.expectation import Expectation
 from affordance.identification.excitation.planned_motion import MotionLimits
-from affordance.identification.recording.robot_chain import RobotChain
+from affordance.plant.serial_chain import SerialChain
 
 
 @pytest.fixture
-def expectation(robot: RobotChain, gains: Gains) -> Expectation:
+def expectation(robot: SerialChain, gains: Gains) -> Expectation:
     return Expectation(robot, gains, np.full(6, 0.01), THETA[None], build_phantom_covariance(0.01))
 
 

@@ -86,7 +86,7 @@ def test_excess_names_what_is_broken(robot, limits, rng):
 
 def test_the_least_height_of_the_tip_is_approached_by_what_is_left_of_a_metre(robot, limits, rng):
     motion = draw(FourierFamily(robot, limits, 8.0), 1, rng)[0]
-    lowest = robot.chain.compute_motion(*motion.motion).p_WT[:, 2].min()
+    lowest = robot.compute_motion(*motion.motion).p_WT[:, 2].min()
     for left in (0.005, -0.005):
         limited = limits._replace(height=lowest - left)
         assert limited.find_excess(robot, motion, PAYLOAD[None]) == pytest.approx(1.0 - left)

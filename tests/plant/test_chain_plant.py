@@ -1,13 +1,20 @@
+"""Torques of a chain that was read from a robot's file, and the plant that is built of it."""
+
 from dataclasses import replace
 
 import numpy as np
 import pinocchio
-from helpers.generated_runs import PAYLOAD
+import pytest
+from helpers.generated_runs import PAYLOAD, build_robot
 from numpy.testing import assert_allclose
 
-from affordance.identification.recording.robot_chain import build_arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.plant.chain_plant import build_arm
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    return build_robot(tmp_path_factory.mktemp("robot"))
 
 
 def test_arm_torques_agree_with_pinocchio(robot, rng):
@@ -47,7 +54,7 @@ def test_gravity_of_the_base_turns_with_the_mounting(robot, rng):
 
 def test_wrench_of_a_still_payload_is_its_weight(robot):
     zero = np.zeros((1, robot.num_joints))
-    wrench = compute_wrench_regressors(robot.chain, zero, zero, zero)[0] @ PAYLOAD
+    wrench = robot.compute_wrench_regressors(zero, zero, zero)[0] @ PAYLOAD
     # The flange stands upright at zero: the sensor carries the weight, upwards.
     assert_allclose(wrench[3:], [0.0, 0.0, 9.81 * PAYLOAD[0]], atol=1e-12)
     assert_allclose(wrench[:3], np.cross(PAYLOAD[1:4], [0.0, 0.0, 9.81]), atol=1e-12)
