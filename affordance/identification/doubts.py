@@ -14,7 +14,7 @@ import numpy as np
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
-from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
+from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
@@ -283,7 +283,7 @@ def _compare_alternatives(
             vdot=thin.prepared.vdot[:, order],
             signal=samples.signal[:, order],
         )
-        other = build_joint_evidence(robot, loaded, exchanged, settings, analysis="", is_difference=True)
+        other = build_evidence(robot, loaded.source, thin.kind, exchanged, settings, analysis="", is_difference=True)
         if measure(replace(other, rate=thin.rate)) < best:
             yield f"{loaded.source}: {names[j]} and {names[j + 1]} exchanged explain the load better"
 

@@ -12,9 +12,9 @@ from tqdm import tqdm
 
 from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.fitted_arm import CELL
+from affordance.identification.evidence.fitted_arm import CELL, FittedArm
 from affordance.identification.evidence.gains import Gains, build_nominal_gains
-from affordance.identification.evidence.unpaired_runs import EmptyArm, fit_empty_arm, subtract_arm
+from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.identification.payload_claim import judge_claim
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.inference import infer
@@ -120,7 +120,7 @@ class _PandaStudy:
         self._regressors = data.robot.compute_payload_regressors(
             self._prepared.q, self._prepared.v, self._prepared.vdot
         )
-        self._arms: dict[tuple[int, int, IdentificationSettings], EmptyArm] = {}
+        self._arms: dict[tuple[int, int, IdentificationSettings], FittedArm] = {}
 
     def count_windows(self, length: int) -> int:
         """Counts the windows of a length, [s]; most of them overlap."""
@@ -179,7 +179,7 @@ class _PandaStudy:
         part = part._replace(signal=part.signal + self._regressors[rows] @ payload)
         return subtract_arm(self._robot, arm, self._run, part, settings), arm.phantom_mass
 
-    def _fit_outside(self, first: int, cells: int, settings: IdentificationSettings) -> EmptyArm:
+    def _fit_outside(self, first: int, cells: int, settings: IdentificationSettings) -> FittedArm:
         key = (first, cells, settings)
         if key not in self._arms:
             kept = np.ones(self._num_cells, dtype=bool)

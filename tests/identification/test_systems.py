@@ -137,7 +137,7 @@ def test_a_fitted_arm_is_taken_off_live_signals(robot, gains, rng):
         period=1.0 / after.rate,
         cutoff=after.cutoff,
         least_variance=arm.least_variance,
-        fitted=arm.fitted,
+        fitted=arm,
     )
     builder = DiagramBuilder()
     builder.AddNamedSystem("identifier", identifier)

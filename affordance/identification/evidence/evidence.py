@@ -17,7 +17,7 @@ from affordance.identification.evidence.joint_statistics import (
     compute_statistics,
 )
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.recording.run import Run
+from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import SerialChain
@@ -172,39 +172,42 @@ def describe_errors(
     return ErrorModel(alike, settings.correlated_noise, least_variance)
 
 
-def build_joint_evidence(
+def build_evidence(
     robot: SerialChain,
-    run: Run,
+    source: str,
+    kind: SignalKind,
     prepared: PreparedRun,
     settings: IdentificationSettings,
     *,
     analysis: str,
     is_difference: bool,
 ) -> Evidence:
-    """Builds the evidence of all joints of a run, without errors of the arm's model, which each analysis adds.
+    """Builds the evidence of all channels of a run, without errors of the arm's model, which each analysis adds.
 
-    Args:
-        robot: Model of the arm.
-        run: Loaded run.
-        prepared: Motion of the arm, with the signal before a controller's compensation.
-        settings: Identification settings, for the least speed at which friction has a direction.
-        analysis: Treatment of the empty arm, in words.
-        is_difference: True if the arm's torque was subtracted from the signal.
+    The signal is that before a controller's compensation; fields of the evidence that are given have the same names.
     """
-    arm_torque = robot.compute_arm_torques(*prepared.motion)
-    samples = ChannelSamples.of_joints(
-        robot.compute_payload_regressors(*prepared.motion),
-        prepared.v,
-        prepared.signal,
-        tau_arm=np.zeros_like(prepared.signal) if is_difference else arm_torque,
-        arm_torque=arm_torque,
-        min_speed=settings.min_speed,
-    )
+    zero = np.zeros_like(prepared.signal)
+    if kind is SignalKind.WRENCH:
+        names: tuple[str, ...] = WRENCH_COLUMNS
+        arm_torque = zero
+        # Force first, as sensors and their messages have it.
+        W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
+        samples = ChannelSamples(W, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
+    else:
+        names, arm_torque = robot.joint_names, robot.compute_arm_torques(*prepared.motion)
+        samples = ChannelSamples.of_joints(
+            robot.compute_payload_regressors(*prepared.motion),
+            prepared.v,
+            prepared.signal,
+            tau_arm=zero if is_difference else arm_torque,
+            arm_torque=arm_torque,
+            min_speed=settings.min_speed,
+        )
     return Evidence(
-        source=run.source,
+        source=source,
         analysis=analysis,
-        kind=run.description.kind,
-        channel_names=robot.joint_names,
+        kind=kind,
+        channel_names=names,
         prepared=prepared,
         rate=prepared.rate,
         samples=samples,

@@ -9,7 +9,7 @@ second, so that a fit without some of them needs no second pass over the samples
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -41,6 +41,10 @@ class FittedArm:
         link_change: Change dpi of the links' parameters, shape (10 n,).
         friction: Friction coefficients f, shape (n, 7), [N m per unit of the column].
         link_root: Square root L of the covariance of dpi, L L^T, shape (10 n, 10 n).
+        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared; this and
+            what follows are of an arm whose errors were measured by cross-validation.
+        phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
+        residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
     """
 
     robot: SerialChain
@@ -48,6 +52,9 @@ class FittedArm:
     link_change: Array
     friction: Array
     link_root: Array
+    least_variance: Array = field(default_factory=lambda: np.zeros(1))
+    phantom_mass: float = 0.0
+    residual: tuple[Array, ...] = ()
 
     def predict(self, prepared: PreparedRun) -> Array:
         """Predicts the signal of the empty arm along a motion, shape (N, n)."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
+from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
@@ -69,7 +69,9 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
         - restore_compensated(robot, empty, before, nominal),
     )
     analysis = f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock"
-    evidence = build_joint_evidence(robot, loaded, both, settings, analysis=analysis, is_difference=True)
+    evidence = build_evidence(
+        robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
+    )
     return replace(
         evidence,
         prepared=both._replace(times=both.times + alignment.lag),

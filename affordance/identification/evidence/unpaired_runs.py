@@ -6,12 +6,11 @@ load of a hundred grams. This error is carried over: the uncertainty of the link
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
+from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.fitted_arm import CELL, ArmRegression, FittedArm, build_link_scale
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
@@ -32,22 +31,6 @@ _STRETCH, _GUARD = 8, 1
 WHOLE_FRICTION = 10.0
 
 
-class EmptyArm(NamedTuple):
-    """Model of the empty arm, with its errors.
-
-    Attributes:
-        fitted: Model fitted to all cells.
-        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared.
-        phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
-        residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
-    """
-
-    fitted: FittedArm
-    least_variance: Array
-    phantom_mass: float
-    residual: tuple[Array, ...]
-
-
 def fit_empty_arm(
     robot: SerialChain,
     runs: Sequence[PreparedRun],
@@ -55,7 +38,7 @@ def fit_empty_arm(
     gains: Gains,
     settings: IdentificationSettings,
     kept: Array | None = None,
-) -> EmptyArm:
+) -> FittedArm:
     """Fits an arm to empty runs with signals of shape (N, n), and measures its errors by cross-validation.
 
     Only the kept cells of half a second are used, a mask of shape (cells,); None for all.
@@ -98,7 +81,9 @@ def fit_empty_arm(
     zero = np.zeros(10)
     likelihoods = [PayloadLikelihood(statistics, prior, variance).linearise(zero) for statistics in quadratics]
     phantom_mass = estimate_phantom_mass(likelihoods) if settings.floor else 0.0
-    return EmptyArm(regression.fit(allowed), variance, phantom_mass, tuple(residuals))
+    return replace(
+        regression.fit(allowed), least_variance=variance, phantom_mass=phantom_mass, residual=tuple(residuals)
+    )
 
 
 def build_unpaired_evidence(
@@ -113,25 +98,25 @@ def build_unpaired_evidence(
 
 
 def subtract_arm(
-    robot: SerialChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
+    robot: SerialChain, fitted: FittedArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run less the prediction of a fitted arm."""
-    predicted = empty_arm.fitted.predict(prepared)
-    prepared = prepared._replace(
-        signal=restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted
-    )
+    predicted = fitted.predict(prepared)
+    prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, fitted.gain) - predicted)
     analysis = "unpaired: an arm fitted to other runs with an empty hand"
-    evidence = build_joint_evidence(robot, loaded, prepared, settings, analysis=analysis, is_difference=True)
+    evidence = build_evidence(
+        robot, loaded.source, loaded.description.kind, prepared, settings, analysis=analysis, is_difference=True
+    )
     covariance = evidence.phantom_covariance
     if settings.floor:
         # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
-        open_links = project_link_errors(robot, prepared, evidence.samples, empty_arm.fitted.link_root)
-        covariance = build_phantom_covariance(empty_arm.phantom_mass) + open_links
+        open_links = project_link_errors(robot, prepared, evidence.samples, fitted.link_root)
+        covariance = build_phantom_covariance(fitted.phantom_mass) + open_links
     return replace(
         evidence,
-        least_variance=empty_arm.least_variance,
+        least_variance=fitted.least_variance,
         phantom_covariance=covariance,
-        notes=(f"an empty hand seems to hold {1e3 * empty_arm.phantom_mass:.0f} g now and then",),
+        notes=(f"an empty hand seems to hold {1e3 * fitted.phantom_mass:.0f} g now and then",),
     )
 
 
@@ -142,7 +127,9 @@ def build_file_evidence(
     prepared = prepare(loaded, settings)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
     analysis = f"unpaired: the arm as {robot.source} has it"
-    evidence = build_joint_evidence(robot, loaded, prepared, settings, analysis=analysis, is_difference=False)
+    evidence = build_evidence(
+        robot, loaded.source, loaded.description.kind, prepared, settings, analysis=analysis, is_difference=False
+    )
     covariance = evidence.phantom_covariance
     if settings.floor:
         covariance = project_link_errors(robot, prepared, evidence.samples, np.diag(build_link_scale(robot)))

@@ -11,15 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_statistics import SIGNAL, ChannelSamples
+from affordance.identification.evidence.joint_statistics import SIGNAL
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.evidence.paired_runs import take_only
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.recording.preparation import PreparedRun, prepare_alike
-from affordance.identification.recording.run import WRENCH_COLUMNS, Run
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.recording.preparation import prepare_alike
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import SerialChain
 
@@ -42,28 +42,17 @@ def build_wrist_evidence(
         BadValueError: There are several empty runs.
     """
     runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
-    evidence, *tare = [_build(robot, loaded, prepared) for prepared in prepare_alike(runs, settings)]
+    analysis = "wrist sensor without a tare: everything attached to it is the load"
+    evidence, *tare = [
+        replace(
+            build_evidence(
+                robot, loaded.source, SignalKind.WRENCH, prepared, settings, analysis=analysis, is_difference=False
+            ),
+            friction_scale=_RAW_OFFSET,
+        )
+        for prepared in prepare_alike(runs, settings)
+    ]
     return _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
-
-
-def _build(robot: SerialChain, run: Run, prepared: PreparedRun) -> Evidence:
-    W = robot.compute_wrench_regressors(*prepared.motion)
-    zero = np.zeros_like(prepared.signal)
-    used = np.ones(zero.shape, dtype=bool)
-    # Force first, as sensors and their messages have it.
-    samples = ChannelSamples(W[:, [3, 4, 5, 0, 1, 2]], zero, zero, zero, zero, prepared.signal, used)
-    return Evidence(
-        source=run.source,
-        analysis="wrist sensor without a tare: everything attached to it is the load",
-        kind=run.description.kind,
-        channel_names=WRENCH_COLUMNS,
-        prepared=prepared,
-        rate=prepared.rate,
-        samples=samples,
-        arm_torque=zero,
-        is_difference=False,
-        friction_scale=_RAW_OFFSET,
-    )
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:

@@ -13,13 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import (
     LOAD,
     NUM_COLUMNS,
     SIGNAL,
-    ChannelSamples,
     JointStatistics,
 )
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
@@ -89,31 +88,22 @@ class Expectation:
 
         Load friction has the sign of the mean body's load.
         """
-        robot, rate = self.robot, motion.rate
-        arm_torque = robot.compute_arm_torques(*motion.motion)
-        samples = ChannelSamples.of_joints(
-            robot.compute_payload_regressors(*motion.motion),
-            motion.v,
-            motion.signal,
-            tau_arm=np.zeros_like(arm_torque),
-            arm_torque=arm_torque,
-            min_speed=self.settings.min_speed,
-        )
-        evidence = Evidence(
-            source="planned motion",
+        evidence = build_evidence(
+            self.robot,
+            "planned motion",
+            self.gains.kind,
+            motion,
+            self.settings,
             analysis="planned",
-            kind=self.gains.kind,
-            channel_names=robot.joint_names,
-            prepared=motion,
-            rate=rate,
-            samples=samples,
-            arm_torque=arm_torque,
             is_difference=True,
+        )
+        known = replace(
+            evidence,
             is_repeated=True,
-            least_variance=self.error_density * rate,
+            least_variance=self.error_density * motion.rate,
             phantom_covariance=self.floor,
         )
-        return evidence.with_load(parameters_from_theta(self.bodies).mean(axis=0))
+        return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
 
     def predict(self, motion: PreparedRun) -> Spread:
         """Predicts the standard deviations after a motion, whose signal counts for nothing."""

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.evidence import Evidence, build_joint_evidence
+from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.fitted_arm import build_link_scale
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import FRICTION, ChannelSamples
@@ -84,8 +84,14 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
     """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
-    evidence = build_joint_evidence(
-        robot, run, prepared, settings, analysis="the arm's own weight", is_difference=False
+    evidence = build_evidence(
+        robot,
+        run.source,
+        run.description.kind,
+        prepared,
+        settings,
+        analysis="the arm's own weight",
+        is_difference=False,
     )
     samples = evidence.samples
     known = samples._replace(Y=np.zeros_like(samples.Y))
