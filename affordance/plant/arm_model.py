@@ -10,10 +10,7 @@ T the tool, Q a point fixed to it (plant/arm.py).
 
 import numpy as np
 from pydrake.math import RigidTransform
-from pydrake.multibody.tree import (
-    JacobianWrtVariable,
-    MultibodyForces,
-)
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 
 from affordance.arrays import Array
 from affordance.plant.arm import Arm
@@ -74,6 +71,10 @@ class ArmModel:
     def compute_hand_pose(self) -> RigidTransform:
         """Computes the pose of the hand, X_WH."""
         return self.arm.hand.CalcPoseInWorld(self._context)
+
+    def compute_frame_position(self, frame: Frame) -> Array:
+        """Computes the position in W of the origin of a frame of the plant, shape (3,), [m]."""
+        return frame.CalcPoseInWorld(self._context).translation()
 
     def compute_hand_jacobian(self) -> Array:
         """Computes the Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""

@@ -41,10 +41,11 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
     )
 
 
-def write_directives(home: Mapping[str, float], X_WB: RigidTransform) -> str:
+def write_directives(arm: ReducedArm, home: Array) -> str:
     """Writes the directives that load the arm, hold it in a posture, [rad], and weld its base to the world."""
-    angles = "\n".join(f"        {_quote(name)}: [{float(angle)!r}]" for name, angle in home.items())
-    (x, y, z), rpy = describe_pose(X_WB)
+    pairs = zip(arm.joint_names, home.tolist(), strict=True)
+    angles = "\n".join(f"        {_quote(name)}: [{angle!r}]" for name, angle in pairs)
+    (x, y, z), rpy = describe_pose(arm.X_WB)
     turned = f"\n        rotation: !Rpy {{deg: {[float(angle) for angle in np.degrees(rpy)]}}}" if any(rpy) else ""
     return (
         "# Where the imported arm stands and how it holds objects; see report.txt in this folder.\n"

@@ -12,11 +12,15 @@ import numpy as np
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.multibody.tree import Frame, SpatialInertia
 from pydrake.solvers import SnoptSolver
 
 from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
+from affordance.plant.arm import Arm, JointLimits, attach_body
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import HAND_FRAME
+from affordance.plant.rank_loss import compute_mobility
 from affordance.robots.arm_file import BASE, write_arm
 from affordance.robots.reduced_arm import ReducedArm
 
@@ -64,83 +68,71 @@ class HomePosture(NamedTuple):
     smallest_singular_value: float
 
 
-class ArmStatics:
-    """Kinematics and static torques of an arm as it will be written, its base placed as in the robot's file."""
-
-    def __init__(self, arm: ReducedArm) -> None:
-        """Builds the plant of the arm alone."""
-        self.arm, self.plant = arm, MultibodyPlant(0.0)
-        parser = Parser(self.plant)
-        parser.SetStrictParsing()
-        parser.AddModelsFromString(write_arm(arm, {}, "itself"), "sdf")
-        self.plant.WeldFrames(self.plant.world_frame(), self.plant.GetFrameByName(BASE), arm.X_WB)
-        self.plant.Finalize()
-        self.hand = self.plant.GetFrameByName("hand_grip")
-        # The second joint, or the only one.
-        self.shoulder = self.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
-        self.efforts = np.array([link.effort for link in arm.links])
-        self.context = self.plant.CreateDefaultContext()
-
-    def compute_hand(self, q: Array) -> Array:
-        """Computes the pose of the hand, X_WH, (4, 4)."""
-        self.plant.SetPositions(self.context, q)
-        return self.hand.CalcPoseInWorld(self.context).GetAsMatrix4()
-
-    def compute_shoulder(self) -> Array:
-        """Computes the position of the shoulder in the posture last set, (3,), [m]."""
-        return self.shoulder.CalcPoseInWorld(self.context).translation()
-
-    def compute_jacobian(self, q: Array, p_HQ: Array) -> Array:
-        """Computes the Jacobian of the velocity of a point of the hand, (3, num_joints)."""
-        self.plant.SetPositions(self.context, q)
-        world = self.plant.world_frame()
-        return self.plant.CalcJacobianTranslationalVelocity(
-            self.context, JacobianWrtVariable.kV, self.hand, p_HQ, world, world
-        )
-
-    def compute_torques(self, q: Array, mass: float) -> Array:
-        """Computes static torques with a mass in the hand, centred at TEST_DISTANCE, (num_joints,), [N m]."""
-        J = self.compute_jacobian(q, np.array([TEST_DISTANCE, 0.0, 0.0]))
-        gravity = self.plant.gravity_field().gravity_vector()
-        own = -self.plant.CalcGravityGeneralizedForces(self.context)
-        return own - J.T @ (mass * gravity)
-
-    def compute_payload(self, q: Array) -> tuple[float, str]:
-        """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint."""
-        own = self.compute_torques(q, 0.0)
-        each = self.compute_torques(q, 1.0) - own
-        with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(each == 0.0, np.inf, (np.sign(each) * -own + self.efforts) / np.abs(each))
-        worst = int(np.argmin(room))
-        return max(0.0, float(room[worst])), self.arm.joint_names[worst]
+def plant_arm(arm: ReducedArm) -> Arm:
+    """Builds the plant of an arm alone, as it will be written; Drake raises a RuntimeError for impossible numbers."""
+    plant = MultibodyPlant(0.0)
+    parser = Parser(plant)
+    parser.SetStrictParsing()
+    parser.AddModelsFromString(write_arm(arm, {}, "itself"), "sdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(BASE), arm.X_WB)
+    hand = plant.GetFrameByName(HAND_FRAME)
+    tool = attach_body(plant, hand, SpatialInertia.Zero())
+    plant.Finalize()
+    names = ("lower", "upper", "velocity", "effort")
+    limits = JointLimits(*(np.array([getattr(link, name) for link in arm.links]) for name in names))
+    return Arm(arm.tree.description.path, plant, hand, tool, np.zeros(len(arm.links)), limits)
 
 
-def find_home(statics: ArmStatics, given: Mapping[str, float]) -> HomePosture:
+def find_shoulder(arm: Arm) -> Frame:
+    """Finds the frame of the shoulder, at the second joint, or the only one."""
+    shoulder: Frame = arm.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
+    return shoulder
+
+
+def compute_static_torques(model: ArmModel, q: Array, mass: float) -> Array:
+    """Computes static torques with a mass in the hand, centred at TEST_DISTANCE, (num_joints,), [N m]."""
+    model.set_posture(q)
+    J = model.compute_point_jacobian(np.array([TEST_DISTANCE, 0.0, 0.0]))
+    return model.compute_inverse_dynamics(np.zeros(len(q))) - J.T @ (mass * model.gravity)
+
+
+def _find_payload(model: ArmModel, q: Array) -> tuple[float, str]:
+    """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint."""
+    own = compute_static_torques(model, q, 0.0)
+    each = compute_static_torques(model, q, 1.0) - own
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.where(each == 0.0, np.inf, (np.sign(each) * -own + model.arm.limits.tau_max) / np.abs(each))
+    worst = int(np.argmin(room))
+    return max(0.0, float(room[worst])), model.arm.joint_names[worst]
+
+
+def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
     """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
 
     Raises:
         ModelFileError: The arm has no length, or no posture with the hand level and pointing outwards was found.
     """
-    arm, rng = statics.arm, np.random.default_rng(_SEED)
-    lower, upper = (np.array([getattr(link, name) for link in arm.links]) for name in ("lower", "upper"))
-    fixed = np.array([given.get(name, np.nan) for name in arm.joint_names])
-    low = np.where(np.isfinite(lower), lower, -_ENDLESS)
-    high = np.where(np.isfinite(upper), upper, _ENDLESS)
+    arm, rng, shoulder = model.arm, np.random.default_rng(_SEED), find_shoulder(model.arm)
+    limits, fixed = arm.limits, np.array([given.get(name, np.nan) for name in arm.joint_names])
+    low = np.where(np.isfinite(limits.q_lower), limits.q_lower, -_ENDLESS)
+    high = np.where(np.isfinite(limits.q_upper), limits.q_upper, _ENDLESS)
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     clear = np.minimum(_CLEARANCE, half)
     bounds = np.where(np.isnan(fixed), low + clear, fixed), np.where(np.isnan(fixed), high - clear, fixed)
-    length = _measure_length(statics, low, high, rng)
+    # The 99.9th percentile over random postures.
+    distances = [_measure_reach(model, shoulder, q) for q in rng.uniform(low, high, (_SAMPLES, len(low)))]
+    length = float(np.quantile(distances, 0.999))
     if not length > 0.0:
         raise ModelFileError("the arm", "has its tip on its first joint's axis, must have a length")
 
     def measure(q: Array) -> HomePosture:
-        X_WH = statics.compute_hand(q)
-        reach = float(np.linalg.norm(X_WH[:3, 3] - statics.compute_shoulder())) / length
+        reach = _measure_reach(model, shoulder, q) / length
         load, empty = (
-            float(np.max(np.abs(statics.compute_torques(q, mass)) / statics.efforts)) for mass in (TEST_MASS, 0.0)
+            float(np.max(np.abs(compute_static_torques(model, q, mass)) / limits.tau_max))
+            for mass in (TEST_MASS, 0.0)
         )
-        least = float(np.linalg.svd(statics.compute_jacobian(q, np.zeros(3)), compute_uv=False)[-1])
-        return HomePosture(q, load, empty, *statics.compute_payload(q), reach, length, least)
+        least = compute_mobility(model, q, np.zeros(3))
+        return HomePosture(q, load, empty, *_find_payload(model, q), reach, length, least)
 
     if not np.isnan(fixed).any():
         return measure(fixed)
@@ -151,7 +143,7 @@ def find_home(statics: ArmStatics, given: Mapping[str, float]) -> HomePosture:
             break
         for start in range(_STARTS):
             guess = middle if start == 0 else rng.uniform(*bounds)
-            q = _solve(statics, guess, bounds=bounds, middle=middle, half=half, distance=reach * length, cone=cone)
+            q = _solve(arm, guess, bounds=bounds, middle=middle, half=half, distance=reach * length, cone=cone)
             if q is None:
                 continue
             posture = measure(q)
@@ -165,24 +157,21 @@ def find_home(statics: ArmStatics, given: Mapping[str, float]) -> HomePosture:
             break
     best = best or singular
     if best is None:
-        joints = f"its {len(arm.links)} joints ({', '.join(arm.joint_names)})"
+        joints = f"its {arm.num_joints} joints ({', '.join(arm.joint_names)})"
         problem = f"finds no posture of {joints} with the hand level and pointing away from the shoulder"
-        more = "" if len(arm.links) >= _FEWEST_FREE else ", or more joints with --base or another --tip"
+        more = "" if arm.num_joints >= _FEWEST_FREE else ", or more joints with --base or another --tip"
         raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis{more}")
     return best[1]
 
 
-def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random.Generator) -> float:
-    """Estimates the arm's length: the 99.9th percentile of shoulder-hand distances over random postures, [m]."""
-    distances = []
-    for q in rng.uniform(low, high, (_SAMPLES, len(low))):
-        p_WH = statics.compute_hand(q)[:3, 3]
-        distances.append(np.linalg.norm(p_WH - statics.compute_shoulder()))
-    return float(np.quantile(distances, 0.999))
+def _measure_reach(model: ArmModel, shoulder: Frame, q: Array) -> float:
+    """Computes the distance of the hand from the shoulder, [m]."""
+    model.set_posture(q)
+    return float(np.linalg.norm(model.compute_hand_pose().translation() - model.compute_frame_position(shoulder)))
 
 
 def _solve(
-    statics: ArmStatics,
+    arm: Arm,
     guess: Array,
     *,
     bounds: tuple[Array, Array],
@@ -192,8 +181,8 @@ def _solve(
     cone: float,
 ) -> Array | None:
     """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
-    world, hand, shoulder = statics.plant.world_frame(), statics.hand, statics.shoulder
-    solver = InverseKinematics(statics.plant, statics.context, with_joint_limits=False)
+    world, hand, shoulder = arm.plant.world_frame(), arm.hand, find_shoulder(arm)
+    solver = InverseKinematics(arm.plant, arm.plant.CreateDefaultContext(), with_joint_limits=False)
     program, q = solver.get_mutable_prog(), solver.q()
     program.AddBoundingBoxConstraint(*bounds, q)
     program.AddQuadraticErrorCost(np.diag(1.0 / half**2), middle, q)

@@ -1,16 +1,16 @@
 """Extraction of an arm from a robot's file, with a home posture; nothing is written here."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
 
 from affordance.exceptions import BadValueError, ModelFileError
+from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import turn_base
 from affordance.robots.chain import find_chain
 from affordance.robots.frozen import check_posture, freeze, parse_values
-from affordance.robots.home import ArmStatics, HomePosture, find_home
+from affordance.robots.home import HomePosture, find_home, plant_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
@@ -20,21 +20,6 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
 # link turns about its own axis.
 _LEAST_EIGENVALUE = 1e-12
-
-
-@dataclass(frozen=True)
-class ImportedArm:
-    """Imported arm with its home posture, and the pose of its base, turned so that the hand points along Wx."""
-
-    arm: ReducedArm
-    home: HomePosture
-    X_WB: RigidTransform
-    options: ImportOptions
-
-    @property
-    def home_angles(self) -> dict[str, float]:
-        """Home posture by joint, [rad]."""
-        return dict(zip(self.arm.joint_names, self.home.q.tolist(), strict=True))
 
 
 def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
@@ -49,8 +34,8 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
     return reduce_arm(tree, chain, context, frozen, options)
 
 
-def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
-    """Reads a robot's file and extracts the arm, with a home posture.
+def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:
+    """Reads a robot's file and extracts the arm, its base turned so that the hand points along Wx at home.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; the message says what and where.
@@ -58,16 +43,17 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
     """
     arm = read_arm(path, options)
     try:
-        statics = ArmStatics(arm)
+        model = ArmModel(plant_arm(arm))
     except RuntimeError as error:  # values too large or small for a valid arm
         raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
-    _check_mass_matrix(path, arm, statics)
+    _check_mass_matrix(path, arm, model)
     try:
-        home = find_home(statics, options.posture)
+        home = find_home(model, options.posture)
     except ModelFileError as error:
         raise ModelFileError(path, error.problem) from error
-    X_WB = turn_base(arm.X_WB, statics.compute_hand(home.q)[:3, :3], options.height)
-    return ImportedArm(arm, home, X_WB, options)
+    model.set_posture(home.q)
+    R_WH = model.compute_hand_pose().rotation().matrix()
+    return replace(arm, X_WB=turn_base(arm.X_WB, R_WH, options.height)), home
 
 
 def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
@@ -84,14 +70,12 @@ def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool)
     return values
 
 
-def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
+def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
     """Rejects an arm without mass, and one with a joint that moves no inertia."""
     if not arm.mass > 0.0:
         raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
-    q = np.linspace(0.1, 1.0, len(arm.links))
-    statics.plant.SetPositions(statics.context, q)
-    M = statics.plant.CalcMassMatrix(statics.context)
-    values, vectors = np.linalg.eigh(M)
+    model.set_posture(np.linspace(0.1, 1.0, len(arm.links)))
+    values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:
         joint = arm.links[int(np.argmax(np.abs(vectors[:, 0])))].joint
         problem = "moves nothing that has inertia, must; a --rotor-inertia would give it some"

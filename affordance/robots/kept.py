@@ -21,9 +21,11 @@ from affordance.reporting.formatting import format_number
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.changes import Change, apply_changes, write_lacks
 from affordance.robots.fitting import fit_tasks
-from affordance.robots.importer import ImportedArm, ImportOptions, extract_arm
+from affordance.robots.home import HomePosture
+from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
+from affordance.robots.reduced_arm import ReducedArm
 from affordance.robots.report import list_warnings, write_report
 from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
@@ -62,16 +64,16 @@ def import_arm(
     """
     path, folder = check_path("path", path), check_path("folder", folder)
     check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
-    imported = extract_arm(path, options)
-    looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
+    arm, home = extract_arm(path, options)
+    looks = write_folder(arm, home, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
     write_lacks(folder, fitted.lacks if fitted is not None else {})
-    write_report(folder, imported, fitted, looks)
+    write_report(folder, arm, home, fitted, looks)
     lines = [
-        f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; static payload at home "
-        f"{format_number(imported.home.payload)} kg, limited by {imported.home.weakest}"
+        f"{len(arm.links)} joints from {arm.base} to {options.tip}; static payload at home "
+        f"{format_number(home.payload)} kg, limited by {home.weakest}"
     ]
-    lines += [f"warning: {warning}" for warning in list_warnings(imported)]
+    lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
         lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]
@@ -129,7 +131,9 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
     return Robot() if path is None else Robot.load(path)
 
 
-def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:
+def write_folder(
+    arm: ReducedArm, home: HomePosture, folder: Path, *, source: str, with_meshes: bool = True
+) -> Sequence[str]:
     """Writes the arm, and an unchanged copy of the tasks that come with the program, to a new or empty folder.
 
     Returns: Remarks on shapes that could not be drawn as in the file.
@@ -140,7 +144,7 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
-    appearance = draw_arm(imported.arm, with_meshes=with_meshes)
+    appearance = draw_arm(arm, with_meshes=with_meshes)
     # Atomic: made in a temporary folder next to the destination, then moved there.
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -151,13 +155,13 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
         for name in _TASK_FILES:
             copy = shutil.copytree if (MODELS / name).is_dir() else shutil.copyfile
             copy(MODELS / name, making / name)
-        write_text(making / "arm.sdf", write_arm(imported.arm, appearance.visuals, source))
-        write_text(making / ARM.name, write_directives(imported.home_angles, imported.X_WB))
+        write_text(making / "arm.sdf", write_arm(arm, appearance.visuals, source))
+        write_text(making / ARM.name, write_directives(arm, home.q))
         for name, text in appearance.meshes.items():
             write_text(making / "meshes" / name, text)
-        stuck = imported.home.weakest if imported.home.load else imported.arm.joint_names[0]
+        stuck = home.weakest if home.load else arm.joint_names[0]
         fault = Change("faults.yaml", _STUCK_JOINT, "shoulder_elevation", stuck, "a joint of this arm")
-        apply_changes(making, [fault, *_list_strange_starts(making, imported)])
+        apply_changes(making, [fault, *_list_strange_starts(making, arm)])
         load_arm(making / ARM.name)
         making.chmod(0o755)
         if folder.exists():
@@ -168,11 +172,11 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
     return appearance.remarks
 
 
-def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change]:
+def _list_strange_starts(models: Path, arm: ReducedArm) -> Iterator[Change]:
     """Lists removals of start postures with joints that this arm lacks; such tasks start in its home posture."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):
             value = value.get(part, {})
-        if not set(value) <= set(imported.arm.joint_names):
+        if not set(value) <= set(arm.joint_names):
             yield Change(file, key, value, None, "this arm's tasks start in its home posture")

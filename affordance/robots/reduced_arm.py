@@ -86,7 +86,8 @@ class ReducedArm:
     Attributes:
         tree: Robot.
         chain: Joints of the arm in the robot.
-        X_WB: Pose of the base with the robot's root upright at the world's origin.
+        options: Options of the import.
+        X_WB: Pose of the base, as read with the robot's root upright at the world's origin.
         links: Links from base to tip.
         X_LH: Pose of the hand in the last link.
         out_axis: Axis of the tip's frame that points out of the hand, such as ``-z``.
@@ -96,6 +97,7 @@ class ReducedArm:
 
     tree: RobotTree
     chain: Chain
+    options: ImportOptions
     X_WB: RigidTransform
     links: tuple[ReducedLink, ...]
     X_LH: RigidTransform
@@ -173,6 +175,7 @@ def reduce_arm(
     return ReducedArm(
         tree=tree,
         chain=chain,
+        options=options,
         X_WB=X_WB if options.up == "z" else turn_up(options.up) @ X_WB,
         links=tuple(links),
         X_LH=X_LH,

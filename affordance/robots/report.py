@@ -18,8 +18,8 @@ from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import format_number
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import Fitted, show
-from affordance.robots.home import TEST_DISTANCE, TEST_MASS
-from affordance.robots.importer import ImportedArm
+from affordance.robots.home import TEST_DISTANCE, TEST_MASS, HomePosture
+from affordance.robots.reduced_arm import ReducedArm
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
 _WIDTH, _HEIGHT = 720, 540
@@ -40,10 +40,12 @@ class Part(NamedTuple):
     table: Sequence[Sequence[str]] = ()
 
 
-def write_report(models: Path, imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> None:
+def write_report(
+    models: Path, arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]
+) -> None:
     """Writes ``report.txt``, ``report.html`` and a picture into a folder of models."""
-    parts = _list_parts(imported, fitted, looks)
-    title = f"The arm of {imported.arm.tree.description.path.name}, to {imported.options.tip}"
+    parts = _list_parts(arm, home, fitted, looks)
+    title = f"The arm of {arm.tree.description.path.name}, to {arm.options.tip}"
     figure = draw_posture(models)
     write_atomic(models / PICTURE, lambda path: figure.savefig(path, dpi=130))
     write_text(models / TEXT, _write_text(title, parts))
@@ -53,9 +55,8 @@ def write_report(models: Path, imported: ImportedArm, fitted: Fitted | None, loo
     write_text(models / PAGE, page)
 
 
-def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> list[Part]:
+def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]) -> list[Part]:
     """Lists the parts of the report that have content."""
-    arm, home = imported.arm, imported.home
     head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
     rows = [
         (
@@ -88,11 +89,11 @@ def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[st
         tasks = Part("Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table])
     lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
     parts = [
-        Part("Imported", [*_list_taken(imported)], [head, *rows]),
+        Part("Imported", [*_list_taken(arm)], [head, *rows]),
         Part("Home posture", holding),
-        Part("Assumed", [*_list_assumed(imported)]),
-        Part("Left out", [*list_dropped(imported)]),
-        Part("Warnings", [*list_warnings(imported)]),
+        Part("Assumed", [*_list_assumed(arm)]),
+        Part("Left out", [*list_dropped(arm)]),
+        Part("Warnings", [*list_warnings(arm, home)]),
         tasks,
         Part("Infeasible", lacks),
         Part("Shapes", looks),
@@ -100,8 +101,8 @@ def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[st
     return [part for part in parts if part.sentences]
 
 
-def _list_taken(imported: ImportedArm) -> Iterator[str]:
-    arm, options = imported.arm, imported.options
+def _list_taken(arm: ReducedArm) -> Iterator[str]:
+    options = arm.options
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
     yield f"base: {arm.base}, as {arm.chain.why_base}"
     how = (
@@ -114,8 +115,8 @@ def _list_taken(imported: ImportedArm) -> Iterator[str]:
     yield f"mass of the arm: {arm.mass:.3g} kg"
 
 
-def _list_assumed(imported: ImportedArm) -> Iterator[str]:
-    arm, options = imported.arm, imported.options
+def _list_assumed(arm: ReducedArm) -> Iterator[str]:
+    options = arm.options
     yield (
         f"the base is fixed to the world, {options.up} of the robot's root pointing up, and turned so that the hand "
         "points forward"
@@ -147,17 +148,17 @@ def _list_assumed(imported: ImportedArm) -> Iterator[str]:
         yield f"no mass: {', '.join(light)}, as the file has it"
 
 
-def list_dropped(imported: ImportedArm) -> Iterator[str]:
+def list_dropped(arm: ReducedArm) -> Iterator[str]:
     """Lists contents of the file that the arm lacks."""
-    tree, description = imported.arm.tree, imported.arm.tree.description
-    of_arm = {joint.name(): tree.note(joint) for joint in imported.arm.chain.joints}
+    tree, description = arm.tree, arm.tree.description
+    of_arm = {joint.name(): tree.note(joint) for joint in arm.chain.joints}
     friction = [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]
     if friction:
         yield f"Coulomb friction (N m), which Drake's joints do not know: {', '.join(friction)}"
     springs = [f"{name} {notes.stiffness:g}" for name, notes in of_arm.items() if notes.stiffness]
     if springs:
         yield f"springs (N m/rad): {', '.join(springs)}"
-    if not imported.options.damping:
+    if not arm.options.damping:
         yield "damping of all joints, as requested"
     couplers = [name for name, notes in description.joints.items() if notes.mimic is not None]
     if couplers:
@@ -171,19 +172,18 @@ def list_dropped(imported: ImportedArm) -> Iterator[str]:
             yield f"limits of the joint {name}, which is not part of the arm: it {notes.fault}"
 
 
-def list_warnings(imported: ImportedArm) -> Iterator[str]:
+def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
     """Lists warnings about surprising values of an imported arm."""
-    home = imported.home
-    for link in imported.arm.links:
+    for link in arm.links:
         part = link.damping * link.velocity / link.effort
         if np.isfinite(part) and part > _MUCH_DAMPING:
             yield (
                 f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
                 "torque limit at its rate limit; --damping none omits damping"
             )
-    if home.payload > _MANY_WEIGHTS * imported.arm.mass:
+    if home.payload > _MANY_WEIGHTS * arm.mass:
         yield (
-            f"static payload {format_number(home.payload)} kg, mass of the arm {imported.arm.mass:.3g} kg: the "
+            f"static payload {format_number(home.payload)} kg, mass of the arm {arm.mass:.3g} kg: the "
             "torque limits may be placeholders; --effort gives others"
         )
     if home.load > 1.0:
@@ -191,7 +191,7 @@ def list_warnings(imported: ImportedArm) -> Iterator[str]:
             f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
             f"limits: {100.0 * home.load:.0f} % in the best one"
         )
-    for remark in imported.arm.tree.remarks:
+    for remark in arm.tree.remarks:
         yield f"Drake says: {remark}"
 
 

@@ -17,7 +17,7 @@ from affordance.robots.description import (
     Visual,
     find_joint_fault,
 )
-from affordance.robots.xml_reader import Numbers, find_text, name_of, remove_children
+from affordance.robots.xml_reader import Numbers, find_text, list_new, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
 _NOT_OF_LINKS = ("visual", "collision", "sensor", "light", "audio_sink", "audio_source", "projector", "battery")
@@ -32,12 +32,8 @@ def read_sdf(path: Path, root: Element) -> Description:
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
     numbers, robot = Numbers(path), Description(path, "sdf")
     for scope, model in _list_models(root, path):
-        for link in model.findall("link"):
-            short = name_of(link, path)
-            name, key = f"{scope}{short}", f"link {short}"
-            if name in robot.visuals:
-                raise BadValueError(path, key, "appears twice")
-            robot.add_visuals(name, [_read_visual(each, numbers, short) for each in link.findall("visual")])
+        for link, name, key in list_new(model.findall("link"), path, robot.visuals, scope):
+            robot.add_visuals(name, [_read_visual(each, numbers, key) for each in link.findall("visual")])
             inertial = link.find("inertial")
             if inertial is None:
                 robot.faults[name] = "has no <inertial>, for which SDF puts 1 kg"
@@ -49,11 +45,7 @@ def read_sdf(path: Path, root: Element) -> Description:
             elif robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial")):
                 _put_nothing(inertial)
             remove_children(link, _NOT_OF_LINKS)
-        for joint in model.findall("joint"):
-            short = name_of(joint, path)
-            name, key = f"{scope}{short}", f"joint {short}"
-            if name in robot.joints:
-                raise BadValueError(path, key, "appears twice")
+        for joint, name, key in list_new(model.findall("joint"), path, robot.joints, scope):
             robot.joints[name] = _read_joint(joint, numbers, key)
             remove_children(joint, ("sensor", f"{_DRAKE}rotor_inertia", f"{_DRAKE}gear_ratio", f"{_DRAKE}mimic"))
             for axis in joint.findall("axis"):
@@ -155,9 +147,9 @@ def _put_nothing(inertial: Element) -> None:
         ElementTree.SubElement(inertia, name).text = "0"
 
 
-def _read_visual(element: Element, numbers: Numbers, link: str) -> Visual | None:
+def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
     """Reads a shape; None for one that is not imported."""
-    geometry, key = element.find("geometry"), f"link {link}.visual"
+    geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None
     diffuse = find_text(element, "material/diffuse")

@@ -17,7 +17,7 @@ from affordance.robots.description import (
     Visual,
     find_joint_fault,
 )
-from affordance.robots.xml_reader import Numbers, get_attribute, name_of, remove_children
+from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 # Xacro has been declared by several addresses, or by its prefix alone.
 _XACRO = "xacro}"
@@ -35,26 +35,18 @@ def read_urdf(path: Path, root: Element) -> Description:
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
     others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
-    for link in root.findall("link"):
-        name = name_of(link, path)
-        if name in robot.visuals:
-            raise BadValueError(path, f"link {name}", "appears twice")
-        robot.add_visuals(name, [_read_visual(each, numbers, name, colours) for each in link.findall("visual")])
+    for link, name, key in list_new(root.findall("link"), path, robot.visuals):
+        robot.add_visuals(name, [_read_visual(each, numbers, key, colours) for each in link.findall("visual")])
         inertial = link.find("inertial")
-        if inertial is not None and robot.add_inertial(
-            name, _read_inertial(inertial, numbers, f"link {name}.inertial")
-        ):
+        if inertial is not None and robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial")):
             link.remove(inertial)  # Drake would substitute a sphere of water
         remove_children(link, ("visual", "collision"))
-    for joint in root.findall("joint"):
-        name = name_of(joint, path)
-        if name in robot.joints:
-            raise BadValueError(path, f"joint {name}", "appears twice")
-        pair = _read_connection(joint, path, f"joint {name}", robot.visuals)
+    for joint, name, key in list_new(root.findall("joint"), path, robot.joints):
+        pair = _read_connection(joint, path, key, robot.visuals)
         if (other := connected.setdefault(pair, name)) != name:
             problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
-            raise BadValueError(path, f"joint {name}", problem)
-        robot.joints[name] = _read_joint(joint, numbers, f"joint {name}")
+            raise BadValueError(path, key, problem)
+        robot.joints[name] = _read_joint(joint, numbers, key)
         remove_children(joint, ("mimic", "safety_controller", "calibration"))
         dynamics = joint.find("dynamics")
         if dynamics is not None:
@@ -152,10 +144,10 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 
 
 def _read_visual(
-    element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
+    element: Element, numbers: Numbers, key: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
     """Reads a shape; None for one that is not imported."""
-    geometry, key = element.find("geometry"), f"link {link}.visual"
+    geometry, key = element.find("geometry"), f"{key}.visual"
     if geometry is None or not len(geometry):
         return None
     shape = geometry[0]

@@ -1,7 +1,7 @@
 """Reader of XML whose errors name file, element and value."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -118,6 +118,20 @@ def remove_children(element: Element, unwanted: Iterable[str]) -> None:
     for tag in unwanted:
         for child in element.findall(tag):
             element.remove(child)
+
+
+def list_new(
+    elements: Iterable[Element], path: Path, known: Container[str], scope: str = ""
+) -> Iterator[tuple[Element, str, str]]:
+    """Lists links or joints, each with its name after that of its model, and its key in messages.
+
+    A name that is missing, or already known when its turn comes, raises a BadValueError.
+    """
+    for element in elements:
+        short = name_of(element, path)
+        if f"{scope}{short}" in known:
+            raise BadValueError(path, f"{element.tag} {short}", "appears twice")
+        yield element, f"{scope}{short}", f"{element.tag} {short}"
 
 
 def name_of(element: Element, path: Path) -> str:

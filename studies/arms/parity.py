@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
 from affordance.arrays import Array
-from affordance.robots.home import ArmStatics
+from affordance.robots.home import plant_arm
 from affordance.robots.importer import ImportOptions, read_arm
 from affordance.robots.reduced_arm import ReducedArm
 
@@ -85,8 +85,8 @@ def _build_reduced(path: Path, imported: ReducedArm) -> tuple[Any, int]:
 def _compare(imported: ReducedArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
     import pinocchio
 
-    statics, n = ArmStatics(imported), len(imported.links)
-    plant, context, forces = statics.plant, statics.context, MultibodyForces(statics.plant)
+    arm, n = plant_arm(imported), len(imported.links)
+    plant, context, forces = arm.plant, arm.plant.CreateDefaultContext(), MultibodyForces(arm.plant)
     data = reduced.createData()
     R_TH = (
         imported.chain.tip.CalcPose(
@@ -113,7 +113,7 @@ def _compare(imported: ReducedArm, reduced: Any, tip: int, rng: np.random.Genera
         X_WT = data.oMf[tip].homogeneous
         plant.SetPositionsAndVelocities(context, np.concatenate([q, v]))
         plant.CalcForceElementsContribution(context, forces)
-        X_WH = statics.hand.CalcPoseInWorld(context).GetAsMatrix4()
+        X_WH = arm.hand.CalcPoseInWorld(context).GetAsMatrix4()
         X_TH = np.eye(4)
         X_TH[:3, :3] = R_TH
         pairs = (

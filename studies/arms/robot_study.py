@@ -63,7 +63,7 @@ def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: 
         return {"metrics": _fail(str(error).replace(str(path), path.name)), "required": robot.required}
 
     def compute() -> dict[str, Any]:
-        imported = extract_arm(path, robot.options)
+        arm, home = extract_arm(path, robot.options)
         try:
             parity: float | None = compute_parity(path, robot.options, config.seed).largest
         except ImportError:
@@ -71,11 +71,11 @@ def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: 
         ran, measured = _run_and_measure(models, config, out / robot.name, jobs)
         metrics = {
             "loads": True,
-            "joints": len(imported.arm.links),
-            "frozen_joints": len(imported.arm.frozen),
+            "joints": len(arm.links),
+            "frozen_joints": len(arm.frozen),
             "parity_error": parity,
-            "payload_kg": imported.home.payload,
-            "home_torque_ratio": imported.home.load,
+            "payload_kg": home.payload,
+            "home_torque_ratio": home.load,
             "experiments": {name: OK if isinstance(found, dict) else found for name, found in ran.items()},
             "real_time_factor": measured["sag"]["real_time_factor"],
             "changed": _list_changed(models),
@@ -87,8 +87,8 @@ def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: 
             "sag_with_rotors": {
                 str(rotor): _measure_with_rotors(path, robot, rotor, models, config, out) for rotor in ROTORS
             },
-            "arm_mass_kg": imported.arm.mass,
-            "empty_load": imported.home.empty_load,
+            "arm_mass_kg": arm.mass,
+            "empty_load": home.empty_load,
         }
 
     return keep_result(out / robot.name / "summary.json", compute_key((robot.name, config), models, _HERE), compute)
@@ -143,10 +143,10 @@ def _measure_with_rotors(
     path: Path, robot: Robot, rotor: float, models: Path, config: RunConfig, out: Path
 ) -> dict[str, Any]:
     """Measures the sag of the first hold with a rotor inertia at every joint."""
-    imported = extract_arm(path, dataclasses.replace(robot.options, rotor_inertia={"": rotor}))
+    arm, home = extract_arm(path, dataclasses.replace(robot.options, rotor_inertia={"": rotor}))
     folder = out / "imported" / "with_rotors"
-    write_text(folder / "arm.sdf", write_arm(imported.arm, {}, path.name))
-    write_text(folder / ARM.name, write_directives(imported.home_angles, imported.X_WB))
+    write_text(folder / "arm.sdf", write_arm(arm, {}, path.name))
+    write_text(folder / ARM.name, write_directives(arm, home.q))
     write_text(folder / "package.xml", (models / "package.xml").read_text(encoding="utf-8"))
     return measure_sag(folder, task_models=models, changes=dict(config.changes))._asdict()
 

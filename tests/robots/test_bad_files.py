@@ -30,7 +30,7 @@ def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_pa
     start = text.index(GOOD_LIMIT, text.index(good))
     wrong = 'lower="3" upper="-3" velocity="-1" effort="-7"'
     path.write_text(text[:start] + wrong + text[start + len(GOOD_LIMIT) :])
-    imported = extract_arm(path, TIP)
+    imported, _ = extract_arm(path, TIP)
     said = "limits of the joint neck, which is not part of the arm: it has position limits from 3 to -3 rad"
     assert any(note.startswith(said) for note in list_dropped(imported))
 
@@ -38,14 +38,14 @@ def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_pa
 def test_a_joint_without_end_has_no_limits_whatever_its_file_says(tmp_path: Path) -> None:
     """A continuous joint has infinite limits; a bound that another joint's file leaves out is 0, as in URDF."""
     path = write_urdf(tmp_path, changes={'lower="-2.5" upper="2.4"': 'upper="2.4"'})
-    *others, last = extract_arm(path, TIP).arm.links
+    *others, last = extract_arm(path, TIP)[0].links
     assert (last.lower, last.upper) == (-math.inf, math.inf)
     assert [(link.lower, link.upper) for link in others] == [(0.0, 2.4)] * 3
 
 
 def test_infinite_limits_are_none(tmp_path: Path) -> None:
     limits = {'lower="-2.5" upper="2.4" velocity="3"': 'lower="-inf" upper="inf" velocity="inf"'}
-    for link in extract_arm(write_urdf(tmp_path, changes=limits), TIP).arm.links:
+    for link in extract_arm(write_urdf(tmp_path, changes=limits), TIP)[0].links:
         assert (link.lower, link.upper, link.velocity) == (-math.inf, math.inf, math.inf)
 
 
@@ -53,19 +53,19 @@ def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
     """Undeclared XML prefixes, as simulators' own elements have them, are read."""
     block = '<gazebo reference="torso"><sensor:camera a:b="1" xml:lang="en"/></gazebo>'
     path = write_urdf(tmp_path, changes={"<gazebo/>": block})
-    assert len(extract_arm(path, TIP).arm.links) == 4
+    assert len(extract_arm(path, TIP)[0].links) == 4
 
 
 def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> None:
     """A fixed joint with a zero axis, as CAD programs write it, and a robot without a name are read."""
     fixed = '<parent link="right_4"/><child link="right_tool"/><origin xyz="0.1 0 0" rpy="0.1 -0.2 0.05"/><axis xyz="'
     changes = {f"{fixed}0 1 0": f"{fixed}0 0 0", '<robot name="two_arms">': "<robot>"}
-    imported = extract_arm(write_urdf(tmp_path, changes=changes), TIP)
+    imported, _ = extract_arm(write_urdf(tmp_path, changes=changes), TIP)
     assert not any("limits of the joint" in note for note in list_dropped(imported))
 
 
 def test_mimic_and_prismatic_end_a_chain(tmp_path: Path) -> None:
-    assert extract_arm(write_urdf(tmp_path), TIP).arm.base == "torso"
+    assert extract_arm(write_urdf(tmp_path), TIP)[0].base == "torso"
 
 
 def test_values_for_joints_are_of_one_or_of_all() -> None:
@@ -80,7 +80,7 @@ def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Pat
     path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
     text = refuse(path, ImportOptions("grip"))
     assert "has more than once: other::grip, swinger::grip" in text
-    assert extract_arm(path, ImportOptions("other::grip")).arm.joint_names == ["pan", "tilt", "bend"]
+    assert extract_arm(path, ImportOptions("other::grip"))[0].joint_names == ["pan", "tilt", "bend"]
 
 
 def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
@@ -93,4 +93,4 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "light.urdf"
     path.write_text(text)
     assert "joint right_j4: moves nothing that has inertia" in refuse(path)
-    assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01})).arm.links[3].rotor_inertia
+    assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01}))[0].links[3].rotor_inertia

@@ -9,7 +9,7 @@ from helpers.robot_files import write_urdf
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.robots.home import TEST_DISTANCE, ArmStatics
+from affordance.robots.home import TEST_DISTANCE, compute_static_torques, find_shoulder, plant_arm
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.reduced_arm import turn_up
 
@@ -17,34 +17,34 @@ OURS = ImportOptions("hand_grip")
 
 
 def test_the_hand_is_level_points_outwards_and_joints_keep_clear_of_their_limits() -> None:
-    imported = extract_arm(MODELS / "arm.sdf", OURS)
-    statics = ArmStatics(imported.arm)
-    q = imported.home.q
-    X_WH = statics.compute_hand(q)
-    away = X_WH[:3, 3] - statics.compute_shoulder()
+    arm, home = extract_arm(MODELS / "arm.sdf", OURS)
+    model, q = ArmModel(plant_arm(arm)), home.q
+    model.set_posture(q)
+    X_WH = model.compute_hand_pose().GetAsMatrix4()
+    away = X_WH[:3, 3] - model.compute_frame_position(find_shoulder(model.arm))
     assert abs(X_WH[2, 0]) < 1e-5
     assert X_WH[:3, 0] @ away / np.linalg.norm(away) > np.cos(np.radians(20.1))
-    for link, angle in zip(imported.arm.links, q, strict=True):
+    for link, angle in zip(arm.links, q, strict=True):
         clear = min(np.radians(10.0), 0.5 * (link.upper - link.lower)) - 1e-6
         assert link.lower + clear <= angle <= link.upper - clear
-    assert imported.home.smallest_singular_value > 0.03 * imported.home.length
+    assert home.smallest_singular_value > 0.03 * home.length
 
 
 def test_given_angles_are_kept_and_with_all_given_nothing_is_searched() -> None:
-    some = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture={"elbow_flexion": 1.2}))
-    assert some.home_angles["elbow_flexion"] == pytest.approx(1.2, abs=1e-9)
-    angles = {name: 0.1 * k for k, name in enumerate(some.arm.joint_names)}
+    arm, home = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture={"elbow_flexion": 1.2}))
+    assert home.q[arm.joint_names.index("elbow_flexion")] == pytest.approx(1.2, abs=1e-9)
+    angles = {name: 0.1 * k for k, name in enumerate(arm.joint_names)}
     angles["wrist_deviation"] = 0.2
-    every = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture=angles))
-    assert every.home_angles == angles
+    _, home = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture=angles))
+    assert home.q.tolist() == list(angles.values())
 
 
 def test_the_payload_loads_the_weakest_joint_to_its_limit_and_no_other_beyond(tmp_path: Path) -> None:
-    imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
-    statics = ArmStatics(imported.arm)
-    load = np.abs(statics.compute_torques(imported.home.q, imported.home.payload)) / statics.efforts
+    arm, home = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
+    model = ArmModel(plant_arm(arm))
+    load = np.abs(compute_static_torques(model, home.q, home.payload)) / model.arm.limits.tau_max
     assert load.max() == pytest.approx(1.0)
-    assert imported.arm.joint_names[int(load.argmax())] == imported.home.weakest
+    assert arm.joint_names[int(load.argmax())] == home.weakest
 
 
 def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
@@ -55,9 +55,9 @@ def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
     )
     q = np.linspace(0.1, 0.6, arm.num_joints)
     model.set_state(np.concatenate([q, np.zeros(arm.num_joints)]))
-    statics = ArmStatics(extract_arm(MODELS / "arm.sdf", OURS).arm)
+    imported = ArmModel(plant_arm(extract_arm(MODELS / "arm.sdf", OURS)[0]))
     np.testing.assert_allclose(
-        statics.compute_torques(q, 0.7),
+        compute_static_torques(imported, q, 0.7),
         model.compute_inverse_dynamics(np.zeros(arm.num_joints)),
         rtol=0.0,
         atol=1e-12,
@@ -65,21 +65,21 @@ def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
 
 
 def test_the_base_is_turned_so_that_the_hand_points_forward(tmp_path: Path) -> None:
-    imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool", height=0.9))
-    statics = ArmStatics(imported.arm)
-    R_WH = statics.compute_hand(imported.home.q)[:3, :3]
-    turned = imported.X_WB.rotation().matrix() @ imported.arm.X_WB.rotation().matrix().T @ R_WH
-    np.testing.assert_allclose(turned[:, 0], [1.0, 0.0, 0.0], atol=1e-5)
-    np.testing.assert_allclose(imported.X_WB.translation(), [0.0, 0.0, 0.9], atol=1e-15)
+    arm, home = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool", height=0.9))
+    model = ArmModel(plant_arm(arm))
+    model.set_posture(home.q)
+    R_WH = model.compute_hand_pose().rotation().matrix()
+    np.testing.assert_allclose(R_WH[:, 0], [1.0, 0.0, 0.0], atol=1e-5)
+    np.testing.assert_allclose(arm.X_WB.translation(), [0.0, 0.0, 0.9], atol=1e-15)
 
 
 @pytest.mark.parametrize(("option", "column"), [("x", [1, 0, 0]), ("-z", [0, 0, -1]), ("y", [0, 1, 0])])
 def test_the_axis_that_points_out_is_the_one_that_is_given(option: str, column: list[int]) -> None:
-    given = extract_arm(
+    given, _ = extract_arm(
         MODELS / "arm.sdf", ImportOptions("hand_grip", out_axis=option, posture=dict.fromkeys(_joints(), 0.0))
     )
-    np.testing.assert_allclose(given.arm.X_LH.rotation().matrix()[:, 0], column, atol=1e-15)
-    assert np.linalg.det(given.arm.X_LH.rotation().matrix()) == pytest.approx(1.0)
+    np.testing.assert_allclose(given.X_LH.rotation().matrix()[:, 0], column, atol=1e-15)
+    assert np.linalg.det(given.X_LH.rotation().matrix()) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("up", ["x", "-x", "y", "-y", "z", "-z"])

@@ -139,7 +139,7 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
     posture = dict(zip(arm.joint_names, arm.home.tolist(), strict=True))
     folder = tmp_path_factory.mktemp("ours") / "models"
     imported = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture=posture, height=1.44))
-    write_folder(imported, folder, source="arm.sdf")
+    write_folder(*imported, folder, source="arm.sdf")
     return folder
 
 
@@ -193,13 +193,13 @@ def test_nothing_is_left_of_an_import_that_fails(tmp_path: Path, monkeypatch: py
 
     monkeypatch.setattr("affordance.robots.kept.load_arm", fail)
     with pytest.raises(RuntimeError, match="no more"):
-        write_folder(imported, tmp_path / "models", source="a test")
+        write_folder(*imported, tmp_path / "models", source="a test")
     assert {path.name for path in tmp_path.iterdir()} == {"two_arms.urdf"}
 
 
 def test_a_robot_full_of_traps_becomes_an_arm_that_the_strict_program_takes(tmp_path: Path) -> None:
     imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
-    remarks = write_folder(imported, tmp_path / "models", source="a test")
+    remarks = write_folder(*imported, tmp_path / "models", source="a test")
     arm = load_arm(tmp_path / "models" / ARM.name)
     assert arm.joint_names == ["right_j1", "right_j2", "right_j3", "right_j4"]
     np.testing.assert_array_equal(arm.limits.tau_max, [40.0] * 4)

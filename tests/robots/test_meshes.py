@@ -31,7 +31,7 @@ def test_a_mesh_keeps_its_shape_and_place_and_loses_triangles_it_does_not_need(t
     ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
     assert len(ball.faces) > 20000
     write_meshes(tmp_path, right_2=ball.apply_translation([0.1, 0.0, 0.02]))
-    write_folder(extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
     (written,) = (tmp_path / "models" / "meshes").glob("*.obj")
     drawn = trimesh.load_mesh(written)
     assert len(drawn.faces) <= 4000
@@ -41,7 +41,7 @@ def test_a_mesh_keeps_its_shape_and_place_and_loses_triangles_it_does_not_need(t
 
 def test_the_strict_program_draws_what_was_written(tmp_path: Path) -> None:
     write_meshes(tmp_path, right_2=trimesh.creation.box([0.1, 0.05, 0.05]))
-    write_folder(extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, tmp_path / "models" / ARM.name)
     inspector = scene_graph.model_inspector()
@@ -55,7 +55,7 @@ def test_the_strict_program_draws_what_was_written(tmp_path: Path) -> None:
 def test_without_meshes_every_link_is_a_capsule(tmp_path: Path) -> None:
     write_meshes(tmp_path, right_2=trimesh.creation.box([0.1, 0.05, 0.05]))
     imported = extract_arm(write_urdf(tmp_path), TIP)
-    write_folder(imported, tmp_path / "models", source="a test", with_meshes=False)
+    write_folder(*imported, tmp_path / "models", source="a test", with_meshes=False)
     assert not (tmp_path / "models" / "meshes").exists()
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<capsule>") == 4
 
@@ -63,7 +63,7 @@ def test_without_meshes_every_link_is_a_capsule(tmp_path: Path) -> None:
 def test_a_damaged_mesh_is_said_and_drawn_as_a_capsule(tmp_path: Path) -> None:
     write_meshes(tmp_path)
     (tmp_path / "nowhere" / "meshes" / "right_3.stl").write_bytes(b"solid broken\nfacet no")
-    remarks = write_folder(extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    remarks = write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
     assert any(remark.startswith("the mesh right_3.stl cannot be read") for remark in remarks)
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<capsule>") == 4
 
