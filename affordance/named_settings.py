@@ -13,9 +13,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import yaml
-
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
+from affordance.files.bounded import parse_yaml
 from affordance.files.constraints import Setting, list_field_types
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -99,10 +98,10 @@ def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]
 
 
 def parse_value(text: str) -> Any:
-    """Reads a value as YAML does, except that 1e-3 is a number."""
+    """Reads a value as in a file of settings; what is not YAML is a text."""
     try:
-        return float(text) if re.fullmatch(r"\s*[-+.\d]+[eE][-+]?\d+\s*", text) else yaml.safe_load(text)
-    except (ValueError, yaml.YAMLError):
+        return parse_yaml(text, "value")
+    except BadValueError:
         return text
 
 

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.objects.inertia import Geometry
+from affordance.plant.arm import JointLimits
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel
 
@@ -60,9 +61,9 @@ class PossibleHold(NamedTuple):
         load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
         return load
 
-    def compute_probability(self, static: StaticHold, tau_max: Array) -> float:
-        """Computes the probability that the arm can hold the object within torque limits, (num_joints,), [N m]."""
-        return float((np.abs(static.tau_arm + self.compute_load(static)) <= tau_max).all(axis=1).mean())
+    def compute_probability(self, static: StaticHold, limits: JointLimits) -> float:
+        """Computes the probability that the arm can hold the object within its torque limits."""
+        return float((limits.compute_loads(static.tau_arm + self.compute_load(static)) <= 1.0).all(axis=1).mean())
 
 
 class Decision(NamedTuple):

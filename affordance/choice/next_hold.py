@@ -162,7 +162,7 @@ def _rank(
     for tool in candidates:
         geometry = samples.build_geometry(tool.name, tool.grips[0].X_TG if tool.grips else None)
         hold = PossibleHold(tool.name, geometry, samples.draw_own(tool.name), samples.draw_errors(tool.name))
-        p_held = hold.compute_probability(static, arm.limits.tau_max)
+        p_held = hold.compute_probability(static, arm.limits)
         percept = feel(hold, static, noise, sd, np.random.default_rng([seed, 1]))
         felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
         worth = measure_worth([felt[tool.name]], priced)

@@ -130,11 +130,15 @@ def read_yaml(path: Path) -> Any:
 
     A file that cannot be read, is not YAML, repeats a key, or is too large or too deep raises a BadValueError.
     """
-    text = read_text(path, SETTINGS)
+    return parse_yaml(read_text(path, SETTINGS), path)
+
+
+def parse_yaml(text: str, source: Path | str) -> Any:
+    """Parses a text as YAML; arguments of a command too are read so. Errors as in ``read_yaml``."""
     with suppress(yaml.YAMLError, ValueError, RecursionError):
         if yaml.__with_libyaml__:
             return _FastLoader(text).get_single_data()
-    with _translate_yaml(path):
+    with _translate_yaml(source):
         return _Loader(text).get_single_data()
 
 
@@ -146,7 +150,7 @@ def check_yaml(path: Path) -> None:
 
 
 @contextmanager
-def _translate_yaml(path: Path) -> Iterator[None]:
+def _translate_yaml(path: Path | str) -> Iterator[None]:
     """Converts PyYAML's errors to BadValueError."""
     try:
         yield

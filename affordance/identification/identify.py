@@ -20,13 +20,13 @@ from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.excitation.more_motion import suggest_motion
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
-from affordance.identification.posterior.part_posterior import SeenObject, find_box
+from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, find_box
 from affordance.plant.serial_chain import ArmOwner, SerialChain
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError

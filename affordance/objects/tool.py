@@ -225,3 +225,12 @@ def find_free_end(parts: Sequence[PosedShape]) -> Array:
     """Finds the point of a tool farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))
+
+
+def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
+    """Finds the box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
+    corners = []
+    for part in parts:
+        R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
+        corners += [p + R @ part.shape.find_support(R.T @ axis) for axis in np.vstack([np.eye(3), -np.eye(3)])]
+    return np.min(corners, axis=0), np.max(corners, axis=0)

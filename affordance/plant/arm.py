@@ -37,6 +37,19 @@ class JointLimits(NamedTuple):
     v_max: Array  # on |v|, [rad/s]
     tau_max: Array  # on |tau|, [N m]
 
+    def compute_loads(self, tau: Array) -> Array:
+        """Computes torques, shape (..., num_joints), [N m], as fractions of their limits; more than 1 is too much."""
+        loads: Array = np.abs(tau) / self.tau_max
+        return loads
+
+
+class Overload(NamedTuple):
+    """Joint with a torque beyond its limit, both in [N m]."""
+
+    joint: str
+    torque: float
+    bound: float
+
 
 @dataclass(frozen=True, eq=False)
 class Arm:
@@ -79,6 +92,13 @@ class Arm:
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
             q_upper=np.maximum(q_start, self.limits.q_upper - margin),
         )
+
+    def find_overloads(self, tau: Array) -> list[Overload]:
+        """Finds the joints with a torque beyond its limit, tau of shape (num_joints,), [N m], from base to hand."""
+        found = zip(self.joint_names, np.abs(tau).tolist(), self.limits.tau_max.tolist(), strict=True)
+        return [
+            Overload(*each) for each, load in zip(found, self.limits.compute_loads(tau), strict=True) if load > 1.0
+        ]
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
         """Returns the joint angles of a posture, shape (num_joints,), [rad].

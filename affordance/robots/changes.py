@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
+from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.bounded import read_yaml
 
@@ -108,10 +109,10 @@ def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
 def read_lacks(models: Path) -> dict[str, str]:
     """Reads the reasons why tasks are infeasible, by name; empty without a record, or if files have changed since."""
     try:
-        content = yaml.safe_load((models / LACKS).read_text(encoding="utf-8"))
+        content = read_yaml(models / LACKS)
         tasks = {str(name): str(why) for name, why in content["tasks"].items()}
         return tasks if content["digest"] == _compute_digest(models) else {}
-    except (OSError, ValueError, TypeError, LookupError, AttributeError, yaml.YAMLError):
+    except (BadValueError, OSError, TypeError, LookupError, AttributeError):
         return {}  # an unreadable record is determined again
 
 

@@ -101,12 +101,12 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
     """Finds the object, scaled by a factor, that loads the arm most in its home posture."""
     arm = load_arm(models / ARM.name)
     static = StaticHold(arm)
-    empty = np.abs(static.tau_arm) / arm.limits.tau_max
+    empty = arm.limits.compute_loads(static.tau_arm)
     # Mass scales with the third power of size, its first moments with the fourth, its inertia with the fifth.
     growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
     found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0)
     for tool in list_held(models):
-        load = np.abs(static.tau_arm + static.Y @ (growth * tool.parameters)) / arm.limits.tau_max
+        load = arm.limits.compute_loads(static.tau_arm + static.Y @ (growth * tool.parameters))
         if load.max() > found.load:
             joint = arm.joint_names[int(np.argmax(load))]
             found = Holding(float(load.max()), joint, tool.name, factor**3 * tool.mass)

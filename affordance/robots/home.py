@@ -128,8 +128,7 @@ def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
     def measure(q: Array) -> HomePosture:
         reach = _measure_reach(model, shoulder, q) / length
         load, empty = (
-            float(np.max(np.abs(compute_static_torques(model, q, mass)) / limits.tau_max))
-            for mass in (TEST_MASS, 0.0)
+            float(np.max(limits.compute_loads(compute_static_torques(model, q, mass)))) for mass in (TEST_MASS, 0.0)
         )
         least = compute_mobility(model, q, np.zeros(3))
         return HomePosture(q, load, empty, *_find_payload(model, q), reach, length, least)

@@ -293,16 +293,13 @@ def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[s
     """Names the joints too weak to hold arm and tool at rest at q_start, (num_joints,), [rad], and logs a warning."""
     trial.model.set_payload(tool.parameters)
     trial.model.set_posture(q_start)
-    tau = np.abs(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
-    loads = [
-        (name, f"{name} with {torque:.3g} N m, must be at most {bound:.3g}")
-        for name, torque, bound in zip(trial.arm.joint_names, tau, trial.arm.limits.tau_max, strict=True)
-        if torque > bound
-    ]
-    if loads:
-        texts = "; ".join(text for _, text in loads)
+    overloads = trial.arm.find_overloads(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
+    if overloads:
+        texts = "; ".join(
+            f"{joint} with {tau:.3g} N m, must be at most {bound:.3g}" for joint, tau, bound in overloads
+        )
         _LOG.warning("the arm cannot hold %s: at rest its %.3g kg load %s", name_object(tool.name), tool.mass, texts)
-    return tuple(name for name, _ in loads)
+    return tuple(each.joint for each in overloads)
 
 
 def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:

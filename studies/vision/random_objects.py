@@ -5,8 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
-from affordance.objects.tool import Component, Tool
-from affordance.vision.pixels.rig import find_box
+from affordance.objects.tool import Component, Tool, find_box
 
 # Lengths of the axes of the parts, [m], and largest number of parts.
 _LENGTHS = (0.03, 0.30)
@@ -24,7 +23,7 @@ def draw_object(rng: np.random.Generator, name: str) -> Tool:
     """Draws an object: one to three ellipsoids of random sizes, directions, colours and densities."""
     while True:
         tool = Tool(name, tuple(_draw_chain(rng)))
-        low, high = find_box(tool)
+        low, high = find_box(tool.components)
         if (high - low <= _MAX_BOX).all():
             return tool
 

@@ -173,4 +173,4 @@ def test_arm_holds_what_no_joint_limit_forbids():
     most = ((arm.limits.tau_max - np.sign(load) * static.tau_arm) / np.maximum(np.abs(load), 1e-12)).min()
     own = most * np.array([0.5, 2.0, 3.0])[:, None]
     hold = PossibleHold("bar", Geometry(Phi, np.zeros((0, 10, 1))), own, np.zeros((3, 0)))
-    assert hold.compute_probability(static, arm.limits.tau_max) == pytest.approx(1.0 / 3.0)
+    assert hold.compute_probability(static, arm.limits) == pytest.approx(1.0 / 3.0)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
-import numpy as np
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
@@ -46,19 +45,15 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
     hold = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
-        for name, torque, bound in zip(arm.joint_names, np.abs(hold.tau_arm), arm.limits.tau_max, strict=True):
-            if torque > bound:  # otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool
-                problem = f"loads {name} with {torque:.3g} N m in the {posture} posture with an empty hand"
-                raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
-        tau = np.abs(hold.tau_arm + hold.Y @ tool.parameters)
-        worst = int(np.argmax(tau / arm.limits.tau_max))
-        if tau[worst] > arm.limits.tau_max[worst]:
-            raise InfeasibleError(
-                path,
-                f"tools: {tool.name}",
-                f"weighs {tool.mass:.3g} kg and loads {arm.joint_names[worst]} with {tau[worst]:.3g} N m in the "
-                f"{posture} posture, must be at most {arm.limits.tau_max[worst]:.3g} N m",
-            )
+        # Otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool.
+        for joint, torque, bound in arm.find_overloads(hold.tau_arm):
+            problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
+            raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
+        overloads = arm.find_overloads(hold.tau_arm + hold.Y @ tool.parameters)
+        if overloads:
+            joint, torque, bound = max(overloads, key=lambda each: each.torque / each.bound)
+            problem = f"weighs {tool.mass:.3g} kg and loads {joint} with {torque:.3g} N m in the {posture} posture"
+            raise InfeasibleError(path, f"tools: {tool.name}", f"{problem}, must be at most {bound:.3g} N m")
 
 
 @lru_cache(maxsize=16)

@@ -7,7 +7,6 @@ in the box that the parts fill, and errors of measuring them. The run is a likel
 updates the densities of materials as a hold in simulation does. Physically inconsistent samples are discarded.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -23,7 +22,6 @@ from affordance.identification.evidence.payload_likelihood import BodyLikelihood
 from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters
-from affordance.objects.tool import PosedShape
 from affordance.vision.features import ComponentFeatures
 
 _MAX_ITERATIONS = 50
@@ -121,15 +119,6 @@ class PartPosterior(NamedTuple):
     likelihood: Likelihood
     felt: Quadratic
     p_value: float
-
-
-def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
-    """Finds the box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
-    corners = []
-    for part in parts:
-        R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
-        corners += [p + R @ part.shape.find_support(R.T @ axis) for axis in np.vstack([np.eye(3), -np.eye(3)])]
-    return np.min(corners, axis=0), np.max(corners, axis=0)
 
 
 def infer_parts(

@@ -13,11 +13,11 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, find_box
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.pipeline import Detection, detect_parts
 from affordance.vision.pixels.rgbd import Camera, Picture
-from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, find_box, render
+from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Twice the pixels of the first Kinect and two thirds of its distance: half a millimetre per pixel. The noise is in
@@ -72,7 +72,7 @@ class CameraSensor:
         pairs = []
         for R in UPRIGHT:
             presented, turned = present(tool, R)
-            low, high = find_box(presented)
+            low, high = find_box(presented.components)
             rig = replace(self.rig, height=self.rig.height + float(high[2] - low[2]))
             pairs.append(self._take_pair((presented, turned), rig, rng))
         return tuple(pairs)
@@ -100,7 +100,7 @@ class CameraSensor:
 def find_presented_pose(tool: Tool) -> Array:
     """Returns the pose X_TP in which an object is presented, (4, 4): flat, Pz along its least extent."""
     X_TP = np.array(tool.grips[0].X_TG) if tool.grips else np.eye(4)
-    low, high = find_box(_move(tool, np.linalg.inv(X_TP)))
+    low, high = find_box(_move(tool, np.linalg.inv(X_TP)).components)
     extents = high - low
     flat = int(np.argmin(extents))
     if extents[flat] < _FLATTER * extents[2]:

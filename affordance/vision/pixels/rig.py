@@ -36,7 +36,7 @@ from affordance.drake.renderer import make_renderer
 from affordance.objects.colour import Colour
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, find_box
 from affordance.vision.pixels.rgbd import Camera, Picture
 
 _RENDERER = "vtk"
@@ -102,7 +102,7 @@ class Rig:
 
     def place(self, tool: Tool) -> Array:
         """Computes the pose X_WT of an object as it is presented, shape (4, 4), which the arm knows."""
-        low, high = find_box(tool)
+        low, high = find_box(tool.components)
         X_WT = np.eye(4)
         X_WT[:2, 3] = -0.5 * (low + high)[:2]
         X_WT[2, 3] = -low[2]
@@ -114,16 +114,6 @@ class Rig:
 
 
 DEFAULT_RIG = Rig()
-
-
-def find_box(tool: Tool) -> tuple[Array, Array]:
-    """Finds the least and largest coordinates of an object along Tx, Ty and Tz, (3,) each, [m]."""
-    points = []
-    for part in tool.components:
-        R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
-        for axis in (*np.eye(3), *-np.eye(3)):
-            points.append(p_TE + R_TE @ part.shape.find_support(R_TE.T @ axis))
-    return np.min(points, axis=0), np.max(points, axis=0)
 
 
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:

@@ -15,13 +15,13 @@ from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.identification.posterior.part_posterior import (
     NotTheSeenObjectError,
     SeenObject,
-    find_box,
     infer_parts,
 )
 from affordance.identification.settings import IdentificationSettings
 from affordance.objects.inertia import build_transform_map
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
+from affordance.objects.tool import find_box
 
 _PRIOR = Prior(1000.0, 4000.0, 100.0)
 _MATERIALS = load_materials(MODELS / "materials.yaml")

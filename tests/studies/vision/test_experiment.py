@@ -12,9 +12,10 @@ from scipy.stats import chi2
 
 from affordance.choice.ranking import Ranking
 from affordance.experiments.runner import run_experiment
+from affordance.objects.tool import find_box
 from affordance.vision.pixels.ellipsoid_fit import Fit, SeenEllipsoid
 from affordance.vision.pixels.pipeline import Detection
-from affordance.vision.pixels.rig import DEFAULT_RIG, find_box
+from affordance.vision.pixels.rig import DEFAULT_RIG
 from affordance.vision.pixels.segmentation import Segmentation
 from studies.vision import comparison
 from studies.vision import experiment as vision
@@ -226,7 +227,7 @@ def test_random_objects_are_as_is_said():
         sizes = np.concatenate([part.shape.sizes for part in tool.components])
         assert sizes.min() >= 0.015
         assert sizes.max() <= 0.15
-        low, high = find_box(tool)
+        low, high = find_box(tool.components)
         assert (high - low <= (0.55, 0.40, 0.30)).all()
         for one, other in zip(tool.components, tool.components[1:], strict=False):
             # The widest gap between planes across any direction is nothing: they touch and do not overlap.

@@ -4,14 +4,13 @@ from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
-from affordance.objects.tool import Component, Tool
+from affordance.objects.tool import Component, Tool, find_box
 from affordance.vision.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
 from affordance.vision.pixels.rig import (
     DEFAULT_RIG,
     LAMPS,
     build_rig_diagram,
     compute_shading,
-    find_box,
     render,
 )
 from studies.tools.labels import render_labels
@@ -51,7 +50,7 @@ def see_from_camera(tool, number=0) -> SeenEllipsoid:
 
 
 def test_object_lies_on_the_stand_in_the_middle_of_the_picture():
-    low, high = find_box(EGG)
+    low, high = find_box(EGG.components)
     X_WT = DEFAULT_RIG.place(EGG)
     np.testing.assert_allclose((X_WT[:3, :3] @ (0.5 * (low + high)) + X_WT[:3, 3])[:2], 0.0, atol=1e-12)
     assert X_WT[2, 3] + low[2] == pytest.approx(0.0, abs=1e-12)
