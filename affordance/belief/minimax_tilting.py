@@ -30,7 +30,7 @@ _TOLERANCE = 1e-9
 _STEP_LENGTHS = 0.5 ** np.arange(15)
 
 
-class Proposal(NamedTuple):
+class TiltedProposal(NamedTuple):
     """Distribution of proposed points, with coordinates in the order in which they are drawn.
 
     Attributes:
@@ -68,7 +68,7 @@ def compute_excess(t: Array, log_upper: Array) -> Array:
     return excess
 
 
-def build_proposal(mean: Array, covariance: Array) -> Proposal:
+def build_proposal(mean: Array, covariance: Array) -> TiltedProposal:
     """Builds the proposal with Botev's tilt.
 
     At Botev's saddle point every excess is the mean of its own proposal. With the hazards h = phi(t) / Phi(t), the
@@ -89,12 +89,12 @@ def build_proposal(mean: Array, covariance: Array) -> Proposal:
     h = forces[order] * pivots
     t = np.where(h > 0.0, -h, np.maximum(mean / pivots + U @ (U.T @ h), 0.0))
     h = _solve_saddle_point(mean / pivots, U, t)
-    proposal = Proposal(order, mean, root, U.T @ h - h, 0.0)
+    proposal = TiltedProposal(order, mean, root, U.T @ h - h, 0.0)
     # The bound is the weight of the saddle point, computed as other weights are so that rounding errors agree.
     return proposal._replace(log_bound=float(_draw(proposal, 1, lambda _, t: compute_mean_excess(t))[1][0]))
 
 
-def propose(proposal: Proposal, uniforms: Array) -> tuple[Array, Array]:
+def propose(proposal: TiltedProposal, uniforms: Array) -> tuple[Array, Array]:
     """Proposes points, (N, M), in the caller's order of coordinates, and log weights less the largest one, (N,).
 
     The uniforms are random numbers in (0, 1], (N, M).
@@ -127,7 +127,7 @@ def _compute_residual(a: Array, U: Array, t: Array) -> tuple[Array, Array, Array
     return h, e, np.linalg.solve(U, a - e) + U.T @ h
 
 
-def _draw(proposal: Proposal, num_points: int, choose: Callable[[int, Array], Array]) -> tuple[Array, Array]:
+def _draw(proposal: TiltedProposal, num_points: int, choose: Callable[[int, Array], Array]) -> tuple[Array, Array]:
     """Chooses coordinate after coordinate; returns excesses, shape (N, M), and log weights, shape (N,)."""
     z, excesses = np.empty((2, num_points, len(proposal.mean)))
     log_weights = np.zeros(num_points)

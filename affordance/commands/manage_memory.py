@@ -12,7 +12,7 @@ from affordance.files.atomic import to_plain, write_json
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
 from affordance.memory.stored_trials import Selection
-from affordance.memory.summary import Experience, MemorySummary, summarise
+from affordance.memory.summary import ExperienceSummary, MemorySummary, summarise
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.figures import save_figure
@@ -103,7 +103,7 @@ def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
 def _unfold(each: object) -> dict[str, object]:
     content: dict[str, object] = each._asdict()  # type: ignore[attr-defined]
     experience = content.pop("experience")
-    assert isinstance(experience, Experience)
+    assert isinstance(experience, ExperienceSummary)
     return {**content, **experience._asdict()}
 
 

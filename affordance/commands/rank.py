@@ -38,7 +38,7 @@ from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
-from affordance.reporting.advice_report import Question, build_content, describe_advice, name_materials
+from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
 from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
@@ -104,7 +104,7 @@ def run(arguments: argparse.Namespace) -> int:
         rng=np.random.default_rng(arguments.seed),
     )
     parts = [part.looks_like for tool in tools for part in tool.components]
-    question = Question(
+    question = AdviceQuestion(
         name,
         robot.name,
         arguments.see,

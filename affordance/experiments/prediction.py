@@ -14,7 +14,7 @@ from affordance.experiments.runner import run_observers
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.atomic import to_plain, write_json
 from affordance.protocols.people import list_spreads
-from affordance.reporting.learner_predictions import Contrast, Prediction, Spread, contrast_learners, summarise
+from affordance.reporting.learner_predictions import Contrast, PeopleSpread, Prediction, contrast_learners, summarise
 from affordance.runs.repeats import list_versions, prepare_folder
 
 # File of the predictions, in the folder of the protocol's results.
@@ -26,7 +26,7 @@ class Predicted(NamedTuple):
 
     predictions: Mapping[str, Mapping[Learner, Prediction]]
     meanings: Mapping[str, str]
-    spreads: Mapping[str, Spread]
+    spreads: Mapping[str, PeopleSpread]
     contrasts: Sequence[Contrast]
     path: Path
 
@@ -84,7 +84,7 @@ def sort_by_number(
 
 def _describe(
     predictions: Mapping[str, Mapping[Learner, Prediction]],
-    spreads: Mapping[str, Spread],
+    spreads: Mapping[str, PeopleSpread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
     """Returns the predictions as written to the file; numbers that are not finite are null."""

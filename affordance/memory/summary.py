@@ -21,7 +21,7 @@ from affordance.objects.colour import Colour
 _FRACTIONS = (0.05, 0.5, 0.95)
 
 
-class Experience(NamedTuple):
+class ExperienceSummary(NamedTuple):
     """Experience from which something is believed: trials, robots, and UTC time of the first trial, ISO 8601."""
 
     trials: int
@@ -36,7 +36,7 @@ class KnownMaterial(NamedTuple):
     median: float
     interval90: tuple[float, float]
     things: tuple[str, ...]
-    experience: Experience
+    experience: ExperienceSummary
 
 
 class KnownThing(NamedTuple):
@@ -46,7 +46,7 @@ class KnownThing(NamedTuple):
     mass: float
     mass_sd: float
     densities: tuple[float, ...]
-    experience: Experience
+    experience: ExperienceSummary
 
 
 class MemorySummary(NamedTuple):
@@ -141,8 +141,8 @@ def _describe_thing(
     return KnownThing(name, mass, float(np.sqrt(covariance[0, 0])), medians, _describe(trials))
 
 
-def _describe(trials: Sequence[TrialEvidence]) -> Experience:
-    return Experience(
+def _describe(trials: Sequence[TrialEvidence]) -> ExperienceSummary:
+    return ExperienceSummary(
         len(trials),
         tuple(sorted({trial.robot for trial in trials})),
         min((trial.time for trial in trials), default=""),

@@ -16,7 +16,7 @@ from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
 from affordance.protocols.published import Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
-from affordance.reporting.learner_predictions import Spread
+from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
 # Row of a table with the number of people.
@@ -116,7 +116,7 @@ def list_spreads(
     means: Mapping[str, float],
     objects: ProtocolObjects | None = None,
     blocks: Sequence[BlockEntry] = (),
-) -> dict[str, Spread]:
+) -> dict[str, PeopleSpread]:
     """Lists the standard deviations between people of the numbers of a protocol, where they are known.
 
     The protocol's own value comes first, then the standard deviation of people's single lifts, then that implied by a
@@ -129,24 +129,24 @@ def list_spreads(
         measured = measure_people(entries, people.lifts, objects, blocks)
     table = people.table if people.table is not None and NUM_PEOPLE in people.table.values else None
     published = list_people(entries, People(table)) if table is not None else {}
-    found: dict[str, Spread] = {}
+    found: dict[str, PeopleSpread] = {}
     for name, entry in entries.items():
         if entry.people is not None:
-            found[name] = Spread(entry.people.sd, entry.people.source)
+            found[name] = PeopleSpread(entry.people.sd, entry.people.source)
         elif name in measured and people.lifts is not None:
-            found[name] = Spread(float(measured[name].std(ddof=1)), people.lifts.path.name)
+            found[name] = PeopleSpread(float(measured[name].std(ddof=1)), people.lifts.path.name)
         elif table is not None and name in published and math.isfinite(published[name].low):
             count = table.get(NUM_PEOPLE).value
             half = 0.5 * (published[name].high - published[name].low)
             quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
-            found[name] = Spread(half * math.sqrt(count) / quantile, published[name].source)
+            found[name] = PeopleSpread(half * math.sqrt(count) / quantile, published[name].source)
         elif entry.expression is not None:
             names = [other for other in entries if other in find_names(entry.expression)]
             moving = [other for other in names if entries[other].measure not in (Measure.WEIGHT, *OF_OBJECTS)]
             if moving and all(other in found for other in moving) and all(other in means for other in names):
                 sds = {other: found[other].sd for other in moving}
                 sd = compute_error(entry.expression, {other: means[other] for other in names}, sds)
-                found[name] = Spread(sd, "calculated from the others")
+                found[name] = PeopleSpread(sd, "calculated from the others")
     return found
 
 

@@ -20,7 +20,7 @@ _LEAST_SHARE, _LEAST_PROBABILITY = 0.05, 1e-3
 _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
 
 
-class Question(NamedTuple):
+class AdviceQuestion(NamedTuple):
     """Question that an advice answers, with the names that its text uses.
 
     Attributes:
@@ -48,7 +48,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
     return lambda colour: shown.get(colour) or find_nearest_colour(colour, colours)
 
 
-def describe_advice(advice: Advice, question: Question) -> str:
+def describe_advice(advice: Advice, question: AdviceQuestion) -> str:
     """Writes an advice for a terminal; the last line, and the error, are those of ``describe_choice_of``."""
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
@@ -69,7 +69,7 @@ def describe_choice_of(advice: Advice) -> str:
     return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
 
 
-def build_content(advice: Advice, question: Question) -> dict[str, Any]:
+def build_content(advice: Advice, question: AdviceQuestion) -> dict[str, Any]:
     """Builds the JSON content of an advice; infinite numbers are null, errors those of ``describe_choice_of``."""
     criterion = advice.criterion
     options = [
@@ -108,7 +108,7 @@ def build_content(advice: Advice, question: Question) -> dict[str, Any]:
     return plain
 
 
-def _show_reasons(advice: Advice, reasons: Reasons, question: Question) -> dict[str, Any]:
+def _show_reasons(advice: Advice, reasons: Reasons, question: AdviceQuestion) -> dict[str, Any]:
     return {
         "rival": _identify(advice.ranked[reasons.rival].option),
         "materials": [{"material": name, "share": share} for name, share in _sum_shares(reasons, question).items()],
@@ -125,7 +125,7 @@ def _show_reasons(advice: Advice, reasons: Reasons, question: Question) -> dict[
     }
 
 
-def _sum_shares(reasons: Reasons, question: Question) -> dict[str, float]:
+def _sum_shares(reasons: Reasons, question: AdviceQuestion) -> dict[str, float]:
     """Sums the shares of colours that look like one material, as parts in pictures may; the largest first."""
     sums: dict[str, float] = {}
     for each in reasons.shares:
@@ -134,7 +134,7 @@ def _sum_shares(reasons: Reasons, question: Question) -> dict[str, float]:
     return dict(sorted(sums.items(), key=lambda each: -each[1]))
 
 
-def _list_turns(reasons: Reasons, question: Question) -> list[Turn]:
+def _list_turns(reasons: Reasons, question: AdviceQuestion) -> list[Turn]:
     """Lists the most probable turn of each material in each direction."""
     first: dict[tuple[str, bool], Turn] = {}
     for turn in reasons.turns:
@@ -163,7 +163,7 @@ def _say_criterion(criterion: Criterion) -> str:
     }[criterion]
 
 
-def _say_memory(question: Question) -> str:
+def _say_memory(question: AdviceQuestion) -> str:
     if not question.memory:
         return "no memory is given: nothing is known of any material, its prior decides"
     unknown = f", which knows nothing of {', '.join(question.unknown)}" if question.unknown else ""
@@ -191,7 +191,7 @@ def _tabulate(advice: Advice) -> list[str]:
     ]
 
 
-def _say_why(advice: Advice, question: Question) -> list[str]:
+def _say_why(advice: Advice, question: AdviceQuestion) -> list[str]:
     reasons = advice.reasons
     if reasons is None:
         return ["Why: no other option can do the task with the probability that is asked for."]
@@ -208,7 +208,7 @@ def _say_why(advice: Advice, question: Question) -> list[str]:
     return lines if told else [*lines, "  No density that is believed possible would change the choice by itself."]
 
 
-def _say_turn(turn: Turn, advice: Advice, question: Question) -> str:
+def _say_turn(turn: Turn, advice: Advice, question: AdviceQuestion) -> str:
     side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option)
     return (

@@ -76,7 +76,7 @@ class ExpressionOrNumber(Text):
 type Bound = Annotated[Any, ExpressionOrNumber()]
 
 
-class Criterion(DataModel):
+class ClaimCriterion(DataModel):
     """Bound on an expression; every entry of a list must meet it.
 
     A missing, infinite or NaN value, bound or intermediate result, or a list without entries, meets none.
@@ -114,7 +114,7 @@ class Claim(DataModel):
     key: Annotated[str, Text(), Field(description="Name of the claim in metrics.json.")]
     source: Annotated[str, Text(), Field(description="Source of the claim; 'ours' for a claim of the author's own.")]
     text: Annotated[str, Text(), Field(description="Statement in words.")]
-    criteria: Annotated[list[Criterion], Field(min_length=1, description="Bounds, all of which must be met.")]
+    criteria: Annotated[list[ClaimCriterion], Field(min_length=1, description="Bounds, all of which must be met.")]
 
 
 class ReportFigure(DataModel):
@@ -179,7 +179,7 @@ def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[C
     return tuple(results)
 
 
-def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any]) -> CriterionResult:
+def _judge_criterion(key: str, criterion: ClaimCriterion, numbers: Mapping[str, Any]) -> CriterionResult:
     value = evaluate(criterion.value, numbers)
     bounds = {how: evaluate(bound, numbers) for how, bound in criterion.bounds.items()}
     decided = all(comes_of_numbers(each, numbers) for each in (criterion.value, *criterion.bounds.values()))
@@ -196,7 +196,7 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
         raise AffordanceError(problem) from error
 
 
-def _show(criterion: Criterion, value: Any, bound: Any) -> str:
+def _show(criterion: ClaimCriterion, value: Any, bound: Any) -> str:
     """Formats the value in its unit, with decimals that show on which side of the bound it lies."""
     if value is None or not np.size(value):
         return "none"
@@ -215,7 +215,7 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
     return f"{_join(shown, len(entries))} {criterion.unit}".strip()
 
 
-def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
+def _show_bound(criterion: ClaimCriterion, bound: Any, *, is_computed: bool) -> str:
     """Formats the bound in the unit of the value; a bound given as a number keeps the digits it was written with."""
     if isinstance(bound, str):
         return bound

@@ -32,7 +32,7 @@ class Prediction(NamedTuple):
     values: Array
 
 
-class Spread(NamedTuple):
+class PeopleSpread(NamedTuple):
     """Standard deviation of a number between people, and its source."""
 
     sd: float
@@ -118,7 +118,7 @@ def format_predictions(
     meanings: Mapping[str, str],
     predictions: Mapping[str, Mapping[Learner, Prediction]],
     contrasts: Sequence[Contrast],
-    spreads: Mapping[str, Spread] | None = None,
+    spreads: Mapping[str, PeopleSpread] | None = None,
 ) -> str:
     """Formats predictions as a table, with spreads between people and the measure that best separates each pair."""
     lines = []

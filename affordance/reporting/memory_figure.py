@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, ScalarFormatter
 
-from affordance.memory.summary import Experience, MemorySummary
+from affordance.memory.summary import ExperienceSummary, MemorySummary
 from affordance.objects.colour import Colour
 from affordance.reporting.figures import tidy
 
@@ -49,5 +49,5 @@ def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
     return figure
 
 
-def _label(name: str, experience: Experience) -> str:
+def _label(name: str, experience: ExperienceSummary) -> str:
     return f"{name} ({experience.trials})"

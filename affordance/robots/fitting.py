@@ -49,7 +49,7 @@ _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
 _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 
 
-class Fit(NamedTuple):
+class TaskFit(NamedTuple):
     """Changes that make one task feasible, or the reason why none do; what does not apply is empty."""
 
     changes: tuple[Change, ...]
@@ -82,7 +82,7 @@ def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: Simulate
     ):
         if "objects" in lacks:
             break  # an arm that cannot hold them cannot move them
-        found: Fit = fit(models)
+        found: TaskFit = fit(models)
         apply_changes(models, found.changes)
         changes += found.changes
         if found.lack:
@@ -113,11 +113,11 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
     return found
 
 
-def fit_objects(models: Path) -> Fit:
+def fit_objects(models: Path) -> TaskFit:
     """Scales objects down if the arm cannot hold them."""
     holding = measure_holding(models)
     if holding.load <= 1.0:
-        return Fit(())
+        return TaskFit(())
     too_heavy = (
         f"{name_object(holding.object_name)} of {holding.mass:.2f} kg" if holding.object_name else "its own weight"
     ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
@@ -125,12 +125,12 @@ def fit_objects(models: Path) -> Fit:
         if measure_holding(models, factor).load <= _ENOUGH:
             why = f"{too_heavy}; masses are {factor**3:.2f} times what they were"
             files = [file for file in _ALL_TOOLS if (models / file).exists()]
-            return Fit(tuple(Change(file, SIZE_OF_TOOLS, 1.0, factor, why) for file in files))
+            return TaskFit(tuple(Change(file, SIZE_OF_TOOLS, 1.0, factor, why) for file in files))
     least = 100.0 * measure_holding(models, _FACTORS[-1]).load
-    return Fit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
+    return TaskFit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
 
 
-def fit_path(models: Path, simulate: SimulatePath) -> Fit:
+def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
     """Finds a path that the arm can follow with every novel object in every grip."""
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
@@ -142,10 +142,10 @@ def fit_path(models: Path, simulate: SimulatePath) -> Fit:
     return _fit_easier(PATH, asked, _PACES, find_lack)
 
 
-def fit_carry(models: Path) -> Fit:
+def fit_carry(models: Path) -> TaskFit:
     """Finds a path along which the arm can carry every novel object in every grip, as planned."""
     if not (models / CARRY).is_file():
-        return Fit(())
+        return TaskFit(())
     settings, asked = Settings(arm=models / ARM.name), load_task(models, "carry")
     assert isinstance(asked, Carry)
     model = ArmModel(load_arm(settings.arm))
@@ -153,7 +153,7 @@ def fit_carry(models: Path) -> Fit:
     # What cannot be borne at rest at the start cannot be carried anywhere.
     first_lack = _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings)
     if first_lack:
-        return Fit((), first_lack)
+        return TaskFit((), first_lack)
 
     def find_lack(path: TimedPath) -> str:
         return _find_lack_of_carrying(model, replace(asked, path=path), tools, settings)
@@ -161,7 +161,9 @@ def fit_carry(models: Path) -> Fit:
     return _fit_easier(CARRY, asked.path, _CARRYING_PACES, find_lack)
 
 
-def _fit_easier(file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]) -> Fit:
+def _fit_easier(
+    file: str, asked: TimedPath, paces: Sequence[float], find_lack: Callable[[TimedPath], str]
+) -> TaskFit:
     """Finds the first path without a lack: the one asked for, or an easier one."""
     first_lack = ""
     for path, why in asked.list_easier(paces, _SIZES):
@@ -169,8 +171,8 @@ def _fit_easier(file: str, asked: TimedPath, paces: Sequence[float], find_lack: 
         first_lack = first_lack or lack
         if not lack:
             explained = f"as it is {first_lack}; {why}" if first_lack else ""
-            return Fit(tuple(_list_path_changes(file, asked, path, explained)))
-    return Fit((), first_lack)
+            return TaskFit(tuple(_list_path_changes(file, asked, path, explained)))
+    return TaskFit((), first_lack)
 
 
 def _find_lack_of_carrying(model: ArmModel, task: Carry | Keep, tools: Sequence[Tool], settings: Settings) -> str:
@@ -221,7 +223,7 @@ def _list_path_changes(file: str, old: TimedPath, new: TimedPath, why: str) -> I
         yield Change(file, "duration", old.duration, new.duration, why)
 
 
-def fit_blow(models: Path, simulate: SimulateBlow) -> Fit:
+def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
     """Finds the depth and swing duration with which the arm can drive the nail by every grip of every novel object.
 
     A blow counts if it can be planned and, simulated with contact, drives the nail with the demanded force.
@@ -238,13 +240,13 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> Fit:
         if depth >= asked.nail.depth_demanded:
             break
     if duration == 0.0:
-        return Fit((), lack)
+        return TaskFit((), lack)
     changes = []
     if depth < asked.nail.depth_demanded:
         changes.append(Change(NAIL, "depth_demanded", asked.nail.depth_demanded, depth, lack))
     if duration != asked.duration:
         changes.append(Change(NAIL, "blow.duration", asked.duration, duration, lack))
-    return Fit(tuple(changes))
+    return TaskFit(tuple(changes))
 
 
 def _find_depth(

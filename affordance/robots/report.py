@@ -32,7 +32,7 @@ _MANY_WEIGHTS = 5.0
 _MANY = 12
 
 
-class Part(NamedTuple):
+class ReportPart(NamedTuple):
     """Part of the report: heading, sentences, and an optional table whose first row is its header."""
 
     heading: str
@@ -55,7 +55,7 @@ def write_report(
     write_text(models / PAGE, page)
 
 
-def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]) -> list[Part]:
+def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks: Sequence[str]) -> list[ReportPart]:
     """Lists the parts of the report that have content."""
     head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
     rows = [
@@ -79,24 +79,28 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
-        tasks = Part("Tasks", ["not adapted"])
+        tasks = ReportPart("Tasks", ["not adapted"])
     elif not fitted.changes:
-        tasks = Part("Tasks", ["paths, blow and objects are feasible" if not fitted.lacks else "nothing was changed"])
+        tasks = ReportPart(
+            "Tasks", ["paths, blow and objects are feasible" if not fitted.lacks else "nothing was changed"]
+        )
     else:
         table = [
             (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes
         ]
-        tasks = Part("Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table])
+        tasks = ReportPart(
+            "Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table]
+        )
     lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
     parts = [
-        Part("Imported", [*_list_taken(arm)], [head, *rows]),
-        Part("Home posture", holding),
-        Part("Assumed", [*_list_assumed(arm)]),
-        Part("Left out", [*list_dropped(arm)]),
-        Part("Warnings", [*list_warnings(arm, home)]),
+        ReportPart("Imported", [*_list_taken(arm)], [head, *rows]),
+        ReportPart("Home posture", holding),
+        ReportPart("Assumed", [*_list_assumed(arm)]),
+        ReportPart("Left out", [*list_dropped(arm)]),
+        ReportPart("Warnings", [*list_warnings(arm, home)]),
         tasks,
-        Part("Infeasible", lacks),
-        Part("Shapes", looks),
+        ReportPart("Infeasible", lacks),
+        ReportPart("Shapes", looks),
     ]
     return [part for part in parts if part.sentences]
 
@@ -229,7 +233,7 @@ def draw_posture(models: Path) -> Figure:
     return figure
 
 
-def _write_text(title: str, parts: Sequence[Part]) -> str:
+def _write_text(title: str, parts: Sequence[ReportPart]) -> str:
     lines = [title, "=" * len(title)]
     for part in parts:
         lines += ["", part.heading, "-" * len(part.heading), *(f"- {sentence}" for sentence in part.sentences)]

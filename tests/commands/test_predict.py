@@ -12,7 +12,7 @@ from affordance.belief.learner import Learner
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.protocol import find_number_of_observers, find_protocol
 from affordance.protocols.schema import write_protocol
-from affordance.reporting.learner_predictions import Spread, contrast_learners, format_predictions, summarise
+from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -71,7 +71,7 @@ def predict(first, second, sd):
         for learner, mean in zip((Learner.KINDS_MAP, Learner.KINDS_DRAWN), (first, second), strict=True)
     }
     predictions = {"end_N": {learner: summarise(each) for learner, each in values.items()}}
-    spreads = {} if sd is None else {"end_N": Spread(sd, "a paper")}
+    spreads = {} if sd is None else {"end_N": PeopleSpread(sd, "a paper")}
     contrasts = contrast_learners(predictions, {name: spread.sd for name, spread in spreads.items()})
     return format_predictions({}, predictions, contrasts, spreads)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.claims import COMPARISONS, Claim, Criterion, judge_claims
+from affordance.reporting.claims import COMPARISONS, Claim, ClaimCriterion, judge_claims
 
 
 def judge(value, bounds, numbers, **shown):
@@ -13,7 +13,7 @@ def judge(value, bounds, numbers, **shown):
         key="key",
         source="ours",
         text="It is so.",
-        criteria=[Criterion(name="the value", value=value, **bounds, **shown)],
+        criteria=[ClaimCriterion(name="the value", value=value, **bounds, **shown)],
     )
     (result,) = judge_claims([claim], numbers)
     assert (result.key, result.source, result.text) == ("key", "ours", "It is so.")
@@ -122,7 +122,7 @@ def test_part_that_is_not_taken_decides_nothing():
 
 
 def test_claim_is_met_if_all_its_criteria_are():
-    criteria = [Criterion(name="one", value="x", above=1.0), Criterion(name="other", value="y", above=1.0)]
+    criteria = [ClaimCriterion(name="one", value="x", above=1.0), ClaimCriterion(name="other", value="y", above=1.0)]
     claims = [
         Claim(key="first", source="paper", text="Both.", criteria=criteria),
         Claim(key="second", source="ours", text="One.", criteria=criteria[:1]),

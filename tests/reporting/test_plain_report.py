@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.reporting.claims import Claim, Criterion, ReportFigure
+from affordance.reporting.claims import Claim, ClaimCriterion, ReportFigure
 from affordance.reporting.section import PlainReport, check_names, render_report
 
 FACTS = {"repeats": 2, "camera_caption": "", "faults": "", "few_observers": "They are few."}
@@ -47,7 +47,9 @@ def make(tmp_path, *, prose=None, given=None, claims=(), names=("mass", "share",
 
 
 def claim(value, **bounds):
-    return Claim(key="key", source="ours", text="It is so.", criteria=[Criterion(name="size", value=value, **bounds)])
+    return Claim(
+        key="key", source="ours", text="It is so.", criteria=[ClaimCriterion(name="size", value=value, **bounds)]
+    )
 
 
 def test_report_is_made_of_question_figures_and_every_number(tmp_path):

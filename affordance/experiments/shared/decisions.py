@@ -32,7 +32,7 @@ from affordance.settings import Settings
 from affordance.vision.features import FeatureSource, VisionError
 
 
-class Simulated(Protocol):
+class SimulatedTask(Protocol):
     """Simulation of a task."""
 
     @property
@@ -45,7 +45,7 @@ def remove_errors(settings: Settings) -> Settings:
     return replace(settings, feature_source=FeatureSource.FEATURES, vision_error=VisionError(), faults=NO_FAULTS)
 
 
-def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
+def find_cheaper_grip(simulated: Mapping[str, SimulatedTask]) -> str:
     """Returns the name of the grip of least absolute work; all grips are known to complete the task."""
     return min(simulated, key=lambda grip: simulated[grip].work)
 
@@ -162,7 +162,7 @@ def label_choices(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray
 def compute_proportions(
     novel: Sequence[Tool],
     choices: Mapping[str, Choice],
-    simulated: Mapping[str, Mapping[str, Simulated]],
+    simulated: Mapping[str, Mapping[str, SimulatedTask]],
     off_axis: Mapping[str, float],
     arrays: Mapping[str, NDArray[Any]],
     experience: ExperienceConfig,

@@ -32,7 +32,7 @@ from affordance.vision.systems import predict_object
 _LEAST_P_VALUE = 1e-300
 
 
-class SeenObject(NamedTuple):
+class PresentedObject(NamedTuple):
     """Mass of an object, [kg], features of its parts, and the appearance by which it is recognised."""
 
     mass: float
@@ -48,7 +48,7 @@ class Presented(NamedTuple):
     """
 
     presentation: Presentation
-    seen: SeenObject
+    seen: PresentedObject
     memories: tuple[Memory, Memory]
     expected: float
     p_value: float
@@ -99,13 +99,13 @@ def describe_presentation(presented: Presented, prior: Prior) -> PresentationRow
     )
 
 
-def see(tool: Tool) -> SeenObject:
+def see(tool: Tool) -> PresentedObject:
     """Returns the visible features of an object without observation errors."""
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    return SeenObject(tool.mass, features, tuple(part.appearance for part in features))
+    return PresentedObject(tool.mass, features, tuple(part.appearance for part in features))
 
 
-def expect_mass(seen: SeenObject, memory: Memory, settings: Settings) -> float:
+def expect_mass(seen: PresentedObject, memory: Memory, settings: Settings) -> float:
     """Computes the mass at the most probable densities, [kg]; NaN where features are observed with errors."""
     if settings.feature_source is not FeatureSource.FEATURES or settings.vision_error != VisionError():
         return math.nan  # otherwise another picture or measurement would be needed

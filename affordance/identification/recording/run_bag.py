@@ -15,13 +15,13 @@ from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, check_size, check_yaml
 from affordance.files.plain_database import check_plain_tables
 from affordance.identification.recording.run import WRENCH_COLUMNS, resample
-from affordance.identification.recording.run_table import Table
+from affordance.identification.recording.run_table import RunTable
 
 type _Decode = Callable[[bytes, str], Any]
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
 
-def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> Table:
+def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> RunTable:
     """Reads the joint states of a bag, and wrenches at their times.
 
     Args:
@@ -63,7 +63,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
         parts.append(_interpolate(parts[0][:, 0], wrenches))
         columns += WRENCH_COLUMNS
     values = np.hstack(parts)
-    return Table(tuple(columns), values, np.arange(1, len(values) + 1), joint_names=names)
+    return RunTable(tuple(columns), values, np.arange(1, len(values) + 1), joint_names=names)
 
 
 def _check_files(path: Path) -> None:

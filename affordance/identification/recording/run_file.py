@@ -16,7 +16,7 @@ from affordance.identification.recording.run_entry import (
     build_column_map,
     name_columns,
 )
-from affordance.identification.recording.run_table import Table, read_netcdf, read_text
+from affordance.identification.recording.run_table import RunTable, read_netcdf, read_text
 from affordance.identification.settings import SignalKind
 
 _BAGS = (".mcap", ".db3", ".bag")
@@ -62,7 +62,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     return _build_run(path, table, columns, description_of_run, entry)
 
 
-def _find_columns(path: Path, description_file: Path, table: Table, entry: RunEntry) -> dict[str, int]:
+def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
     """Finds the places of our columns in the table."""
     names = table.names
     if isinstance(entry.columns, tuple):
@@ -106,7 +106,7 @@ def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
 
 
 def _build_run(
-    path: Path, table: Table, columns: dict[str, int], description: RunDescription, entry: RunEntry
+    path: Path, table: RunTable, columns: dict[str, int], description: RunDescription, entry: RunEntry
 ) -> Run:
     num = len(entry.joints)
 

@@ -24,7 +24,7 @@ _LONGEST_ROW = 100_000
 _LISTED, _ENOUGH_TORN = 10, 1000  # torn rows that a message names, and after which no more are looked for
 
 
-class Table(NamedTuple):
+class RunTable(NamedTuple):
     """Table of numbers.
 
     Attributes:
@@ -42,7 +42,7 @@ class Table(NamedTuple):
     joint_names: tuple[str, ...] = ()
 
 
-def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
+def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
     """Reads rows of numbers, with or without a line of names above.
 
     Args:
@@ -64,7 +64,7 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
     top = skipped + (2 if names else 1)
     whole = _read_whole(lines[1:] if names else lines, _find_delimiter(lines[0]), width)
     if whole is not None:
-        return Table(names, whole, np.arange(top, top + len(whole)))
+        return RunTable(names, whole, np.arange(top, top + len(whole)))
     samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as much
     torn: list[tuple[int, str]] = []
     for number, row in enumerate(rows if names else chain([first], rows), start=top):
@@ -81,7 +81,7 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
     if len(torn) > max_torn:
         raise _refuse_torn(path, torn, max_torn, len(numbers))
     values = np.array(samples, dtype=float).reshape(-1, width)
-    return Table(names, values, np.array(numbers, dtype=np.intp), len(torn))
+    return RunTable(names, values, np.array(numbers, dtype=np.intp), len(torn))
 
 
 def _find_delimiter(line: str) -> str:
@@ -145,7 +145,7 @@ def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
         raise BadValueError(path, f"row {number}", f"is not a row of a table: {error}") from error
 
 
-def read_netcdf(path: Path) -> Table:
+def read_netcdf(path: Path) -> RunTable:
     """Reads variables along time; those with a second dimension become NAME_1, NAME_2 and so on.
 
     Raises:
@@ -174,7 +174,7 @@ def read_netcdf(path: Path) -> Table:
     return _flatten(path, variables)
 
 
-def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:
+def _flatten(path: Path, variables: Mapping[str, Array]) -> RunTable:
     length = len(variables["time"])
     names, columns = [], []
     for name, values in variables.items():
@@ -187,7 +187,7 @@ def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:
         else:
             names += [f"{name}_{i + 1}" for i in range(values.shape[1])]
             columns += list(values.T)
-    return Table(tuple(names), np.column_stack(columns), np.arange(1, length + 1))
+    return RunTable(tuple(names), np.column_stack(columns), np.arange(1, length + 1))
 
 
 def _is_number(cell: str) -> bool:

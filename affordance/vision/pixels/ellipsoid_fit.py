@@ -74,7 +74,7 @@ class Fit(NamedTuple):
     num_readings: int
 
 
-class View(NamedTuple):
+class PartView(NamedTuple):
     """Measurements of an ellipsoid in a picture; pixels and points are given by column and row.
 
     Attributes:
@@ -155,7 +155,7 @@ def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, number
     return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
 
 
-def guess(view: View, camera: Camera) -> SeenEllipsoid:
+def guess(view: PartView, camera: Camera) -> SeenEllipsoid:
     """Estimates a first ellipsoid from moments of the readings, as if seen from far away.
 
     The covariance of a disc's points (x, y) is a quarter of the shape matrix's block; over the disc the near side is
@@ -179,7 +179,7 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
     return SeenEllipsoid(mean + np.array([0.0, 0.0, 2.0 / 3.0 * depth]), S)
 
 
-def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
+def fit_ellipsoid(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     """Fits an ellipsoid to its measurements in a picture, at least as many readings as fitted numbers.
 
     Readings are weighted by the sensor's noise at the surface angles of the fit itself, in a few rounds. Measurements
@@ -194,7 +194,7 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
     return fit
 
 
-def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
+def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     """Fits an ellipsoid as ``fit_ellipsoid`` does, except that a singular matrix raises a LinAlgError."""
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)

@@ -56,7 +56,7 @@ class Looks(NamedTuple):
 
 def find_looks(surfaces: Sequence[Surface]) -> Looks:
     """Finds the colours of an object in all views of it together."""
-    tint_labels = _split_by_tint(surfaces)
+    tint_labels = _label_tints(surfaces)
     maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
     count = 0
     for tint in range(1 + max(int(labels.max()) for labels in tint_labels)):
@@ -71,7 +71,7 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
     return Looks(looks, tuple(maps))
 
 
-def _split_by_tint(surfaces: Sequence[Surface]) -> list[Labels]:
+def _label_tints(surfaces: Sequence[Surface]) -> list[Labels]:
     """Labels the tint of each pixel of each view, -1 where there is no object."""
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
@@ -81,7 +81,7 @@ def _split_by_tint(surfaces: Sequence[Surface]) -> list[Labels]:
         seeds = np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32)
         for number in range(len(modes)):
             seeds[_open(surface.mask & (nearest == number), _STRIP, _MIN_SEED)] = number
-        result.append(_grow(seeds, nearest.astype(np.int32), surface.mask))
+        result.append(_grow_labels(seeds, nearest.astype(np.int32), surface.mask))
     return result
 
 
@@ -139,7 +139,7 @@ def _open(mask: Mask, side: int, least: int) -> Mask:
     return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 
 
-def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
+def _grow_labels(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
     """Gives every pixel of a mask the label of its nearest seed; pixels of pieces without seed keep the fallback."""
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)

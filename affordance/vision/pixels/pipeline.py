@@ -13,9 +13,9 @@ from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.ellipsoid_fit import (
     NUM_NUMBERS,
     Fit,
+    PartView,
     SeenEllipsoid,
     UndeterminedError,
-    View,
     build_strain,
     express_fit,
     fit_ellipsoid,
@@ -76,7 +76,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     return Detection(segmentation, tuple(fits), tuple(colours))
 
 
-def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> View:
+def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> PartView:
     """Collects a part's depth readings, and the points of its outline that do not border on another part."""
     mask = segmentation.labels == number
     window = find_window(mask, room=_BORDER + 1)
@@ -89,7 +89,7 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> V
     rows, columns = rows[chosen], columns[chosen]
     corner = np.array([window[1].start, window[0].start], dtype=float)
     pixels = np.column_stack([columns, rows]) + corner
-    return View(pixels, depth[rows, columns], _find_outline(mask, others) + corner)
+    return PartView(pixels, depth[rows, columns], _find_outline(mask, others) + corner)
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:

@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 
 from affordance.vision.pixels import ellipsoid_fit
 from affordance.vision.pixels.ellipsoid_fit import (
+    PartView,
     SeenEllipsoid,
     UndeterminedError,
-    View,
     build_strain,
     deform,
     fit_ellipsoid,
@@ -126,7 +126,7 @@ def test_guess_is_near_enough_to_start_from():
     assert 0.5 < volumes[0] / volumes[1] < 2.0
 
 
-def collect_view_of(ellipsoid) -> View:
+def collect_view_of(ellipsoid) -> PartView:
     picture = draw_picture([ellipsoid], [(0.7, 0.4, 0.2)])
     return collect_view(picture, segment(picture, STAND, PERFECT), 0)
 
@@ -162,7 +162,7 @@ def test_readings_of_something_else_are_left_out():
 
 def test_readings_on_a_line_determine_no_ellipsoid():
     pixels = np.column_stack([np.arange(300.0, 340.0), np.full(40, 240.0)])
-    view = View(pixels, np.full(40, 0.8), pixels)
+    view = PartView(pixels, np.full(40, 0.8), pixels)
     with pytest.raises(UndeterminedError, match="40 readings of a part lie on a line, must cover an area"):
         fit_ellipsoid(view, CAMERA, NOISY)
 
