@@ -17,13 +17,7 @@ class Carrying(PathFollowing):
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, X_WHstart: Array) -> None:
-        """Stores the path and the pose to start from.
-
-        Args:
-            path: Path relative to its start, expressed in W.
-            q_start: Joint angles at the start, shape (num_joints,), [rad].
-            X_WHstart: Pose of the hand at the start, shape (4, 4).
-        """
+        """Stores the path, in W, relative to its start, and the angles, [rad], and the hand's pose, (4, 4), there."""
         super().__init__(path, q_start=q_start, p_WFstart=X_WHstart[:3, 3], p_TF=np.zeros(3))
         self._R_WHstart = X_WHstart[:3, :3]
 

@@ -76,17 +76,10 @@ class AccelerationProgram:
             self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
-        """Solves for the accelerations.
+        """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
 
-        Args:
-            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
-            goal: Goal at the end of the horizon.
-            M: Believed mass matrix, shape (num_joints, num_joints).
-            bias: Believed torques at zero acceleration, shape (num_joints,), [N m].
-            guess: Accelerations, shape (num_steps, num_joints), [rad/s^2]; the limits that they violate are entered
-                first.
-
-        Returns: Accelerations, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
+        From x, (2 num_joints,), [rad, rad/s], with the believed mass matrix M and torques at zero acceleration, [N
+        m]. The limits that the guess, of the result's shape, violates are entered first.
         """
         # Drake aborts the process if coefficients are not finite.
         if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):

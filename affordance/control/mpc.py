@@ -88,14 +88,9 @@ class MinimumAccelerationMpc:
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
     def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans from a state to a goal.
+        """Plans from x, (2 num_joints,), [rad, rad/s], to a goal, and changes the model's state.
 
-        Args:
-            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
-            goal: Goal at the end of the horizon.
-            model: Model with the believed dynamics; its state is changed.
-
-        Returns: Optimal plan; with status FAILED, accelerations and torques of NaN.
+        With status FAILED accelerations and torques are NaN.
         """
         if self.settings.always_program:
             return self._solve_by_program(x, goal, model)
@@ -157,13 +152,9 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Looks up the accelerations of an earlier plan, if there is no new one.
+        """Looks up the accelerations, (num_joints,), [rad/s^2], of an earlier plan that was made some time ago, [s].
 
-        Args:
-            vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].
-            elapsed: Time since the plan was made, [s]; beyond its end the accelerations are zero.
-
-        Returns: Accelerations, shape (num_joints,), [rad/s^2].
+        Beyond the end of the plan, (num_steps, num_joints), they are zero.
         """
         # Control periods start at the beginnings of steps, up to rounding.
         step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)

@@ -24,14 +24,7 @@ class PathFollowing:
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, p_WFstart: Array, p_TF: Array) -> None:
-        """Stores the path and the free end.
-
-        Args:
-            path: Path relative to its start, expressed in W.
-            q_start: Joint angles at the start, shape (num_joints,), [rad].
-            p_WFstart: Position of F at the start, shape (3,), [m].
-            p_TF: Position of F in the tool, shape (3,), [m].
-        """
+        """Stores the path, in W, relative to its start, the angles, [rad], and p_WF, [m], there, and p_TF, [m]."""
         self.q_start = q_start
         self._path = path
         self._p_WFstart = p_WFstart

@@ -22,12 +22,7 @@ type StartEntry = Annotated[
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Rejects a start posture, the value of a key of a task's file, that the arm cannot take.
-
-    Raises:
-        BadValueError: There is no such joint, or it cannot take the angle; the message names the file and the joint's
-            key.
-    """
+    """Rejects a start posture, the value of a key of a task's file, that the arm cannot take, by a BadValueError."""
     for name, angle in start:
         try:
             arm.find_posture({name: angle})

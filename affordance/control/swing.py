@@ -166,17 +166,11 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool.
+    """Finds the striking point of a tool, and leaves the model at rest at the start, q_start, (num_joints,), [rad].
 
     The striking point is the middle of the striking face furthest ahead of the hand. A tool without a striking face
-    clear of the hand strikes with the point of its free part that lies furthest along the blow at its start.
-
-    Args:
-        model: Model of the arm; its state is set to rest at the start.
-        parts: Parts of the tool, posed relative to the hand.
-        q_start: Joint angles at the start, shape (num_joints,), [rad].
-        offset_W: Position of the target relative to that of the striking point at the start, shape (3,), [m].
-        direction_W: Direction of the blow, a unit vector, shape (3,).
+    clear of the hand strikes with the point of its free part that lies furthest along the blow, a unit vector, at its
+    start. The target is at an offset, (3,), [m], from the striking point at the start.
     """
     model.set_posture(q_start)
     ahead = []
@@ -200,17 +194,10 @@ def find_target(
 def plan_swing(
     model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
 ) -> Swing:
-    """Plans a swing from rest.
+    """Plans a swing from rest, searched from a guess or from the start posture, and changes the model's state.
 
-    Args:
-        model: Model of the arm; its state is changed.
-        target: Point to be struck, and the point of the tool that strikes it.
-        speed: Speed of the striking point at the strike, [m/s].
-        duration: Time from rest to the strike, [s].
-        guess: Swing from which to search; None to start from the start posture.
-
-    Raises:
-        AffordanceError: No swing within position and velocity limits strikes as demanded.
+    The speed at the strike is in [m/s], the time until then in [s]. An AffordanceError is raised where no swing
+    within position and velocity limits strikes so.
     """
     q_start, D = target.q_start, duration
     limits = model.arm.shrink_limits(_MARGIN, q_start)

@@ -16,23 +16,12 @@ class Task(Protocol):
         """Joint angles at the start, at rest, shape (num_joints,), [rad]."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses the horizon of the controller, a multiple of its control period.
-
-        Args:
-            time: Present time, [s].
-            longest: Default horizon of the controller, [s].
-
-        Returns: Horizon, at most ``longest``, [s]; zero to continue the previous plan.
-        """
+        """Chooses the horizon, at most the longest, [s], in whole periods; zero continues the previous plan."""
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal at the end of the horizon.
+        """Computes the goal at the end of the horizon, [s], from x, (2 num_joints,), [rad, rad/s].
 
-        Args:
-            model: Model of the arm; its state may be changed.
-            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
-            time: Present time, [s].
-            horizon: Time until the goal, [s].
+        The model's state may be changed.
 
-        Returns: Linear goal; matrices that do not change should be the same arrays, so that their factor is kept.
+        Matrices that do not change should be the same arrays, so that their factor is kept.
         """

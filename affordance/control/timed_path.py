@@ -42,11 +42,7 @@ class TimedPath:
     start: Start = ()
 
     def __post_init__(self) -> None:
-        """Checks points and numbers.
-
-        Raises:
-            BadArgumentError: A number is not finite or out of bounds, or there is no point.
-        """
+        """Raises a BadArgumentError for a number that is not finite or out of bounds, or for no point."""
         points = check_array("points", self.points, (None, 3))
         if not len(points):
             raise BadArgumentError("points", "", "is empty, must hold at least one point")
@@ -71,9 +67,7 @@ class TimedPath:
     def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
         """Lists the path unchanged, mirrored, slower, and last smaller, each with a description, at first empty.
 
-        Args:
-            paces: Factors on the duration, from 1.
-            sizes: Factors on the lengths, from 1.
+        Paces are factors on the duration, sizes on the lengths, both from 1.
         """
         points = np.array(self.points)
         for size in sizes:
@@ -120,11 +114,7 @@ class PathEntry(DataModel):
 
     @model_validator(mode="after")
     def check_steps(self) -> Self:
-        """Refuses a path that stands still.
-
-        Raises:
-            PydanticCustomError: Two successive points coincide.
-        """
+        """Refuses a path of which two successive points coincide."""
         steps = np.linalg.norm(np.diff(np.array(self.points), axis=0, prepend=0.0), axis=1)
         if (steps < _SEPARATION_MIN).any():
             problem = f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m"

@@ -122,13 +122,8 @@ def find_doubts(
 ) -> tuple[str, ...]:
     """Finds the reasons not to trust a belief, a sentence each; an empty tuple if there are none.
 
-    Args:
-        robot: Model of the arm, with gravity as in the runs.
-        loaded: Run with the load, joints in the order of the arm's.
-        empty: Runs with an empty hand, likewise.
-        belief: Result of the identification.
-        before: Gains as known before the loaded run, drift included, or as calibrated in it.
-        settings: Identification settings.
+    The arm has the gravity and the joints the order of the runs; gains are those before the loaded run, drift
+    included, or as calibrated in it.
     """
     if loaded.description.kind is SignalKind.WRENCH:
         return ()
@@ -289,11 +284,7 @@ def _compare_alternatives(
 
 
 def check_sensors(run: Run) -> None:
-    """Checks that the signals of moving joints change.
-
-    Raises:
-        BadValueError: One of them does not.
-    """
+    """Raises a BadValueError for a signal of a moving joint that does not change."""
     dead = (np.ptp(run.signal, axis=0) == 0.0) & (np.ptp(run.q, axis=0) > _MOVES)
     for j in np.flatnonzero(dead):
         name = run.description.joint_names[j]

@@ -129,13 +129,9 @@ def identify(
 
 
 def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
-    """Predicts a tool from its features, each part of which may be larger or smaller than it looks.
+    """Predicts a tool that a camera saw, by materials and objects met before and the prior of others.
 
-    Args:
-        tool: Tool with the parts that a camera saw.
-        memory: Belief about materials and objects met before.
-        prior: Belief about materials never met.
-        scale_sd: Relative standard deviation of the size of each part, alike in all directions.
+    The size of each part may differ from how it looks by a relative standard deviation, alike in all directions.
     """
     features = tuple(
         replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
@@ -153,20 +149,12 @@ def _scale(centre: Array, sd: float) -> Array:
 
 
 def check_reference_mass(name: str, mass: float) -> None:
-    """Checks the given mass of a load, [kg].
-
-    Raises:
-        BadArgumentError: The mass is out of bounds.
-    """
+    """Raises a BadArgumentError for a given mass of a load, [kg], that is out of bounds."""
     check_number(name, mass, *_MASSES, "kg")
 
 
 def _find_chain(arm: SerialChain | ArmOwner) -> SerialChain:
-    """Returns the chain of a robot, or the chain itself.
-
-    Raises:
-        BadArgumentError: The argument is something else.
-    """
+    """Returns the chain of a robot, or the chain itself; anything else raises a BadArgumentError."""
     if isinstance(arm, SerialChain):
         return arm
     hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"

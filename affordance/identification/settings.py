@@ -136,11 +136,7 @@ class IdentificationSettings:
     seed: Annotated[int, SEEDS] = 0
 
     def __post_init__(self) -> None:
-        """Checks the numbers against their bounds.
-
-        Raises:
-            BadArgumentError: A number is not finite, or is out of bounds.
-        """
+        """Raises a BadArgumentError for a number that is not finite or out of bounds."""
         check_fields(self)
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:

@@ -207,19 +207,9 @@ def build_replay(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
-    """Builds a Diagram that replays a run's evidence into an identifier.
+    """Builds a Diagram that replays a run's evidence into an identifier; other arguments as there.
 
-    Args:
-        robot: Model of the arm.
-        evidence: Evidence of the run, with the empty arm subtracted or in its model.
-        gains: Gains of the run, for the noise of the runs of calibration.
-        prior: Prior of gains, friction and errors of the arm's model.
-        solid: Prior of the body; None for any solid that a hand could hold.
-        placed: Object that a camera saw, in the frame of the tip; None without a camera.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-        settings: Identification settings.
-
-    Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
+    The noise of the runs of calibration is that of the gains. The Diagram's time starts with the run.
     """
     builder = DiagramBuilder()
     period = 1.0 / evidence.rate

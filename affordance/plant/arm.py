@@ -101,13 +101,9 @@ class Arm:
         ]
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
-        """Returns the joint angles of a posture, shape (num_joints,), [rad].
+        """Returns the home posture with other angles of some joints, by name, shape (num_joints,), [rad].
 
-        Args:
-            angles: Angles by joint, [rad], of the joints that are not in the home posture.
-
-        Raises:
-            AffordanceError: There is no such joint, or its limits exclude the angle.
+        A joint that the arm has not, or an angle beyond its limits, raises an AffordanceError.
         """
         q, names = np.array(self.home), self.joint_names
         for name, angle in angles.items():

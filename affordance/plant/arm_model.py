@@ -102,14 +102,9 @@ class ArmModel:
 
 
 def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
-    """Computes Y at one state, with Drake's kinematics.
+    """Computes Y at one state by Drake's kinematics, and sets the model to it.
 
-    Args:
-        model: Model of the arm; its state is set to x.
-        x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
-        vdot: Joint accelerations, shape (num_joints,), [rad/s^2].
-
-    Returns: Regressor Y, shape (num_joints, 10).
+    The state x is angles and rates, (2 num_joints,), [rad, rad/s], vdot (num_joints,), [rad/s^2], Y (num_joints, 10).
     """
     model.set_state(x)
     J = model.compute_hand_jacobian()
@@ -159,15 +154,9 @@ class HeldTorqueModel(ArmModel):
         return held
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes the torques that, held for a control period, give mean accelerations.
+        """Computes the torques that, held for a period from state x, give mean accelerations, (num_joints,), [N m].
 
         The model is left in the state at the middle of the period.
-
-        Args:
-            x: Joint angles and velocities at the period's start, (2 num_joints,), [rad, rad/s].
-            vdot: Mean accelerations, (num_joints,), [rad/s^2].
-
-        Returns: Torques, (num_joints,), [N m].
         """
         self.set_state(self._to_middle @ np.concatenate([x, vdot]))
         tau = self.compute_inverse_dynamics(vdot)

@@ -29,15 +29,7 @@ _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 def register_surface(plant: MultibodyPlant, body: RigidBody, X_BG: RigidTransform, shape: Shape, name: str) -> None:
-    """Adds a collision geometry of this material to a body, in a plant that is not yet finalized.
-
-    Args:
-        plant: Plant, registered with a scene graph.
-        body: Body B that receives the geometry.
-        X_BG: Pose of the geometry G in the body's frame.
-        shape: Shape of the geometry.
-        name: Name of the geometry, unique on the body.
-    """
+    """Adds a collision geometry G of this material, by its name on body B, to a plant that is not yet finalized."""
     material = ProximityProperties()
     AddContactMaterial(
         dissipation=DISSIPATION, point_stiffness=_SURFACE_STIFFNESS, friction=_FRICTION, properties=material

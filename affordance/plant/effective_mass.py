@@ -20,13 +20,10 @@ class EffectiveMass:
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
-        """Computes mass matrices of arm and payload.
+        """Computes mass matrices of arm and payload, and changes the model's state and payload.
 
-        Args:
-            model: Model of the arm; its state and payload are changed.
-            p_TS: Position of the striking point S, fixed to the tool, shape (3,), [m].
-            direction_W: Direction of the blow, a unit vector, shape (3,).
-            q: Joint angles at the strike, shape (num_joints,), [rad].
+        The tool strikes with its point S, p_TS (3,), [m], along a unit vector, (3,), at joint angles q,
+        (num_joints,), [rad].
         """
         n = len(q)
         model.set_payload(np.zeros(NUM_PARAMETERS))

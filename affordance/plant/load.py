@@ -57,12 +57,9 @@ def add_arm(
 
 
 def load_arm(directives: Path = ARM) -> Arm:
-    """Loads an arm without geometry, for use as an internal model.
+    """Loads an arm without geometry, for use as an internal model; an unsuitable one raises a ModelFileError.
 
     The same instance is returned as long as the arm's files do not change: users must create Contexts of their own.
-
-    Raises:
-        ModelFileError: The file cannot be loaded, or describes an unsuitable arm.
     """
     stamps = [(file, file.stat()) for file in list_arm_files(directives)]
     return _load_arm(directives, tuple((file, stamp.st_mtime_ns, stamp.st_size) for file, stamp in stamps))
@@ -75,12 +72,9 @@ def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
-    """Adds the arm of a directives file to a plant.
+    """Adds the arm of a directives file to a plant, and returns the frame H of its hand.
 
-    Returns: Frame H of the hand.
-
-    Raises:
-        ModelFileError: The file cannot be loaded or has no frame for the hand.
+    A file that cannot be loaded, or without a frame for the hand, raises a ModelFileError.
     """
     parser = Parser(plant)
     parser.SetStrictParsing()  # or a mass of nan would quietly become one of 1 kg

@@ -92,12 +92,9 @@ class Nail:
         """Computes the speed of the tip at the strike that gives a peak of the skin friction, [m/s].
 
         The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
-        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are neglected.
-
-        Args:
-            force: Peak resistance, [N]; below that at the initial depth no speed is needed.
-            effective_mass: Effective mass of the tip along the nail, 1 / (n^T J M^-1 J^T n), [kg]; any shape that
-                broadcasts.
+        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are neglected. A peak, [N],
+        below the resistance at the initial depth needs no speed; masses along the nail, [kg], are of any shape that
+        broadcasts.
         """
         lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
         stored = np.where(lost > 0.0, np.square(force) / CONTACT_STIFFNESS, 0.0)
@@ -170,11 +167,7 @@ class NailEntry(DataModel):
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:
-        """Refuses a nail that is deeper than it is long, or that would be pulled out.
-
-        Raises:
-            PydanticCustomError: A depth is out of bounds.
-        """
+        """Refuses a nail that is deeper than it is long, or that would be pulled out."""
         Within(1e-4, self.length).check(self.depth_set, "depth_set")
         Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
         return self
@@ -185,12 +178,7 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized.
-
-    Args:
-        plant: Plant that receives the nail.
-        placement: Nail and its placement.
-        name: Name of the body, joint and model instance, and prefix of the nail's elements in the world.
+    """Adds a nail to a plant that is not yet finalized; body, joint and model instance have the name.
 
     Returns: Joint along which the nail slides; its position is the distance driven since the nail was set.
     """

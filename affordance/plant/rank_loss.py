@@ -19,12 +19,9 @@ _BEND = 0.1
 
 
 def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
-    """Computes the least singular value of the translational Jacobian of a point Q of the tool, [m/rad].
+    """Computes the least singular value of the Jacobian of a point Q of the tool, [m/rad], and sets the model to q.
 
-    Args:
-        model: Model of the arm; its state is changed.
-        q: Joint angles, shape (num_joints,), [rad].
-        p_TQ: Position of Q in the tool, shape (3,), [m].
+    The angles q are (num_joints,), [rad]; the point's place p_TQ in the tool is (3,), [m].
     """
     model.set_posture(q)
     return float(np.linalg.svd(model.compute_point_jacobian(p_TQ), compute_uv=False)[-1])

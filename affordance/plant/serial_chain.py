@@ -179,11 +179,7 @@ class ArmOwner(Protocol):
 
 @functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
-    """Reads the chain from W to the tool from the plant of an arm.
-
-    Raises:
-        ModelFileError: The joints are not revolute, or do not form a serial chain.
-    """
+    """Reads the chain from W to the tool; joints that do not turn, or branch, raise a ModelFileError."""
     plant = arm.plant
     context = plant.CreateDefaultContext()
     plant.SetPositions(context, np.zeros(arm.num_joints))

@@ -51,14 +51,7 @@ class Inference(NamedTuple):
 def compute_posterior(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
 ) -> Inference:
-    """Applies Bayes' rule to the torques measured in a trial so far.
-
-    Args:
-        prior: Belief about the object before the trial.
-        statistics: Statistics of the measured torques.
-        num_joints: Number of joints.
-        noise: Errors of measured torques.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+    """Applies Bayes' rule to the torques measured in a trial so far; deviations of density in [kg/m^3].
 
     Returns: Posterior and evidence; before the first sample the prior, zero log evidence and a p-value of 1.
 

@@ -57,14 +57,10 @@ class Faults(CheckedFields):
     arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
-        """Returns the torques that faulty sensors report, shape (num_joints,), [N m].
+        """Returns the torques that faulty sensors report, of felt ones and their noise's SDs, (num_joints,), [N m].
 
-        Args:
-            felt: Torques with sensing noise, shape (num_joints,), [N m]; a sample that is NaN at every joint did not
-                arrive, and is returned as it is.
-            sd: Standard deviations of that noise, shape (num_joints,), [N m].
-            stuck: Index of ``stuck_joint``; None for no such joint.
-            seed: Seed of this sample's random faults.
+        A sample that is NaN at every joint did not arrive, and is returned as it is. The index is that of
+        ``stuck_joint``.
         """
         if np.isnan(felt).all():
             return felt.copy()
@@ -81,11 +77,7 @@ class Faults(CheckedFields):
         return reported
 
     def find_stuck(self, joint_names: Sequence[str]) -> int | None:
-        """Returns the index of the joint whose sensor is stuck, or None.
-
-        Raises:
-            BadValueError: The arm has no such joint.
-        """
+        """Returns the index of the joint with a stuck sensor, or None; an unknown one raises a BadValueError."""
         if not self.stuck_joint:
             return None
         if self.stuck_joint not in joint_names:
@@ -126,12 +118,7 @@ class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads and checks a file of named faults, and combines the requested ones.
-
-    Args:
-        path: File that maps names to the fields of Faults that differ from their defaults.
-        names: Names of the faults to switch on; an empty sequence gives NO_FAULTS.
-        joint_names: Names of the arm's joints.
+    """Reads a file that maps names to fields of Faults, and combines the named ones; NO_FAULTS without a name.
 
     Raises:
         BadValueError: The file or one of its values is wrong, a name is not in it, or two faults set one field.

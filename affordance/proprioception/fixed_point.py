@@ -40,14 +40,9 @@ type ComputeLikelihood = Callable[[Array], Likelihood]
 
 
 def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:
-    """Finds the likelihood whose errors are evaluated at the posterior mean that it leads to.
+    """Finds the likelihood whose errors are evaluated at the posterior mean, (M,), [kg/m^3], that it leads to.
 
     Among several fixed points, the plain iteration from the mean of the belief selects one if it converges.
-
-    Args:
-        belief: Belief about the M densities before the measurement.
-        compute_likelihood: Function of densities, shape (M,), [kg/m^3], that returns the likelihood with errors of
-            the size at these.
 
     Raises:
         AffordanceError: The descent does not converge; possible only for several densities with errors that are

@@ -38,16 +38,9 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Checks that an object of the given geometry could load the arm with finite measured torques.
+    """Returns ACCEPTED if an object of this geometry could load the arm with these torques, else IMPOSSIBLE.
 
-    Args:
-        tau: Measured torques, shape (num_joints,), [N m].
-        tau_arm: Torques of the arm alone, shape (num_joints,), [N m].
-        Y: Payload regressor, shape (num_joints, 10).
-        geometry: Geometry of the object, with its uncertainty.
-        noise: Errors of measured torques.
-
-    Returns: ACCEPTED or IMPOSSIBLE.
+    Measured torques, and those of the arm alone, are (num_joints,), [N m], the payload regressor Y (num_joints, 10).
     """
     heaviest = np.full(geometry.Phi.shape[1], DENSITY_MAX)
     loads = Y @ geometry.Phi * heaviest  # (num_joints, M)

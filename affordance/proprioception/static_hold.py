@@ -50,19 +50,15 @@ class StaticHold:
         num_samples: int | None = None,
         acceleration_sd: float = 0.0,
     ) -> TorqueStatistics:
-        """Draws the measured torques of an object.
+        """Draws the measured torques of an object of true densities, (M,), [kg/m^3], in the order of the belief.
 
         Args:
             belief: Belief about the object, for its geometry.
-            rho: True densities of the object, in the order of the belief, shape (M,), [kg/m^3].
+            rho: True densities.
             noise: Errors of measured torques.
             seed: Seed of all errors.
-            num_samples: Number of samples in the trial, each with errors of its own; None for one sample with only
-                the errors that last the trial.
-            acceleration_sd: Standard deviation of the error of a measured joint acceleration, constant in the trial,
-                [rad/s^2].
-
-        Returns: Statistics of the measured torques.
+            num_samples: Number of samples with errors of their own; None for one sample with only lasting errors.
+            acceleration_sd: Standard deviation of the lasting error of a measured joint acceleration, [rad/s^2].
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))

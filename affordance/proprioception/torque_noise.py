@@ -30,14 +30,9 @@ class NoiseModel(Protocol):
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Computes the likelihood of the densities given the mean features of a trial.
+        """Computes the likelihood of the densities given the mean features, (num_features,), of samples of a trial.
 
-        Args:
-            features: Mean features, shape (num_features,).
-            num_samples: Number of samples in the mean, at least 1.
-            num_joints: Number of joints.
-            geometry: Geometry of the object: Phi and its uncertainty.
-            rho: Densities at which errors that grow with torque are evaluated, shape (M,), [kg/m^3].
+        Errors that grow with torque are evaluated at densities rho, (M,), [kg/m^3].
         """
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:

@@ -41,11 +41,8 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     """Finds the joints between tip and base.
 
     Without a base the arm begins below the first joint that slides or floats, or at the first link with another limb;
-    otherwise at the robot's root.
-
-    Raises:
-        BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between
-            them is not revolute or follows another.
+    otherwise at the robot's root. A BadValueError is raised for an unknown name, a tip on a finger, a base that is
+    not above the tip, and a joint between them that is not revolute or follows another.
     """
     path = tree.description.path
     if not tip_name:

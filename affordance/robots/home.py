@@ -109,8 +109,7 @@ def _find_payload(model: ArmModel, q: Array) -> tuple[float, str]:
 def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
     """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
 
-    Raises:
-        ModelFileError: The arm has no length, or no posture with the hand level and pointing outwards was found.
+    An arm without a length, or a posture with the hand level and pointing outwards, raises a ModelFileError.
     """
     arm, rng, shoulder = model.arm, np.random.default_rng(_SEED), find_shoulder(model.arm)
     limits, fixed = arm.limits, np.array([given.get(name, np.nan) for name in arm.joint_names])

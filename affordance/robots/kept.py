@@ -138,9 +138,8 @@ def write_folder(
 
     Returns: Remarks on shapes that could not be drawn as in the file.
 
-    Raises:
-        BadValueError: The folder is not empty, or cannot be created.
-        ModelFileError: Strict parsing rejects the arm.
+    A folder that is not empty or cannot be created is a BadValueError, an arm that strict parsing rejects a
+    ModelFileError.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")

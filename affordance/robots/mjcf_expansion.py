@@ -38,12 +38,9 @@ _FEEDBACK = ("kp", "kv")
 
 
 def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
-    """Replaces every ``<include>`` by the contents of the file, which lies in the model's folder or below.
+    """Replaces every ``<include>`` by the contents of the file, in the model's folder or below; returns these files.
 
-    Returns: Included files, in the order in which they are named.
-
-    Raises:
-        BadValueError: A file is elsewhere, cannot be read, is included twice, or is nested too deeply.
+    A file that is elsewhere, cannot be read, is included twice or nested too deeply raises a BadValueError.
     """
     folder, found = path.parent.resolve(), list[Path]()
 

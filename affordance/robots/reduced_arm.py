@@ -126,9 +126,8 @@ def reduce_arm(
 ) -> ReducedArm:
     """Reduces a chain of a robot to an arm, in a context with the chain at zero and other joints frozen.
 
-    Raises:
-        BadValueError: A link of the arm has an impossible inertia, or a joint has impossible limits, no torque limit,
-            or a velocity limit of zero; or an option names a joint that the arm has not.
+    A BadValueError is raised for a link of an impossible inertia, a joint with impossible limits, no torque limit or
+    a velocity limit of zero, and an option that names a joint that the arm has not.
     """
     names = [joint.name() for joint in chain.joints]
     for option, given in (("--effort", options.effort), ("--rotor-inertia", options.rotor_inertia)):

@@ -93,9 +93,8 @@ class RobotTree:
 def build_tree(description: Description) -> RobotTree:
     """Parses a robot without geometry: no mesh is opened, and packages are not needed.
 
-    Raises:
-        BadValueError: Links and joints do not form a tree.
-        ModelFileError: Drake cannot parse the text, or no joint moves.
+    Links and joints that form no tree raise a BadValueError, a text that Drake cannot parse, or in which no joint
+    moves, a ModelFileError.
     """
     plant = MultibodyPlant(0.0)
     with _collect_remarks() as collector:

@@ -48,8 +48,6 @@ def run_clamp_and_release(
 
     The hand is clamped in its home pose, and empty: the object is handed over at release, and only the measurements
     from then on are learned from.
-
-    Returns: Record of the whole trial, and record of the clamp.
     """
     trial = runner.get_diagram(CLAMPED + duration, has_clamp=True)
     arm = trial.arm

@@ -177,11 +177,7 @@ class Observer:
         return self._trial.memory.get_memory(self._memory_context)
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial of holding an object in the arm's home posture; the seed determines every random draw.
-
-        Raises:
-            BadArgumentError: An argument is of the wrong kind or out of bounds.
-        """
+        """Runs a trial of holding an object in the home posture; the seed determines every random draw."""
         _check_trial(tool, self.memory)
         trial = self._trial
         for system in trial.diagram.GetSystems():

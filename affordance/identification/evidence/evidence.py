@@ -48,16 +48,12 @@ class ErrorModel(NamedTuple):
         return bool((statistics.counts > _count_fitted(statistics)).any())
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates the long-run variance of each channel's error from a residual, shape (C,).
+        """Estimates the long-run variance of each channel's error from a residual w^T z, w (C, 26); shape (C,).
 
         The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
         sample times the number of samples that share its error. Its lower bounds are the variance with correlation by
         the filter alone, and that of earlier runs. Where a channel has no more independent samples than are fitted to
         it, its residual shows no error, and all of its signal may be one.
-
-        Args:
-            statistics: Sums over the run.
-            weights: Weights w with w^T z the residual, shape (C, 26).
         """
         count = np.maximum(statistics.counts, 1.0)
         fitted = _count_fitted(statistics)

@@ -76,10 +76,9 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Computes the sums of products of all cells, from signals of shape (N, n) and the means of the gains.
+        """Sums the products of all cells, from signals of shape (N, n) and the means of the gains.
 
-        Raises:
-            BadValueError: A joint never moves faster than the least speed.
+        A joint that never moves faster than the least speed raises a BadValueError.
         """
         moves = np.any([(np.abs(run.v) >= settings.min_speed).any(axis=0) for run in runs], axis=0)
         if not moves.all():

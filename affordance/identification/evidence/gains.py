@@ -203,11 +203,7 @@ class _GainsEntry(DataModel):
 
 
 def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
-    """Returns the gains in the order of an arm's joints.
-
-    Raises:
-        BadValueError: A joint of the arm has no gain.
-    """
+    """Returns the gains in the order of an arm's joints; a joint without a gain raises a BadValueError."""
     missing = [name for name in joint_names if name not in gains.joint_names]
     if missing:
         raise BadValueError(path, "joints", f"are {', '.join(gains.joint_names)}, must name {', '.join(missing)}")

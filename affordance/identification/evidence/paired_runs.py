@@ -28,31 +28,19 @@ _MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 def build_paired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run that repeats the only empty one; gains apply to it later.
-
-    Raises:
-        BadValueError: There are several empty runs, or the loaded run does not repeat the empty one.
-    """
+    """Builds the evidence of a loaded run that repeats the only empty one; errors as in ``pair_runs``."""
     return pair_runs(robot, take_only(empty, "a paired analysis"), loaded, settings)
 
 
 def take_only(empty: Sequence[Run], analysis: str) -> Run:
-    """Returns the only empty run.
-
-    Raises:
-        BadValueError: There are several.
-    """
+    """Returns the only empty run; several raise a BadValueError."""
     if len(empty) > 1:
         raise BadValueError("--empty", "", f"names {len(empty)} runs, must name one for {analysis}")
     return empty[0]
 
 
 def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts an empty run from a loaded one of the same motion, by an arm with gravity as in the runs.
-
-    Raises:
-        BadValueError: The loaded run does not repeat the empty one.
-    """
+    """Subtracts an empty run from a loaded one, which must repeat its motion, or a BadValueError is raised."""
     alignment = align(empty, loaded, settings.repeat_tolerance)
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     times = np.arange(alignment.start, alignment.end, step)
@@ -97,12 +85,7 @@ class Alignment(NamedTuple):
 
 
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
-    """Finds the lag between two runs of one motion.
-
-    Args:
-        empty: Reference run, with an empty hand.
-        loaded: Run with the load, of the same joints.
-        tolerance: Largest permitted difference of a joint angle, [rad].
+    """Finds the lag of a loaded run behind an empty one; joint angles may differ by the tolerance, [rad].
 
     Raises:
         BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row

@@ -56,13 +56,9 @@ class PayloadLikelihood:
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
-        """Integrates friction out.
+        """Integrates friction out of the sums over a run.
 
-        Args:
-            statistics: Sums over the run.
-            prior: Prior of all unknowns but the payload.
-            long_run_variance: Long-run variance of each channel, shape (C,): the variance of an error times the
-                number of samples that share it.
+        The long-run variance, (C,), is that of an error times the number of samples that share it.
         """
         self.prior = prior
         # Errors that each channel's variance was estimated from.
@@ -107,17 +103,13 @@ class PayloadLikelihood:
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def count_errors(self, pi: Array, covariance: Array) -> float:
-        """Counts the degrees of freedom that estimated variances give the distance of the load from what is expected.
+        """Counts the degrees of freedom that estimated variances give the distance of a load from what is expected.
 
         The distance weighs the error of the load, H^-1 if H = sum H_c over channels c, along with errors of known
-        covariance C. With M the inverse of both, channel c makes up k_c = tr(M H^-1 H_c H^-1) of the k measured
-        numbers, and estimated its variance from n_c errors, so that the distance varies by these as if there were
-        k^2 / sum(k_c^2 / n_c) of them (Satterthwaite 1946). That variances also weigh the channels among each other
-        is left out.
-
-        Args:
-            pi: Load near which the likelihood is quadratic, shape (10,).
-            covariance: Known covariance C of what is expected of the load, shape (10, 10).
+        covariance C, (10, 10). With M the inverse of both, channel c makes up k_c = tr(M H^-1 H_c H^-1) of the k
+        measured numbers, and estimated its variance from n_c errors, so that the distance varies by these as if there
+        were k^2 / sum(k_c^2 / n_c) of them (Satterthwaite 1946). That variances also weigh the channels among each
+        other is left out. The likelihood is taken as quadratic near the load pi, (10,).
         """
         each, _ = self._linearise_channels(pi)
         H = each.sum(axis=0)

@@ -34,12 +34,9 @@ _NUM_PASSES = 4
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip; gains apply to it later.
+    """Builds the evidence of a sensor at the tip; several empty runs raise a BadValueError.
 
     Without an empty run all that is mounted on the sensor is the load.
-
-    Raises:
-        BadValueError: There are several empty runs.
     """
     runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
     analysis = "wrist sensor without a tare: everything attached to it is the load"

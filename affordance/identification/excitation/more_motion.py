@@ -38,13 +38,8 @@ def suggest_motion(
 ) -> Iterator[str]:
     """Says what four more seconds would bring for the mass, and for the first other quantity that was not seen.
 
-    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more.
-
-    Args:
-        robot: Model of the arm, with gravity as in the run.
-        belief: Result of the identification.
-        gains: Gains as known before, drift included.
-        settings: Identification settings.
+    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more. The
+    arm has the gravity of the run; gains are those known before, drift included.
     """
     fit, hidden = belief.fit, {_OF[name] for name in belief.hidden}
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:

@@ -70,9 +70,6 @@ def design_motion(
     """Designs a motion for the least standard deviation of an aim, as identification would state it; see ``search``.
 
     Returns: The motion, and what it is predicted to show.
-
-    Raises:
-        NoMotionError: None of the motions that were drawn keeps the limits.
     """
     bodies = parameters_from_theta(expectation.bodies)
 
@@ -94,8 +91,7 @@ def search(
 ) -> MotionDesign:
     """Searches the motion of the least score that keeps the limits with some bodies, shape (K, 10).
 
-    Raises:
-        NoMotionError: None of the motions that were drawn keeps the limits.
+    If none of the motions that were drawn keeps the limits, a NoMotionError is raised.
     """
     rng = np.random.default_rng(seed)
     times = list_times(family.duration)

@@ -96,12 +96,8 @@ class WeightedBodies(NamedTuple):
 def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
     """Finds the most probable body by Gauss-Newton iteration with Levenberg's damping.
 
-    The prior is approximated by the normal distribution of its mean and covariance, which has one mode.
-
-    Args:
-        likelihood: Likelihood of the run.
-        prior: Prior of the body.
-        start: Theta to start from, shape (10,); None for the result of ``guess_theta``.
+    The prior is approximated by the normal distribution of its mean and covariance, which has one mode. The start is
+    a theta, (10,), or the result of ``guess_theta``.
     """
     theta = guess_theta(likelihood, prior) if start is None else start
     load = parameters_from_theta(theta)

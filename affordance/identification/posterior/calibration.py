@@ -39,14 +39,10 @@ _STEP = 1e-4  # finite-difference step by which gains are differentiated, in sta
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
-    """Estimates gains and load friction of each joint from a load of known mass.
+    """Estimates gains and load friction of each joint from a run with a load of known mass, [kg].
 
-    Args:
-        evidence: Evidence of a run with the load.
-        reference_mass: Mass of the load, [kg]; None if the load is fully known and part of the evidence's tau_arm.
-        settings: Identification settings, for the priors of friction.
-
-    Returns: The gains; their covariance includes the uncertainty of the load's centre of mass and moments.
+    The mass is None if the load is fully known and part of the evidence's tau_arm. The covariance of the gains
+    includes the uncertainty of the load's centre of mass and moments.
     """
     solid = SolidPrior.for_hand()
     if reference_mass is not None:

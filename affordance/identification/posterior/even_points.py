@@ -30,11 +30,7 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
     """Draws points of the open unit cube, shape (num_points, size), each of which is uniformly distributed.
 
     Binary digits are multiplied by a random triangular matrix and shifted (Matousek 1998, J. Complexity 14:527).
-
-    Args:
-        rng: Random number generator of matrices and shifts.
-        num_points: Number of points, below 2^30.
-        size: Dimension, up to ``MAX_DIMENSION``.
+    There may be fewer than 2^30 points, of up to ``MAX_DIMENSION`` coordinates.
     """
     points = np.empty((num_points, size))
     for dimension in range(size):

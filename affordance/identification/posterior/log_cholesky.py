@@ -30,11 +30,7 @@ def parameters_from_theta(theta: Array) -> Array:
 
 
 def theta_from_parameters(pi: Array) -> Array:
-    """Converts ten physically consistent parameters, shape (..., 10), to theta.
-
-    Raises:
-        numpy.linalg.LinAlgError: The parameters are not those of a body of positive volume.
-    """
+    """Converts ten parameters, shape (..., 10), to theta; those of no body of positive volume raise a LinAlgError."""
     J = pseudo_inertia_from_parameters(pi)
     m = J[..., 3, 3]
     c = J[..., :3, 3] / m[..., None]

@@ -61,8 +61,7 @@ def fit_payload(
 ) -> PayloadFit:
     """Fits the most probable body, the noise, and the sign of the load that this body causes.
 
-    Raises:
-        BadValueError: No sample is used, as no joint moves fast enough.
+    If no joint moves fast enough for a sample to be used, a BadValueError is raised.
     """
     errors = evidence.describe_errors(settings)
     statistics = evidence.compute_statistics(settings)
@@ -119,9 +118,7 @@ def fit_statistics(
     start: Array | None = None,
     max_iterations: int = _MAX_ITERATIONS,
 ) -> tuple[PayloadLikelihood, Mode, Array, Array]:
-    """Fits the most probable body and the noise, each given the other, to a fixed point.
-
-    Starts from a theta of shape (10,), or from a guess.
+    """Fits the most probable body and the noise, each given the other, to a fixed point, from a theta or a guess.
 
     Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
     """

@@ -75,14 +75,10 @@ def _measure_cylinder(length: Array, radius: Array) -> Array:
 
 
 def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Array, held: Array) -> Array:
-    """Turns solids of parts along common axes, and holds them; see ``_assemble``.
+    """Turns solids of P parts along common axes, and holds them; see ``_assemble``.
 
-    Args:
-        rng: Random number generator.
-        masses: Relative masses of the parts, shape (N, P).
-        centres: Centres of the parts, shape (N, P, 3), [m].
-        squares: Mean squares of the coordinates of each part about its centre, shape (N, P, 3), [m^2].
-        held: Place of the solid's origin in the tip, shape (N, 1, 3), [m].
+    Mean squares of the coordinates of each part about its centre are (N, P, 3), [m^2], the place of the solid's
+    origin in the tip is (N, 1, 3), [m].
     """
     R, _ = np.linalg.qr(rng.standard_normal((_NUM_SOLIDS, 1, 3, 3)))
     second = R * squares[..., None, :] @ R.swapaxes(-1, -2)
@@ -90,13 +86,9 @@ def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Arra
 
 
 def _assemble(rng: np.random.Generator, masses: Array, centres: Array, second: Array) -> Array:
-    """Builds the ten parameters of solids of parts, and draws their masses, shape (N, 10).
+    """Builds the ten parameters of solids of P parts, and draws their masses, shape (N, 10).
 
-    Args:
-        rng: Random number generator.
-        masses: Relative masses of the parts, shape (N, P).
-        centres: Centres of the parts, shape (N, P, 3), [m].
-        second: Second moments of each part about its centre over its mass, shape (N, P, 3, 3), [m^2].
+    Relative masses are (N, P), centres (N, P, 3), [m], second moments about them over the mass (N, P, 3, 3), [m^2].
     """
     masses = masses * (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
     J = np.zeros((_NUM_SOLIDS, 4, 4))

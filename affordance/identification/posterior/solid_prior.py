@@ -34,13 +34,9 @@ class SolidPrior:
 
     @classmethod
     def from_samples(cls, *kinds: Array) -> "SolidPrior":
-        """Fits the prior to bodies that might be held, of one or several equally probable kinds.
+        """Fits the prior to bodies of one or several equally probable kinds, parameters (N, 10) with N well above 10.
 
-        Args:
-            kinds: Ten parameters of the bodies of each kind, shape (N, 10) with N well above 10.
-
-        Raises:
-            numpy.linalg.LinAlgError: One of the bodies is not physically consistent.
+        A body that is not physically consistent raises a numpy.linalg.LinAlgError.
         """
         thetas = [theta_from_parameters(pi) for pi in kinds]
         means = np.array([theta.mean(axis=0) for theta in thetas])

@@ -94,17 +94,10 @@ def _find_bandwidth(v: Array, rate: float) -> float:
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and takes its derivatives.
+    """Filters a run and takes its derivatives; one that is too short to be trimmed raises a BadValueError.
 
-    Args:
-        run: Recorded run.
-        settings: Settings of filter, trimming and rate.
-        cutoff: Cut-off of the filter, [Hz]; None for ``find_cutoff``.
-        times: Even times of the samples, shape (N,), [s], at about the run's own rate; None for the run's own. Both
-            ends of these are trimmed.
-
-    Raises:
-        BadValueError: The run is too short to be trimmed.
+    The cut-off, [Hz], is that of ``find_cutoff`` if None. Even times, (N,), [s], at about the run's own rate, are the
+    run's own if None; both ends of these are trimmed.
     """
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
@@ -127,15 +120,11 @@ def prepare(
 
 
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
-    """Applies a digital Butterworth filter forwards and backwards.
+    """Applies a digital Butterworth filter forwards and backwards to even samples, (N, C), at a rate, [Hz].
 
-    The numbers are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the
-    values are continued oddly about both ends, and each pass begins as if its first value had always been there.
-
-    Args:
-        values: Even samples, shape (N, C).
-        cutoff: Frequency at which either pass halves the power, [Hz].
-        rate: Sampling rate, [Hz].
+    The numbers are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values
+    are continued oddly about both ends, and each pass begins as if its first value had always been there. At the
+    cut-off, [Hz], either pass halves the power.
     """
     edge = 3 * (_ORDER + 1)
     smoothed = np.concatenate(

@@ -22,16 +22,10 @@ JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/Wrench
 
 
 def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> RunTable:
-    """Reads the joint states of a bag, and wrenches at their times.
+    """Reads the joint states of a bag, a folder or a .mcap, .db3 or .bag file, and wrenches at their times.
 
-    Args:
-        path: Folder of the bag, or its .mcap, .db3 or .bag file.
-        topic: Topic of joint states; empty for the only one in the bag.
-        wrench_topic: Topic of wrenches; empty for none.
-        is_current: True if efforts are currents.
-
-    Raises:
-        BadValueError: rosbags is not installed, or the bag cannot be read, or it has no such topic.
+    An empty topic is the only one of joint states, or no wrenches; efforts may be currents. A bag that cannot be read
+    or has no such topic raises a BadValueError, and so does a missing rosbags.
     """
     _check_files(path)
     try:
@@ -67,11 +61,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
 
 
 def _check_files(path: Path) -> None:
-    """Rejects bags that are too large, or whose database holds more than plain tables.
-
-    Raises:
-        BadValueError: A file of the bag is too large, or its database may run code.
-    """
+    """Raises a BadValueError for a bag with a file that is too large, or a database that may run code."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         check_size(file, RECORDING)

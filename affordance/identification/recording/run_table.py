@@ -43,15 +43,10 @@ class RunTable(NamedTuple):
 
 
 def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
-    """Reads rows of numbers, with or without a line of names above.
+    """Reads rows of numbers, with or without a line of names above, after a number of skipped rows.
 
-    Args:
-        path: File of text.
-        max_torn: Number of incomplete rows that may be left out.
-        skipped: Number of rows above the table.
-
-    Raises:
-        BadValueError: The file cannot be read, or has more incomplete rows; the message names all of them.
+    A file that cannot be read, or has more incomplete rows than may be left out, raises a BadValueError that names
+    them.
     """
     text = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig")
     lines = text.splitlines(keepends=True)[skipped:]
@@ -122,8 +117,7 @@ def _refuse_torn(path: Path, torn: list[tuple[int, str]], max_torn: int, num_who
 def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
     """Splits a text into the cells of each row, by the most frequent delimiter of its first line.
 
-    Raises:
-        BadValueError: A row is too long for any robot, or is not a row of a table.
+    A row that is too long for any robot, or is not a row of a table, raises a BadValueError.
     """
     delimiter = _find_delimiter(text.split("\n", 1)[0])
     number, length = skipped + 1, 0
@@ -148,8 +142,7 @@ def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
 def read_netcdf(path: Path) -> RunTable:
     """Reads variables along time; those with a second dimension become NAME_1, NAME_2 and so on.
 
-    Raises:
-        BadValueError: The file cannot be read, has no time, or has variables of other lengths.
+    A file that cannot be read, has no time, or has variables of other lengths raises a BadValueError.
     """
     import xarray  # here, as it takes a third of a second
 
