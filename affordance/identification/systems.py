@@ -12,11 +12,7 @@ from affordance.drake.sampled_system import SampledSystem
 from affordance.identification.evidence.evidence import Evidence, describe_errors
 from affordance.identification.evidence.fitted_arm import FittedArm, predict_friction
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_statistics import (
-    NUM_COLUMNS,
-    JointStatistics,
-    RunningSums,
-)
+from affordance.identification.evidence.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
 from affordance.identification.evidence.payload_likelihood import ChannelPrior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies
 from affordance.identification.posterior.part_posterior import (

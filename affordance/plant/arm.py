@@ -12,12 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import (
-    Frame,
-    Joint,
-    RigidBody,
-    SpatialInertia,
-)
+from pydrake.multibody.tree import Frame, Joint, RigidBody, SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array

@@ -7,12 +7,7 @@ import numpy as np
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, MultibodyPlant
-from pydrake.multibody.tree import (
-    Frame,
-    RevoluteJoint,
-    RigidBody,
-    SpatialInertia,
-)
+from pydrake.multibody.tree import Frame, RevoluteJoint, RigidBody, SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.exceptions import BadValueError, ModelFileError

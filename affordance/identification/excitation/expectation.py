@@ -15,12 +15,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_statistics import (
-    LOAD,
-    NUM_COLUMNS,
-    SIGNAL,
-    JointStatistics,
-)
+from affordance.identification.evidence.joint_statistics import LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.posterior.log_cholesky import compute_jacobian, parameters_from_theta
 from affordance.identification.posterior.payload_fit import build_channel_prior

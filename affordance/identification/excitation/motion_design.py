@@ -9,12 +9,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.identification.excitation.expectation import Aim, Expectation, Spread
-from affordance.identification.excitation.planned_motion import (
-    Limit,
-    LimitPlace,
-    MotionFamily,
-    list_times,
-)
+from affordance.identification.excitation.planned_motion import Limit, LimitPlace, MotionFamily, list_times
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 from affordance.identification.recording.preparation import PreparedRun
 
