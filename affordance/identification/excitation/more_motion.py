@@ -14,7 +14,7 @@ from affordance.identification.excitation.planned_motion import (
     PostureFamily,
     list_times,
 )
-from affordance.identification.posterior.marginals import QUANTITIES
+from affordance.identification.posterior.marginals import COM, QUANTITIES
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
@@ -30,6 +30,7 @@ _PACES = {
 _HELPS = 0.8  # share of the standard deviation that is left, below which a motion is worth a line
 _AIMS = ((Aim.MASS, "g", 1e3), (Aim.COM, "mm", 1e3), (Aim.INERTIA, "kg m^2", 1.0))
 _WORDS = {Aim.MASS: "mass", Aim.COM: "centre of mass", Aim.INERTIA: "moments of inertia"}
+_PLACES = {Aim.MASS: slice(0, 1), Aim.COM: COM, Aim.INERTIA: slice(4, 7)}
 _OF = {"mass": Aim.MASS, **dict.fromkeys(QUANTITIES[1:4], Aim.COM), **dict.fromkeys(QUANTITIES[4:7], Aim.INERTIA)}
 
 
@@ -38,8 +39,9 @@ def suggest_motion(
 ) -> Iterator[str]:
     """Says what four more seconds would bring for the mass, and for the first other quantity that was not seen.
 
-    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more. The
-    arm has the gravity of the run; gains are those known before, drift included.
+    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more. With a
+    drawing, a picture or a scale it says what the motion alone would tell, and only if that is more than is known.
+    The arm has the gravity of the run; gains are those known before, drift included.
     """
     fit, hidden = belief.fit, {_OF[name] for name in belief.hidden}
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
@@ -70,18 +72,28 @@ def suggest_motion(
         return
     for aim, unit, factor in (mass, *[each for each in others if each[0] in hidden][:1]):
         best = int(np.argmin([spread.get(aim) for _, spread in found]))
-        words, least = found[best][0], found[best][1].get(aim)
-        sds = [_show(factor * sd) for sd in (now.get(aim), min(least, now.get(aim)))]
-        if least < _HELPS * now.get(aim):
+        words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
+        stated, before, alone = _get_stated(belief, aim), now.get(aim), " (without what was seen or weighed)"
+        if belief.seen is None and belief.reference_mass is None:
+            before, least, alone = stated, least / before * stated, ""  # as the table has it
+        elif least >= stated:
+            continue
+        sds = [_show(factor * sd) for sd in (before, least)]
+        if least < _HELPS * before:
             yield (
                 f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {_WORDS[aim]} from {sds[0]} to "
-                f"{sds[1]} {unit}; affordance excite --for {aim.value} designs a motion"
+                f"{sds[1]} {unit}{alone}; affordance excite --for {aim.value} designs a motion"
             )
         else:
             yield (
                 f"{_SECONDS:g} s more would hardly help: the best of {len(found)} motions drawn at random ({pace}) "
-                f"leaves the SD of the {_WORDS[aim]} at {sds[1]} of {sds[0]} {unit}"
+                f"leaves the SD of the {_WORDS[aim]} at {sds[1]} of {sds[0]} {unit}{alone}"
             )
+
+
+def _get_stated(belief: PayloadBelief, aim: Aim) -> float:
+    """Returns the SD that the belief states; of three components together, the root of the sum of their squares."""
+    return float(np.linalg.norm(belief.marginals.sd[_PLACES[aim]]))
 
 
 def _show(number: float) -> str:

@@ -34,6 +34,12 @@ def test_a_short_run_is_told_what_more_would_bring(lines):
     assert 0.0 < float(found[3]) < 0.8 * float(found[2])
 
 
+def test_the_line_and_the_table_agree(robot, rng):
+    belief = run_pair(robot, rng, 0.02, 4.0)
+    line = next(note for note in belief.notes if " SD of the mass " in note)
+    assert float(re.search(r"from ([\d.]+) to", line)[1]) == pytest.approx(1e3 * belief.mass_sd, rel=0.05)
+
+
 def test_what_cannot_be_shown_is_said(lines):
     _, line = lines(1.0, 6.0)
     assert line.startswith("4 s more would hardly help: the best of 9 motions drawn at random (up to ")
