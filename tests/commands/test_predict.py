@@ -9,9 +9,9 @@ from helpers.changed_files import change_file
 from helpers.results_files import read_numbers
 
 from affordance.belief.learner import Learner
+from affordance.commands.new_protocol import write_protocol
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.protocol import find_number_of_observers, find_protocol
-from affordance.protocols.schema import write_protocol
 from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
 
 pytestmark = pytest.mark.usefixtures("unrendered")

@@ -21,6 +21,7 @@ from affordance import exceptions
 from affordance.belief.memory_file import parse_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.tasks import load_task_file
+from affordance.commands.new_protocol import write_protocol
 from affordance.control.timed_path import load_path
 from affordance.experiments.protocol_runs import load_choice_experiment, load_protocol_experiment
 from affordance.experiments.suite import load_experiment
@@ -40,7 +41,6 @@ from affordance.protocols.object_entries import build_objects
 from affordance.protocols.people_lifts import load_people_lifts
 from affordance.protocols.protocol import load_protocol
 from affordance.protocols.published import load_published
-from affordance.protocols.schema import write_protocol
 from affordance.reporting.section import load_claims, render_section
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_arm

@@ -9,6 +9,7 @@ from helpers.answers import answer
 from helpers.results_files import check_names, read_numbers
 
 from affordance.cli import main
+from affordance.commands.new_protocol import SCHEMA_FILE, build_schema, write_protocol
 from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.bounded import read_yaml
@@ -21,7 +22,6 @@ from affordance.protocols.object_entries import build_objects
 from affordance.protocols.people import People, describe_people, list_people
 from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol
 from affordance.protocols.published import load_published
-from affordance.protocols.schema import SCHEMA_FILE, build_schema, write_protocol
 
 PATH = MODELS / "protocols" / "linear_plus.yaml"
 

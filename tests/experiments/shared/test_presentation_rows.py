@@ -11,12 +11,12 @@ from helpers.short_holds import shorten
 from helpers.stacked import stack
 
 from affordance.cli import main
+from affordance.commands.new_protocol import write_protocol
 from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.presentation_rows import compute_surprise
 from affordance.protocols.people_lifts import COLUMNS
-from affordance.protocols.schema import write_protocol
 
 HEADER = "observer,lift,object,force\n"
 
