@@ -31,8 +31,8 @@ from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
+from affordance.reporting.advice_figure import draw_holds
 from affordance.reporting.figures import save_figure
-from affordance.reporting.hold_figure import draw_holds
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 

@@ -1,6 +1,8 @@
-"""Figure of an advice on tools: the tool in the hand, and what each option costs and demands."""
+"""Figures of advice: the costs and demands of options, with a tool in the hand, and the worth of objects to hold."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,7 +10,7 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.choice.demand import Criterion
-from affordance.choice.weighing import Advice, Amount, Weighed
+from affordance.choice.weighing import Advice, Weighed
 from affordance.exceptions import UnavailableError
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
@@ -24,6 +26,8 @@ _LABELS = {
 # Size of the picture, [pixels].
 _WIDTH, _HEIGHT = 420, 480
 _NAME_WIDTH = 26
+# Height of a row of a figure of holds, and of all else, [inch], and characters of a line of its title.
+_ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
 def render_choice(directives: Path, advice: Advice, tools: dict[str, Tool]) -> Image | None:
@@ -48,7 +52,9 @@ def draw_advice(advice: Advice, title: str, picture: Image | None) -> Figure:
     places = np.arange(float(len(shown)))[::-1]
     colours = [OBJECT_COLOURS[2] if each.infeasible_reason else OBJECT_COLOURS[0] for each in shown]
     scale = 100.0 if advice.criterion is Criterion.MARGIN else 1.0
-    _draw_bars(of_cost, places, [each.cost for each in shown], colours, scale)
+    means = scale * np.array([each.cost.mean for each in shown])
+    errors = np.abs(scale * np.array([[each.cost.p05, each.cost.p95] for each in shown]).T - means)
+    _draw_bars(of_cost, places, means, errors, colours)
     of_cost.set_yticks(places, [fold(_label(each), _NAME_WIDTH) for each in shown])
     of_cost.set_xlabel(f"{_LABELS[advice.criterion]}, mean and 90 % interval")
     of_probability.barh(places, [each.p_best for each in shown], color=colours, height=0.6)
@@ -62,7 +68,39 @@ def _label(weighed: Weighed) -> str:
     return f"{weighed.option.name} (not usable)" if weighed.infeasible_reason else weighed.option.name
 
 
-def _draw_bars(axes: Axes, places: Array, amounts: list[Amount], colours: list[str], scale: float) -> None:
-    means = scale * np.array([each.mean for each in amounts])
-    errors = np.abs(scale * np.array([[each.p05, each.p95] for each in amounts]).T - means)
-    axes.barh(places, means, xerr=errors, color=colours, capsize=3.0, height=0.6)
+def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours: Sequence[str]) -> None:
+    axes.barh(places, values, xerr=errors, color=colours, capsize=3.0, height=0.6)
+
+
+def draw_holds(
+    names: Sequence[str],
+    worths: Sequence[tuple[float, float]],
+    tasks: Sequence[tuple[str, float, Sequence[float]]],
+    *,
+    label: str,
+    title: str,
+) -> Figure:
+    """Draws worths, with standard errors, of K named objects, and the probability of being right before and after.
+
+    The label names the worths, with their unit. Tasks have a name, the probability that their choice is right now,
+    and that after holding each object, (K,).
+    """
+    rows = len(names)
+    figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(2.0, 1.0))
+    places, (values, errors) = np.arange(float(rows)), np.array(worths).reshape(-1, 2).T
+    _draw_bars(left, places, values, errors, [OBJECT_COLOURS[0]])
+    left.set_yticks(places, names)
+    left.set_xlabel(f"{label}, with standard error")
+    left.set_xlim(left=0.0)
+    for k, (task, now, after) in enumerate(tasks):
+        colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+        right.axvline(now, color=colour, linestyle=":")
+        right.plot(after, places, "o", color=colour, label=task)
+    right.set_xlim(0.0, 1.05)
+    right.set_xlabel("P(best) of the choice then (dotted: now)")
+    right.legend(frameon=False)
+    left.invert_yaxis()
+    figure.suptitle(fill(title, _TITLE))
+    tidy(left, right)
+    return figure
