@@ -32,7 +32,7 @@ from affordance.belief.learner import Learner, Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import FeltObject, Lesson, Memory, Recollection, tabulate_densities
 from affordance.objects.appearance import PartAppearance, is_same_object
-from affordance.objects.colour import Colour
+from affordance.objects.colour import Colour, is_same_colour
 
 # Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.214, 95 %
 # interval 0.171 to 0.244, and 0.225, 0.185 to 0.272 (`affordance study people`; docs/decisions/0026-kinds.md).
@@ -221,3 +221,22 @@ def start_memory(learner: Learner | str = Learner.DENSITY, seed: Seed = 0, kappa
     if pick is None:
         return MaterialMemory()
     return KindMemory(KindSettings(GateSettings(KAPPA[pick] if kappa is None else kappa), pick, seed))
+
+
+def count_kinds(memory: Memory) -> int:
+    """Counts the kinds that have objects; zero for a learner without kinds."""
+    return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
+
+
+def find_kind(memory: Memory, appearance: Sequence[PartAppearance]) -> int:
+    """Finds the number of an object's kind in the colour of its first part, 1 for the oldest; 0 if unknown."""
+    if not isinstance(memory, KindMemory):
+        return 0
+    place = memory.find(appearance)
+    if place is None:
+        return 0
+    known = memory.kinds.objects[place]
+    for colour, membership in zip(known.colours, known.memberships, strict=True):
+        if is_same_colour(memory.colours[colour], appearance[0].colour):
+            return 1 + memory.kinds.list_of(colour).index(membership.kind)
+    return 0

@@ -1,4 +1,4 @@
-"""Figures of learners: forces lift by lift with human data, and the memory of a learner with kinds."""
+"""Figures of learners: forces lift by lift, with human data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
-from affordance.belief.kinds_summary import KindSummary
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import estimate_mean
@@ -107,52 +106,3 @@ def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
     axes.fill_between(lifts[there], mean.low, mean.high, color=_BLACK, alpha=0.12, linewidth=0.0, zorder=0.6)
     label = f"{len(forces)} people, mean and 95 % interval"
     axes.plot(lifts[there], mean.mean, color=_BLACK, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)
-
-
-def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
-    """Draws each kind as a bar of mean ± 2 standard deviations, with its objects below.
-
-    A filled marker is an object's own density, an open one that of its kind. The label gives the object's length, the
-    number of times it was lifted as a member of the kind, and its probability of membership.
-
-    Args:
-        kinds: Kinds from ``summarise_kinds``, at least one.
-        title: Title of the figure.
-    """
-    heights = [1 + len(kind.objects) for kind in kinds]
-    figure = Figure(figsize=(8.0, 1.2 + 0.28 * (sum(heights) + len(kinds))))
-    axes = figure.subplots()
-    row, ticks, labels = 0.0, [], []
-    for number, kind in enumerate(kinds, start=1):
-        width = max(4.0 * kind.sd, 1.0)
-        axes.barh(row, width, left=kind.density - 2.0 * kind.sd, color=kind.colour, edgecolor=_BLACK, height=0.7)
-        axes.plot([kind.density, kind.density], [row - 0.35, row + 0.35], color=_BLACK, linewidth=1.4)
-        ticks.append(row)
-        most = ", most populous" if kind.is_most_populous else ""
-        labels.append(f"kind {number}{most}\n{kind.density:.0f} ± {kind.sd:.0f} kg/m³")
-        for known in kind.objects:
-            row += 1.0
-            face = kind.colour if known.has_own else "none"
-            spread = 2.0 * known.sd if known.has_own else 0.0
-            error = spread or None
-            axes.errorbar(known.density, row, xerr=error, fmt="o", color=_BLACK, markerfacecolor=face, capsize=2.0)
-            length = 200.0 * max(max(part.sizes) for part in known.appearance)
-            lifts = f"{known.num_lifts} lift{'' if known.num_lifts == 1 else 's'}"
-            axes.annotate(
-                f"object {length:.0f} cm long, {lifts}, p = {known.probability:.3f}",
-                (known.density + spread, row),
-                xytext=(9, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=FONT_SIZE - 2,
-            )
-        row += 1.6
-    axes.set_yticks(ticks, labels)
-    axes.invert_yaxis()
-    axes.set(
-        xlabel="density believed (kg/m³), with two standard deviations",
-        xlim=(0.0, 1.45 * max(float(np.max([kind.density + 2.0 * kind.sd for kind in kinds])), 1.0)),
-    )
-    axes.set_title(title, fontsize=FONT_SIZE)
-    tidy(axes)
-    return figure

@@ -13,19 +13,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import KindMemory, start_memory
-from affordance.belief.kinds_summary import count_kinds, summarise_kinds
+from affordance.belief.kind_memory import KindMemory, count_kinds, start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_files import list_arm_files
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
-from affordance.reporting.lift_figures import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
+from studies.learners.kinds_figure import draw_kinds, summarise_kinds
 from studies.study import run_kept
 
 NUM_DECOYS = 6

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.kinds_summary import count_kinds
+from affordance.belief.kind_memory import count_kinds, start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kinds_summary import find_kind
+from affordance.belief.kind_memory import find_kind
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.hold_measures import ROW

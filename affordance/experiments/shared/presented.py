@@ -11,8 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array, Arrays
-from affordance.belief.kind_memory import KAPPA
-from affordance.belief.kinds_summary import count_kinds
+from affordance.belief.kind_memory import KAPPA, count_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import begin_memory

@@ -4,12 +4,12 @@ from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 from helpers.study_runs import run_study
 
-from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.reporting.section import render_section
 from studies.learners import command as study_learners
 from studies.learners import decoy_again, honest_objects
+from studies.learners.kinds_figure import summarise_kinds
 
 
 @pytest.fixture(scope="module")

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kind_memory import KindMemory, count_kinds, find_kind
 from affordance.belief.kinds_gate import GateSettings, KindSettings
-from affordance.belief.kinds_summary import count_kinds, find_kind, summarise_kinds
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.appearance import PartAppearance
+from studies.learners.kinds_figure import summarise_kinds
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 BRASS, STEEL = (0.8, 0.6, 0.1), (0.5, 0.5, 0.6)
