@@ -93,7 +93,7 @@ class Settings:
         Within(1e-4, 0.1),
         Setting(
             "s",
-            "stable for a believed inertia 16 times the true one, with half as much again to spare: "
+            "stable for a believed inertia 16 times the true one, with a margin of a half: "
             "horizon > 2 x period x 16 (docs/decisions/0005-controller.md)",
         ),
     ] = 0.005
@@ -110,7 +110,7 @@ class Settings:
             "100 Hz by a thousandth, a hundredth of its own uncertainty (docs/decisions/0008-percept-as-state.md)",
         ),
     ] = 0.1
-    log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; decides no number")] = 0.01
+    log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; affects no result")] = 0.01
     posterior_log_period: Annotated[
         Annotated[float, _PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
     ] = None
@@ -121,8 +121,8 @@ class Settings:
         _ACCURACY,
         Setting(
             "1",
-            "each tick's step of torque starts a transient that is over before it moves anything; an integrator that "
-            "is to follow it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
+            "the step of torque in each control period starts a transient that decays before it moves anything; "
+            "resolving it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
         ),
     ] = 1e-3
     max_step_size: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1

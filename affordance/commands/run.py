@@ -107,7 +107,7 @@ def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
         value = getattr(arguments, option)
         if value is not None:
             if name in changes:
-                raise BadValueError("--set", name, f"is given with --{option}, only one of them must be")
+                raise BadValueError("--set", name, f"is given with --{option}, only one of them may be")
             changes[name] = value
     return changes
 

@@ -81,7 +81,7 @@ class Experiment(ABC):
         return observers
 
     def plan(self, jobs: int) -> Any:
-        """Plans and simulates what all observers share, or raises a BadValueError of the file that cannot be done."""
+        """Plans and simulates what all observers share; a file that cannot be carried out raises a BadValueError."""
         return None
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:

@@ -41,9 +41,7 @@ def predict_protocol(experiment: Experiment, out: Path, *, repeats: int, jobs: i
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)
     if experiment.told:
-        problem = (
-            "is given, must not be where learners are compared: with known densities learners by kinds learn nothing"
-        )
+        problem = "is given, must be omitted where learners are compared: with known densities kinds are not learned"
         raise BadValueError(experiment.section, "observers.told", problem)
     if len(experiment.learners) < 2:
         experiment = experiment.with_learners(tuple(Learner))

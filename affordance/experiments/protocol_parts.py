@@ -41,7 +41,7 @@ def apply_observers(
     named = [*protocol.settings, *changes]
     for own, name in _OWN_WORDS.items():
         if getattr(observers, own) is not None and any(each.partition(".")[0] == name for each in named):
-            problem = f"is given with observers.{own}, only one of them must be"
+            problem = f"is given with observers.{own}, only one of them may be"
             raise BadValueError(path, f"settings.{name}", problem)
     if observers.vision is not None:
         settings = replace(settings, feature_source=FeatureSource(observers.vision))
@@ -61,7 +61,7 @@ def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners
         if name not in materials:
             raise BadValueError(path, f"observers.told[{index}]", describe_choice(name, materials))
         if tuple(learners) != (Learner.DENSITY,):
-            raise BadValueError(path, "observers.told", "is given, must not be where observers learn by kinds")
+            raise BadValueError(path, "observers.told", "is given, must be omitted where observers learn by kinds")
     return tuple((materials[name].colour, materials[name].density) for name in protocol.observers.told)
 
 
@@ -71,7 +71,7 @@ def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {protocol.name}, in closed form")
     if settings.faults != NO_FAULTS:
-        problem = f"is given, must not be of {protocol.name}, whose lifts in closed form know none"
+        problem = f"is given, must be omitted for {protocol.name}, whose lifts in closed form support none"
         raise BadValueError("--fault", "", problem)
 
 
@@ -110,7 +110,7 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
         (first, _), (second, _) = list(courses)[:2]
         one, other = list(courses.values())[:2]
         what = f"a {second}" if first != second else f"a {second} of another course"
-        problem = f"is {what} after a {first} in blocks[{one}], must be like it or not measured ('measured: false')"
+        problem = f"is {what} after a {first} in blocks[{one}], must be the same or not measured ('measured: false')"
         raise BadValueError(path, f"blocks[{other}].do", problem)
 
 

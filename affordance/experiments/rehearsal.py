@@ -28,10 +28,10 @@ def check_number_names(experiment: PresentationExperiment, given: Collection[str
     for name in experiment.numbers:
         key = f"numbers.{name}"
         if name in RESERVED or name in given:
-            problem = "is called as what every run says of itself, must be called otherwise"
+            problem = "is the name of a value of every run, must be another"
             raise BadValueError(experiment.section, key, problem)
         if name in intervals:
-            problem = f"is called as the interval of {intervals[name]!r}, must be called otherwise"
+            problem = f"is the name of the interval of {intervals[name]!r}, must be another"
             raise BadValueError(experiment.section, key, problem)
 
 
@@ -93,7 +93,7 @@ def check_figures(experiment: PresentationExperiment) -> None:
         for at, group in (("of", entry.of), ("decoy", entry.decoy), ("predicted_from", entry.predicted_from)):
             if group is not None and not presented.intersection(experiment.objects.groups[group]):
                 what = "lifted from a clamp" if needed is Measure.FORCE else "moved"
-                problem = f"is {group!r}, of which nothing is {what} in a measured presentation"
+                problem = f"is {group!r}, none of which is {what} in a measured presentation"
                 raise BadValueError(experiment.section, f"{key}.{at}", problem)
     _check_captions(experiment, moves=bool(layout.find_measured(Measure.DROP).any()))
 
@@ -106,6 +106,6 @@ def _check_captions(experiment: PresentationExperiment, *, moves: bool) -> None:
     files = [f"{name}{suffix}" for name in names for suffix in _SUFFIXES]
     for index, figure in enumerate(experiment.report.given.get("figures", ())):
         if figure.file not in files:
-            shown = ", ".join(f"{name}.png" for name in names) or "none, for there are no figures"
-            problem = f"is {figure.file!r}, which nothing draws, must be one of {shown}{suggest(figure.file, files)}"
+            shown = ", ".join(f"{name}.png" for name in names) or "none, as there are no figures"
+            problem = f"is {figure.file!r}, which is not drawn, must be one of {shown}{suggest(figure.file, files)}"
             raise BadValueError(experiment.section, f"report.figures[{index}].file", problem)

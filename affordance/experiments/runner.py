@@ -42,8 +42,8 @@ from affordance.vision.pixels.camera_sensor import get_camera_sensor
 _LOG = logging.getLogger(__name__)
 
 _CAMERA_CAPTION = (
-    "What the camera saw of each object before the hand took it: colour, depth (white where there is no reading), "
-    "detected parts, and outlines of the ellipsoids fitted to them. Features came from such pictures, no others."
+    "Images of each object before it is grasped: colour, depth (white where there is no reading), detected parts, "
+    "and outlines of the ellipsoids fitted to them. Features come from such images only."
 )
 
 
@@ -161,8 +161,8 @@ def describe_faults(faults: Faults) -> str:
     if not active:
         return ""
     return (
-        f"Run with faults: {', '.join(active)}. What a task truly costs with each grip, and so which grip is "
-        "correct, is measured without them."
+        f"Run with faults: {', '.join(active)}. The true cost of a task with each grip, and so the correct "
+        "grip, is computed without faults."
     )
 
 
@@ -170,7 +170,7 @@ def describe_few_observers(repeats: int) -> str:
     """Returns a warning if claims rest on too few observers; else an empty text."""
     if repeats >= ENOUGH_OBSERVERS:
         return ""
-    return f"Claims want about {ENOUGH_OBSERVERS} observers or more; these are of {repeats}."
+    return f"Claims need about {ENOUGH_OBSERVERS} observers or more; this run has {repeats}."
 
 
 def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object]]:

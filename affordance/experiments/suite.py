@@ -200,10 +200,10 @@ def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> 
 
 
 def _check_remembers(experiment: Experiment, settings: Settings) -> None:
-    """Raises a BadValueError unless the one observer feels something, and learns as the recalled memory does."""
+    """Raises a BadValueError unless the one observer holds something, and learns as the recalled memory does."""
     means = getattr(experiment, "means", None)
     if experiment.name == "vision" or (means is not None and means.is_closed_form):
-        raise BadValueError("--memory", "", f"remembers nothing of {experiment.name}, in which nothing is felt")
+        raise BadValueError("--memory", "", f"has no effect on {experiment.name}, in which nothing is felt")
     learners = getattr(experiment, "learners", (experiment.settings.learner,))
     if tuple(learners) != (settings.learner,):
         names = ", ".join(learner.value for learner in learners)

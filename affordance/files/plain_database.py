@@ -1,4 +1,4 @@
-"""Check of SQLite files from strangers: tables, and nothing that calculates."""
+"""Check of SQLite files from others: plain tables without views, triggers or computed columns."""
 
 import re
 import sqlite3

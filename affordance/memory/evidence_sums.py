@@ -157,7 +157,7 @@ def find_material(part: PartAppearance, colours: Sequence[Colour], same_colours:
 
 
 def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> Quadratic:
-    """Computes a trial's quadratic of the ten parameters, errors evaluated at densities that it suggests alone."""
+    """Computes a trial's quadratic of the ten parameters, errors evaluated at the densities that fit it alone."""
     materials = sorted(set(columns))
     geometry = gather(trial.geometry, [materials.index(column) for column in columns], len(materials))
     broad = build_broad_belief(prior, len(materials))

@@ -52,12 +52,12 @@ class KeptSums:
         self._write_thing(connection, thing, of_object, founder)
 
     def was_founded_by(self, connection: Connection, ids: Iterable[str]) -> bool:
-        """Returns True if a colour or a thing was first met in one of some trials."""
+        """Returns True if a colour or a thing was first met in one of the given trials."""
         query = select(THINGS.c.founder).where(THINGS.c.prior == name_prior(self.prior))
         return not set(ids).isdisjoint({*self.founders, *connection.execute(query).scalars()})
 
     def renew(self, connection: Connection, things: Iterable[str], place: Path | str) -> None:
-        """Sums things anew, of which trials were forgotten, and then all materials."""
+        """Sums the evidence anew for things of which trials were forgotten, and then for all materials."""
         for thing in things:
             trials = read_thing(connection, thing, place)
             columns = self.materials.recognise(trials[0].parts)
@@ -130,7 +130,7 @@ def drop_sums(connection: Connection, prior: Prior | None = None) -> None:
 
 
 def name_prior(prior: Prior) -> str:
-    """Returns a text by which a prior is found."""
+    """Returns the key of the sums for a prior."""
     return f"{prior.mode!r} {prior.sd!r} {prior.deviation_sd!r}"
 
 

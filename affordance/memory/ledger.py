@@ -167,7 +167,7 @@ class Ledger:
             return read_thing(connection, thing, self.place)
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts the trials of a robot of this name whose arm had none of these fingerprints: it was another."""
+        """Counts the trials of a robot of this name with an arm of none of these fingerprints."""
         with connect(self._engine, self.place, writes=False) as connection:
             query = select(func.count()).select_from(TRIALS).where(TRIALS.c.robot == robot)
             changed = query.where(TRIALS.c.fingerprint.not_in(("", *fingerprints)))

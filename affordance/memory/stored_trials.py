@@ -19,7 +19,7 @@ from affordance.objects.appearance import is_same_object
 # Trials that are read or written at a time.
 BATCH = 500
 _SHORTEST_ID = 4
-# Place of a trial among all, a text that sorts as they were made.
+# Sort key of a trial, a text in the order of times.
 _ORDER = TRIALS.c.time + TRIALS.c.id
 
 
@@ -65,17 +65,17 @@ ALL = Selection()
 
 
 def get_order(trial: TrialEvidence) -> str:
-    """Returns the place of a trial among all, a text that sorts as they were made."""
+    """Returns the sort key of a trial, a text in the order of times."""
     return trial.time + trial.id
 
 
 def find_latest(connection: Connection) -> str:
-    """Returns the place of the last trial; empty if there is none."""
+    """Returns the sort key of the last trial; empty if there is none."""
     return str(connection.execute(select(func.max(_ORDER))).scalar() or "")
 
 
 def find_known(connection: Connection, ids: Sequence[str]) -> set[str]:
-    """Finds which of some trials are there, by their ids."""
+    """Finds the given ids that are stored."""
     known: set[str] = set()
     for start in range(0, len(ids), BATCH):
         query = select(TRIALS.c.id).where(TRIALS.c.id.in_(ids[start : start + BATCH]))
@@ -84,7 +84,7 @@ def find_known(connection: Connection, ids: Sequence[str]) -> set[str]:
 
 
 def insert_trials(connection: Connection, trials: Sequence[TrialEvidence], place: Path | str) -> list[str]:
-    """Inserts trials in the order of their times; returns the thing of each, right if they are later than all."""
+    """Inserts trials in the order of their times; returns the thing of each, final if they are later than all."""
     looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
     rows = []
     for trial in trials:

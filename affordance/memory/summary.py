@@ -1,4 +1,4 @@
-"""Summary of a lasting memory: what is believed of each material and each thing, and from how much."""
+"""Summary of a lasting memory: belief about each material and each thing, and the experience behind it."""
 
 from collections.abc import Sequence
 from dataclasses import replace

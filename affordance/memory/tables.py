@@ -168,7 +168,7 @@ def _make_tables(engine: Engine, place: Path | str) -> None:
 def _set_journal(engine: Engine, place: Path | str) -> None:
     """Sets the write-ahead log, which is kept in the file: readers and a writer do not wait for one another.
 
-    SQLite does not wait for other processes here, so that this does.
+    SQLite does not wait for other processes here, so this function does.
     """
     deadline = time.monotonic() + 1e-3 * _PATIENCE
     while True:
@@ -183,7 +183,7 @@ def _set_journal(engine: Engine, place: Path | str) -> None:
 
 
 def _set_up(connection: Any, _: Any) -> None:
-    """Sets a connection up: transactions begin as this module says, and what is acknowledged lies on the disk."""
+    """Configures a connection: explicit transactions, and commits that are on the disk when they return."""
     connection.isolation_level = None
     cursor = connection.cursor()
     cursor.execute(f"PRAGMA busy_timeout={_PATIENCE}")
@@ -192,6 +192,6 @@ def _set_up(connection: Any, _: Any) -> None:
 
 
 def _begin(connection: Connection) -> None:
-    """Begins a transaction; one that writes waits for others at once, as it could not later."""
+    """Begins a transaction; one that writes waits for other writers now, as it could not later."""
     writes = connection.get_execution_options().get(_WRITES, False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

@@ -1,4 +1,4 @@
-"""Evidence of one trial, as a ledger keeps it: what was seen and felt, and nothing that was believed.
+"""Evidence of one trial, as a ledger stores it: observed features and measured torques, without beliefs.
 
 Frames: T the frame in which the object's parts are given, and about whose origin its ten parameters are.
 """
@@ -167,7 +167,7 @@ _PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "sou
 
 
 class _PartEntry(DataModel):
-    """Part as a record has it."""
+    """Part in a record."""
 
     colour: list[float]
     sizes: list[float]
@@ -191,7 +191,7 @@ class _PartEntry(DataModel):
 
 
 class TrialEntry(DataModel):
-    """Record of a trial as a ledger or a file has it."""
+    """Record of a trial in a ledger or a file."""
 
     id: str
     time: str

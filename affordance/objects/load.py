@@ -250,7 +250,7 @@ def build_tools(
     for index, entry in enumerate(entries):
         place = f"{key}[{index}]"
         if entry.name in names:
-            problem = f"is {entry.name!r}, which an earlier tool of the file is called already"
+            problem = f"is {entry.name!r}, the name of an earlier tool of the file"
             raise BadValueError(path, f"{place}.name", problem)
         names.add(entry.name)
         if not chosen(entry.name):

@@ -135,17 +135,17 @@ class BlockEntry(DataModel):
         """Refuses an order that is chosen for nothing, or of what is not held, and tasks of another order."""
         if not self.is_chosen:
             if self.chosen_for is not None:
-                raise complain(f"is given, must not be of the order {self.order!r}", "chosen for")
+                raise complain(f"is given, must be omitted for the order {self.order!r}", "chosen for")
             return self
         tasks = self.chosen_for or []
         if not tasks:
             raise complain("is missing, must list the tasks for which observers choose what they hold", "chosen for")
         for index, task in enumerate(tasks):
             if task in tasks[:index]:
-                raise complain(f"is {task!r}, which stands before it already", f"chosen for[{index}]")
+                raise complain(f"is {task!r}, which is listed before it already", f"chosen for[{index}]")
         for key, given in (("gradual", self.gradual is not None), ("times", self.times > 1)):
             if given:
-                raise complain("is given, must not be where observers choose what they hold", key)
+                raise complain("is given, must be omitted where observers choose what they hold", key)
         if self.do.hold is None or not self.teaches:
             key = "teaches" if self.do.hold is not None else "do"
             raise complain("must be holds that teach where observers choose what they hold", key)

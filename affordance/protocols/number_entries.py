@@ -137,11 +137,11 @@ class NumberEntry(DataModel):
         given = self.model_fields_set - _COMMON - {"measure", "expression"}
         what = "an expression" if self.measure is None else f"the measure {self.measure.value!r}"
         for key in sorted(given - self._list_keys()):
-            raise complain(f"is given, must not be of {what}, on which it has no effect", key)
+            raise complain(f"is given, must be omitted for {what}, on which it has no effect", key)
         for ways in _ALONE:
             first, *others = sorted(ways & given, key=list(NumberEntry.model_fields).index)[:2] or [""]
             if others:
-                raise complain(f"is given, must not be together with {first!r}", others[0])
+                raise complain(f"is given, must be omitted with {first!r}", others[0])
 
     def _list_keys(self) -> set[str]:
         """Lists the keys that have an effect on such a number."""
@@ -188,5 +188,5 @@ class FigureEntry(DataModel):
         """Refuses keys that have no effect on such a figure."""
         known = {"draw", "title", *_DRAWN[self.draw]}
         for key in sorted(self.model_fields_set - known):
-            raise complain(f"is given, must not be of the figure {self.draw!r}, on which it has no effect", key)
+            raise complain(f"is given, must be omitted for the figure {self.draw!r}, on which it has no effect", key)
         return self

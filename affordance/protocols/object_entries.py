@@ -116,7 +116,7 @@ class ObjectsEntry(DataModel):
         if self.file is None and self.tools is None and self.cylinders is None:
             raise complain("has no objects, must have 'file', 'tools' or 'cylinders'")
         if ALL in self.groups:
-            raise complain("is the group of all objects, must be called otherwise", f"groups.{ALL}")
+            raise complain("is the name of the group of all objects, must be another", f"groups.{ALL}")
         return self
 
 

@@ -53,7 +53,7 @@ def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[Blo
             raise BadValueError(path, f"row {number}", f"has {len(cells)} columns, must have {len(header)}")
         row = dict(zip(header, cells, strict=True))
         if not row["observer"].strip():
-            raise BadValueError(path, f"row {number}, observer", "is empty, must say who it was")
+            raise BadValueError(path, f"row {number}, observer", "is empty, must name the person")
         lift = read_number(path, number, "lift", row["lift"])
         force, mass = (
             read_number(path, number, column, row[column]) if row.get(column, "").strip() else math.nan

@@ -86,7 +86,7 @@ class ObserversEntry(DataModel):
         learners = self.learners or []
         for index, learner in enumerate(learners):
             if learner in learners[:index]:
-                raise complain(f"is {learner.value!r}, which stands before it already", f"learners[{index}]")
+                raise complain(f"is {learner.value!r}, which is listed before it already", f"learners[{index}]")
         return self
 
 
@@ -134,9 +134,7 @@ class Protocol(DataModel):
         names = [block.name for block in self.blocks]
         for index, block in enumerate(self.blocks):
             if block.name in names[:index]:
-                raise complain(
-                    f"is {block.name!r}, which an earlier block is called already", f"blocks[{index}].name"
-                )
+                raise complain(f"is {block.name!r}, the name of an earlier block", f"blocks[{index}].name")
             if block.ask_after_each and (block.do.choose is None or index == 0):
                 problem = "is true, must be false but of a choice with a block before it"
                 raise complain(problem, f"blocks[{index}].ask_after_each")
@@ -164,18 +162,20 @@ class Protocol(DataModel):
             raise complain(f"{problem} in blocks[{chosen[0]}]", "novel")
         if not self.has_choices:
             if self.novel is not None and not chosen:
-                raise complain("is given, must not be without a block that chooses about these objects", "novel")
+                raise complain("is given, must be omitted without a block that chooses about these objects", "novel")
             if not any(block.measured for block in self.blocks):
                 raise complain("has no block that is measured, must have at least one", "blocks")
             return
         for key in ("numbers", "figures", "published", "people"):
             if getattr(self, key):
-                problem = "is given, must not be of choices: their numbers and figures are those of Simulation III"
+                problem = (
+                    "is given, must be omitted for choices, whose numbers and figures are those of Simulation III"
+                )
                 raise complain(problem, key)
         for index, block in enumerate(self.blocks):
             ignored = block.model_fields_set & {"repetitions", "order", "first", "times", "gradual"}
             if block.do.choose is not None and ignored:
-                problem = "is given, must not be of a choice, on which it has no effect"
+                problem = "is given, must be omitted for a choice, on which it has no effect"
                 raise complain(problem, f"blocks[{index}].{min(ignored)}")
 
     @property

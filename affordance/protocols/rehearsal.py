@@ -82,7 +82,7 @@ def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, im
         if measure is not None and not layout.find_measured(measure).any():
             known = [each.value for each in layout.list_measures()]
             how = " in closed form" if layout.is_closed_form else ""
-            problem = f"of presentations such as these{how} {describe_choice(measure.value, known)}"
+            problem = f"for these presentations{how} {describe_choice(measure.value, known)}"
             raise BadValueError(path, f"{key}.{at}", problem)
     assert entry.measure is not None
     taken = find_taken(entry, entry.measure, imagined)
@@ -91,7 +91,7 @@ def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, im
     presented = select_presentations(presented, presented, group)
     count = presented.shape[1]
     if count == 0:
-        problem = f"is {entry.of!r}, of which no presentation is measured so"
+        problem = f"is {entry.of!r}, in no presentation of which the measure is taken"
         raise BadValueError(path, f"{key}.of", problem)
     count += entry.measure in MOMENTS
     count -= entry.growth

@@ -1,4 +1,4 @@
-"""Advice on tools in words and as JSON: the ranking, why it is so, what would change it, and what to take."""
+"""Advice on tools in words and as JSON: the ranking with its reasons, what would change it, and the choice."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -64,7 +64,7 @@ def describe_advice(advice: Advice, question: AdviceQuestion) -> str:
 
 
 def describe_choice_of(advice: Advice) -> str:
-    """Says in a sentence what to take, its cost and how certain that is; nothing usable is an AffordanceError."""
+    """Describes the option to take, its cost and its certainty; nothing usable is an AffordanceError."""
     best = advice.best
     return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
 
@@ -165,9 +165,9 @@ def _say_criterion(criterion: Criterion) -> str:
 
 def _say_memory(question: AdviceQuestion) -> str:
     if not question.memory:
-        return "no memory is given: nothing is known of any material, its prior decides"
-    unknown = f", which knows nothing of {', '.join(question.unknown)}" if question.unknown else ""
-    return f"by the memory {question.memory}{unknown}"
+        return "no memory is given: all materials have the prior"
+    unknown = f", which has no evidence about {', '.join(question.unknown)}" if question.unknown else ""
+    return f"with the memory {question.memory}{unknown}"
 
 
 def _tabulate(advice: Advice) -> list[str]:
@@ -194,18 +194,18 @@ def _tabulate(advice: Advice) -> list[str]:
 def _say_why(advice: Advice, question: AdviceQuestion) -> list[str]:
     reasons = advice.reasons
     if reasons is None:
-        return ["Why: no other option can do the task with the probability that is asked for."]
+        return ["Why: no other option can do the task with the required probability."]
     best, rival = advice.ranked[0], advice.ranked[reasons.rival]
     against = f"Why {_name(best.option)} rather than {_name(rival.option)}:"
     shares = {name: share for name, share in _sum_shares(reasons, question).items() if share >= _LEAST_SHARE}
     if not shares:
-        lines = [f"{against} no material's density matters to the difference."]
+        lines = [f"{against} no material's density affects the difference."]
     else:
         parts = [f"{name} ({_percent(share)})" for name, share in shares.items()]
-        lines = [f"{against} what is uncertain of their difference is the density of {' and '.join(parts)}."]
+        lines = [f"{against} the uncertainty of their difference is due to the density of {' and '.join(parts)}."]
     told = [turn for turn in _list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
     lines += [f"  {_say_turn(turn, advice, question)}" for turn in told]
-    return lines if told else [*lines, "  No density that is believed possible would change the choice by itself."]
+    return lines if told else [*lines, "  No plausible density would change the choice by itself."]
 
 
 def _say_turn(turn: Turn, advice: Advice, question: AdviceQuestion) -> str:

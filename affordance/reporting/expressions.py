@@ -32,13 +32,13 @@ def take(value: Any) -> Any:
             raise ValueError("its texts are too long to be compared")
         value = np.array(value)
     if isinstance(value, np.ndarray) and value.dtype.kind not in "biufU":
-        raise TypeError("its entries are no numbers")
+        raise TypeError("its entries are not numbers")
     return value
 
 
 def _list_values(mapping: Any) -> Any:
     if not isinstance(mapping, Mapping):
-        raise TypeError("values() wants numbers by name")
+        raise TypeError("values() needs numbers by name")
     return take(list(mapping.values()))
 
 
@@ -52,7 +52,7 @@ def _divide_by(divide: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
     return lambda value, by: divide(value, by if np.all(by) else np.asarray(by, dtype=float)[()])
 
 
-# What expressions may call, with the number of arguments.
+# Functions that expressions may call, with the number of arguments.
 FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
     "abs": (np.abs, 1),
     "all": (_reduce_by(np.all), 1),
@@ -178,7 +178,7 @@ def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
             yield from _list_problems_of_call(name, len(arguments), has_others=bool(keywords))
         case _ if not _is_known(node):
-            yield f"it has a {type(node).__name__.lower()}, which expressions have not"
+            yield f"it has a {type(node).__name__.lower()}, which expressions may not have"
     for part in ast.iter_child_nodes(node):
         if isinstance(part, ast.expr):
             yield from _list_problems(part, deepest - 1)

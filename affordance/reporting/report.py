@@ -30,11 +30,11 @@ _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 # Name of the program's own models in a setup; their arm is the paper's.
 OWN_MODELS = "those of the program"
-# Page that says what was chosen after an outcome was seen, in a clone.
+# Page that lists what was chosen after an outcome was seen, in a clone.
 _TRUST = MODELS.parent / "docs" / "trust.md"
 # Result of the study of robustness, in a clone.
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
-# Space between a number and its unit, at which no line is to end.
+# Space between a number and its unit, at which no line may break.
 _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
 # Further files of an experiment that are linked where they exist.
 _LINKS = {
@@ -56,7 +56,7 @@ def remove_section(folder: Path) -> None:
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Records by name why experiments are left out of a folder of results; those that are done leave the record."""
+    """Records why experiments are left out of a folder of results, by name; completed ones leave the record."""
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
         write_json(folder / _LEFT_OUT, kept)

@@ -23,7 +23,7 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def open_eye(source: FeatureSource, error: VisionError) -> Eye:
-    """Returns the eye that settings name; arguments as for ``observe``."""
+    """Returns the eye for a source of features; arguments as for ``observe``."""
     return lambda tool, rng: observe(tool, source, error, rng)
 
 

@@ -35,7 +35,7 @@ def known(tmp_path: Path) -> list[object]:
 
 def test_memory_decides_and_the_last_line_says_what_to_take(known: list[object]) -> None:
     title, header, first, *_, last = answer(*ONE, *known).lines
-    assert title.endswith("by the memory m.sqlite")
+    assert title.endswith("with the memory m.sqlite")
     assert header.startswith(" ")
     assert "P(feasible)  torque share" in header
     assert first.split()[:3] == ["machinist", "hammer,", "head"]
@@ -45,8 +45,8 @@ def test_memory_decides_and_the_last_line_says_what_to_take(known: list[object])
 
 def test_without_a_memory_it_says_that_it_knows_nothing() -> None:
     said = answer(*ONE).out
-    assert "no memory is given: nothing is known of any material, its prior decides" in said
-    assert "is the density of oak (" in said
+    assert "no memory is given: all materials have the prior" in said
+    assert "is due to the density of oak (" in said
     assert "the machinist hammer choked would be better." in said
 
 
@@ -73,7 +73,7 @@ def test_json_has_all_numbers_and_writes_nothing_else(known: list[object]) -> No
 
 def test_what_a_memory_lacks_is_named(tmp_path: Path) -> None:
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0})
-    assert "by the memory m.sqlite, which knows nothing of oak" in answer(*ONE, "--memory", path).out
+    assert "with the memory m.sqlite, which has no evidence about oak" in answer(*ONE, "--memory", path).out
 
 
 def test_results_are_written_with_a_picture(
@@ -184,7 +184,7 @@ def test_task_of_a_file_is_done_by_any_robot(robot: Path, known: list[object], t
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 1.0}\n")
     words = ["rank", *ONE[2:], *known, "--task", path, "--robot", robot]
     first, *_, last = answer(*words, "--by", "effort").lines
-    assert first.startswith("aside with two_arms, compared by the joints' expected effort; by the memory m.sqlite")
+    assert first.startswith("aside with two_arms, compared by the joints' expected effort; with the memory m.sqlite")
     assert last.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
     assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err

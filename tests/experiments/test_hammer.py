@@ -98,7 +98,7 @@ def find_table(section, title):
 
 def test_words_of_the_section_follow_its_numbers(experiment, plan, numbers):
     remarks = " ".join(render(experiment, plan, numbers, p_light_end_held=0.123).remarks)
-    assert "Claims want about 20 observers" in remarks
+    assert "Claims need about 20 observers" in remarks
     assert "Of 100 choices by densities from the prior 12.3 grip" in remarks
 
 

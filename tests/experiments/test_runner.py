@@ -154,7 +154,7 @@ def test_section_is_filled_in_with_numbers_and_facts(experiment, tmp_path):
     section = json.loads((tmp_path / "made_up" / "section.json").read_text(encoding="utf-8"))
     assert section["summary"] == "4 observers, seed 3, planned: plan."
     assert section["claims"][0]["met"] is True
-    assert section["remarks"] == ["Claims want about 20 observers or more; these are of 4."]
+    assert section["remarks"] == ["Claims need about 20 observers or more; this run has 4."]
 
 
 @pytest.mark.parametrize(("outliers", "said"), [((0, 5), False), ((2, 5), True)])
@@ -168,7 +168,7 @@ def test_faults_are_named_by_what_differs_from_none():
     assert describe_faults(NO_FAULTS) == ""
     said = describe_faults(Faults(stuck_joint="elbow", stuck_torque=-3.0, delay_samples=1))
     assert said.startswith(
-        "Run with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1. What a task truly"
+        "Run with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1. The true cost of a task"
     )
 
 

@@ -58,7 +58,7 @@ PROTOCOLS = {
     "huge difference": (claim("diff(learned, 10**11)"), "diff takes 1 argument and nothing else"),
     "long expression": (claim("1" + " + 1" * 500), "it has 2001 letters, must have at most 1000"),
     "deep expression": (claim("-" * 900 + "1"), "cannot be evaluated: "),
-    "attributes": (claim("learned.__class__"), "it has a attribute, which expressions have not"),
+    "attributes": (claim("learned.__class__"), "it has a attribute, which expressions may not have"),
     "calls": (claim("open('owned', 'w')"), "it calls 'open', must be one of abs"),
     "subscripts": (change("(weight_N - first_N)", "weight_N.T"), "numbers.learned.expression: the expression"),
     "names of no number": (claim("__builtins__"), "names a number that is '__builtins__'"),
