@@ -2,29 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers.two_tools import STICK
+from helpers.one_option import HELD, SETTINGS
 
-from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.keep import Keep
-from affordance.choice.options import Option
-from affordance.choice.tool_options import list_drawn_options
-from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError
-from affordance.files.model_folder import MODELS
-from affordance.objects.tool import list_densities
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
-from affordance.settings import Settings
-
-SETTINGS = Settings()
-HELD = STICK.gripped_by(STICK.grips[0])
-KNOWN = MaterialMemory.from_densities(list_densities([STICK]))
-START = load_path(MODELS / "paths" / "reach.yaml").start
-FAR = TimedPath(points=((0.5, 0.0, 0.3),), duration=1.0, tolerance=0.02, start=START)
-
-
-def list_one() -> list[Option]:
-    return list_drawn_options([STICK])[:1]
 
 
 def test_hold_bears_the_static_torque_of_the_posture(arm: Arm) -> None:

@@ -2,27 +2,11 @@
 
 import numpy as np
 import pytest
-from helpers.two_tools import STICK
+from helpers.one_option import KNOWN, SETTINGS, list_one
 
-from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.carry import Carry
-from affordance.choice.options import Option
-from affordance.choice.tool_options import list_drawn_options
 from affordance.choice.weighing import weigh
-from affordance.control.timed_path import TimedPath, load_path
-from affordance.files.model_folder import MODELS
-from affordance.objects.tool import list_densities
-from affordance.settings import Settings
-
-SETTINGS = Settings()
-HELD = STICK.gripped_by(STICK.grips[0])
-KNOWN = MaterialMemory.from_densities(list_densities([STICK]))
-START = load_path(MODELS / "paths" / "reach.yaml").start
-FAR = TimedPath(points=((0.5, 0.0, 0.3),), duration=1.0, tolerance=0.02, start=START)
-
-
-def list_one() -> list[Option]:
-    return list_drawn_options([STICK])[:1]
+from affordance.control.timed_path import TimedPath
 
 
 def test_motion_is_planned_once_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:

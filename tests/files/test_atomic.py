@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 
 from affordance.cli import describe_system_error
 from affordance.files.atomic import remove_leftovers, to_plain, write_atomic, write_json, write_text
@@ -57,8 +58,7 @@ def test_configurations_become_plain_json(tmp_path):
     assert to_plain(content) == {"pair": {"a": 1.5, "b": [0.1, [1, 2]]}, "colour": "red", "path": "b.yaml"}
     write_json(tmp_path / "x.json", content)
     assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))["pair"]["b"] == [0.1, [1, 2]]
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        write_json(tmp_path / "y.json", {"bad": np.nan})
+    assert "not JSON compliant" in refuse(write_json, tmp_path / "y.json", {"bad": np.nan}, error=ValueError)
     assert not (tmp_path / "y.json").exists()
 
 

@@ -3,6 +3,7 @@
 import os
 
 import pytest
+from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import SETTINGS, read_bytes, read_json, read_text
@@ -13,8 +14,7 @@ def test_files_up_to_the_bound_are_read(tmp_path):
     path.write_bytes(b"a\r\nb\rc\n" + b"x" * 93)
     assert len(read_bytes(path, 100)) == 100
     assert read_text(path, 100).startswith("a\nb\nc\nx")
-    with pytest.raises(BadValueError, match=r"file: has 0.0001 MB, must have at most 9.9e-05 MB$"):
-        read_bytes(path, 99)
+    assert refuse(read_bytes, path, 99).endswith("file: has 0.0001 MB, must have at most 9.9e-05 MB")
 
 
 def test_size_is_looked_at_before_anything_is_read(tmp_path):
@@ -22,8 +22,7 @@ def test_size_is_looked_at_before_anything_is_read(tmp_path):
     path = tmp_path / "huge.yaml"
     with path.open("wb") as file:
         file.truncate(10**12)
-    with pytest.raises(BadValueError, match=r"has 1e\+06 MB, must have at most 1 MB"):
-        read_text(path, SETTINGS)
+    assert "has 1e+06 MB, must have at most 1 MB" in refuse(read_text, path, SETTINGS)
 
 
 @pytest.mark.parametrize(
@@ -45,14 +44,11 @@ def test_what_is_no_text_is_one_line(tmp_path, make, problem):
 
 def test_impossible_names_are_one_line(tmp_path):
     for name in ("a\0b", "a" * 5000):
-        with pytest.raises(BadValueError, match="cannot be read"):
-            read_text(tmp_path / name, 100)
+        assert "cannot be read" in refuse(read_text, tmp_path / name, 100)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "9" * 5000, '{"a": 1} x'])
 def test_what_is_not_json_is_one_line(tmp_path, text):
     path = tmp_path / "file.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(BadValueError, match=r"file.json: is not JSON: ") as caught:
-        read_json(path)
-    assert "\n" not in str(caught.value)
+    assert "file.json: is not JSON: " in refuse(read_json, path)

@@ -3,6 +3,7 @@
 import struct
 
 import pytest
+from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files import mesh_reader
@@ -42,16 +43,12 @@ def write(tmp_path):
     ],
 )
 def test_mesh_that_promises_more_than_it_holds_is_one_line(write, name, content, problem):
-    with pytest.raises(BadValueError) as caught:
-        read_triangles(write(name, content))
-    assert f"{name}: {problem}" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert f"{name}: {problem}" in refuse(read_triangles, write(name, content))
 
 
 def test_meshes_are_bounded_in_size(write, monkeypatch):
     monkeypatch.setattr(mesh_reader, "MESH", 10)
-    with pytest.raises(BadValueError, match="must have at most 1e-05 MB"):
-        read_triangles(write("a.obj", TRIANGLE))
+    assert "must have at most 1e-05 MB" in refuse(read_triangles, write("a.obj", TRIANGLE))
 
 
 MATERIAL = "newmtl m\nKd 1 0 0\n"
@@ -100,10 +97,7 @@ INSTANCE = '<instance_node url="#{}"/>'
 )
 def test_collada_that_repeats_itself_is_one_line(write, nodes, problem):
     text = COLLADA.format(nodes="".join(nodes), scene=NODE.format("r", INSTANCE.format("n11")))
-    with pytest.raises(BadValueError) as caught:
-        load_scene(write("a.dae", text))
-    assert f"a.dae: {problem}" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert f"a.dae: {problem}" in refuse(load_scene, write("a.dae", text))
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning")  # pycollada sets shapes of arrays

@@ -1,6 +1,7 @@
 """YAML of strangers: more of it than settings need is refused at once, in one line that names the place."""
 
 import pytest
+from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
@@ -43,10 +44,8 @@ def write(tmp_path):
     ],
 )
 def test_what_is_too_much_or_no_yaml_is_one_line(write, text, problem):
-    with pytest.raises(BadValueError) as caught:
-        read_yaml(write(text))
-    assert f"file.yaml: {problem}" in str(caught.value) or problem in str(caught.value)
-    assert "\n" not in str(caught.value)
+    said = refuse(read_yaml, write(text))
+    assert f"file.yaml: {problem}" in said or problem in said
 
 
 def test_aliases_that_stand_for_little_are_read(write):

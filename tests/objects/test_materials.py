@@ -1,8 +1,7 @@
 """Files of materials: a density in g/cm^3 is refused as that of a solid in kg/m^3."""
 
-import pytest
+from helpers.refusals import refuse
 
-from affordance.exceptions import BadValueError
 from affordance.objects.materials import load_materials
 
 
@@ -14,11 +13,8 @@ def write(folder, density):
 
 def test_only_a_density_that_could_be_in_g_per_cm3_is_answered_as_one(tmp_path):
     for density in (0.012, 11.99):
-        with pytest.raises(BadValueError, match=f"{density} g/cm"):
-            load_materials(write(tmp_path, density))
+        assert f"{density} g/cm" in refuse(load_materials, write(tmp_path, density))
     for density in (0.0119, 0, -3, 26000, ".nan"):
-        with pytest.raises(BadValueError) as caught:
-            load_materials(write(tmp_path, density))
-        assert " g/cm^3 is " not in str(caught.value)
+        assert " g/cm^3 is " not in refuse(load_materials, write(tmp_path, density))
     for density in (12, 240, 25000):
         assert load_materials(write(tmp_path, density))["pine"].density == density

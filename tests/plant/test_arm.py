@@ -3,6 +3,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers.changed_files import change_file
+from helpers.refusals import refuse
 from pydrake.geometry import Role
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
@@ -139,9 +140,7 @@ def test_missing_file_is_named(tmp_path):
 def test_file_that_is_no_model_is_named(tmp_path):
     path = tmp_path / "arm.dmd.yaml"
     path.write_text("directives: 3\n", encoding="utf-8")
-    with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: ") as error:
-        load_arm(path)
-    assert "\n" not in str(error.value)
+    assert "arm.dmd.yaml: " in refuse(load_arm, path, error=ModelFileError)
 
 
 @pytest.fixture

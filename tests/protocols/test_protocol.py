@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 from helpers.answers import answer
+from helpers.refusals import refuse
 from helpers.results_files import check_names, read_numbers
 
 from affordance.cli import main
@@ -76,11 +77,9 @@ def test_new_protocol_is_sound_and_kept(tmp_path):
     assert path.read_text(encoding="utf-8").startswith(f"# yaml-language-server: $schema={SCHEMA_FILE}\n")
     assert load_protocol(path).name == "mine"
     path.write_text("precious", encoding="utf-8")
-    with pytest.raises(BadValueError, match="exists already"):
-        write_protocol("mine", tmp_path)
+    assert "exists already" in refuse(write_protocol, "mine", tmp_path)
     assert path.read_text(encoding="utf-8") == "precious"
-    with pytest.raises(BadValueError, match="small letters"):
-        write_protocol("Not Fit", tmp_path)
+    assert "small letters" in refuse(write_protocol, "Not Fit", tmp_path)
     assert not (tmp_path / "Not Fit.yaml").exists()
 
 

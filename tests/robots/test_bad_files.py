@@ -3,7 +3,7 @@
 import math
 from pathlib import Path
 
-import pytest
+from helpers.refusals import refuse
 from helpers.robot_files import SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
@@ -12,14 +12,6 @@ from affordance.robots.report import list_dropped
 
 TIP = ImportOptions("right_tool")
 GOOD_LIMIT = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
-
-
-def refuse(path: Path, options: ImportOptions = TIP) -> str:
-    with pytest.raises(AffordanceError) as caught:
-        extract_arm(path, options)
-    text = str(caught.value)
-    assert "\n" not in text
-    return text
 
 
 def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_path: Path) -> None:
@@ -78,7 +70,7 @@ def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Pat
     model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
     twin = model.replace('name="swinger"', 'name="other"')
     path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
-    text = refuse(path, ImportOptions("grip"))
+    text = refuse(extract_arm, path, ImportOptions("grip"), error=AffordanceError)
     assert "has more than once: other::grip, swinger::grip" in text
     assert extract_arm(path, ImportOptions("other::grip"))[0].joint_names == ["pan", "tilt", "bend"]
 
@@ -92,5 +84,5 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
         text = text[: start + len(f'<link name="{name}">')] + text[end:]
     path = tmp_path / "light.urdf"
     path.write_text(text)
-    assert "joint right_j4: moves nothing that has inertia" in refuse(path)
+    assert "joint right_j4: moves nothing that has inertia" in refuse(extract_arm, path, TIP, error=AffordanceError)
     assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01}))[0].links[3].rotor_inertia

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers.refusals import refuse
 from helpers.robot_files import MJCF
 
 from affordance.exceptions import BadValueError
@@ -183,5 +184,4 @@ def test_a_link_of_the_models_folder_does_not_lead_out_of_it(tmp_path: Path) -> 
     path = write_parts(tmp_path / "model")
     (path.parent / "motors.xml").unlink()
     (path.parent / "motors.xml").symlink_to(tmp_path / "secret.xml")
-    with pytest.raises(BadValueError, match="must be a file in the model's own folder"):
-        read_arm(path, TIP)
+    assert "must be a file in the model's own folder" in refuse(read_arm, path, TIP)

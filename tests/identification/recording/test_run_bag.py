@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
@@ -29,16 +30,13 @@ def test_database_that_calculates_is_one_line(tmp_path, statements, named):
     with sqlite3.connect(path) as database:
         database.executescript(statements)
     database.close()
-    with pytest.raises(BadValueError, match=f"bag.db3: calculates '{named}', must be a database of plain tables"):
-        read_bag(path.parent)
+    assert f"bag.db3: calculates '{named}', must be a database of plain tables" in refuse(read_bag, path.parent)
 
 
 def test_what_is_no_database_is_one_line(tmp_path):
     path = tmp_path / "bag.db3"
     path.write_bytes(b"SQLite format 3\0" + b"\xff" * 500)
-    with pytest.raises(BadValueError, match=r"bag.db3: cannot be read as a ROS bag: ") as caught:
-        read_bag(path)
-    assert "\n" not in str(caught.value)
+    assert "bag.db3: cannot be read as a ROS bag: " in refuse(read_bag, path)
 
 
 def test_metadata_is_bounded(tmp_path, monkeypatch):
@@ -54,16 +52,13 @@ def test_what_is_no_bag_is_one_line(tmp_path, suffix, content):
     pytest.importorskip("rosbags")
     path = tmp_path / f"bag{suffix}"
     path.write_bytes(content)
-    with pytest.raises(BadValueError, match=r"cannot be read as a ROS bag: ") as caught:
-        read_bag(path)
-    assert "\n" not in str(caught.value)
+    assert "cannot be read as a ROS bag: " in refuse(read_bag, path)
 
 
 def test_without_the_library_a_bag_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags", None)
     (tmp_path / "bag").mkdir()
-    with pytest.raises(BadValueError, match=r"is a ROS bag, which wants the extra \[bags\]"):
-        read_bag(tmp_path / "bag")
+    assert "is a ROS bag, which wants the extra [bags]" in refuse(read_bag, tmp_path / "bag")
 
 
 def test_a_message_of_other_joints_is_named(tmp_path):
@@ -83,5 +78,4 @@ def test_a_message_of_other_joints_is_named(tmp_path):
             writer.write(states, second * 10**9, store.serialize_cdr(message, JOINT_STATES))
     with pytest.raises(BadValueError, match="message 2, position: has 1 values of b, must have one for each of a"):
         read_bag(path, "/joint_states")
-    with pytest.raises(BadValueError, match="/silent: holds no message"):
-        read_bag(path, "/silent")
+    assert "/silent: holds no message" in refuse(read_bag, path, "/silent")

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray
+from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 from pydrake.math import RigidTransform, RollPitchYaw
 
@@ -128,8 +129,7 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
 def test_rows_above_a_table_are_skipped_if_asked(tmp_path):
     path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
     path.write_text("robot 7, serial 12\nstarted at noon\n" + path.read_text())
-    with pytest.raises(BadValueError, match=r"skip_rows: N skips what stands above a table"):
-        read_run(path)
+    assert "skip_rows: N skips what stands above a table" in refuse(read_run, path)
     path.with_suffix(".yaml").write_text("joints: [a, b]\nskip_rows: 2\n")
     run = read_run(path)
     assert_allclose(run.q, _Q)
@@ -152,8 +152,7 @@ def test_names_of_a_log_are_mapped(tmp_path, header, columns):
 
 
 def test_missing_files_are_named(tmp_path):
-    with pytest.raises(BadValueError, match=r"run.csv: does not exist"):
-        read_run(tmp_path / "run.csv")
+    assert "run.csv: does not exist" in refuse(read_run, tmp_path / "run.csv")
     (tmp_path / "run.csv").write_text("time,q_1\n")
     with pytest.raises(
         BadValueError, match=r"has no description: run.yaml in the same folder must name at least its joints"
@@ -198,8 +197,7 @@ def test_ros_bags_of_both_kinds(tmp_path, plugin):
     described.write_text("signal: current\n")
     assert_allclose(read_run(path).signal, _TAU)
     described.write_text("topic: /joint_states\n")
-    with pytest.raises(BadValueError, match=r"signal: is missing: efforts of a bag may be"):
-        read_run(path)
+    assert "signal: is missing: efforts of a bag may be" in refuse(read_run, path)
     described.write_text("signal: current\ntopic: /joints\n")
     with pytest.raises(BadValueError, match=r"topic: is '/joints', must be one of the bag's .*: /joint_states"):
         read_run(path)

@@ -4,13 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.reach import Reach
 from affordance.choice.tool_options import list_drawn_options
 from affordance.control.timed_path import load_path
-from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import WeberNoise
@@ -132,6 +132,5 @@ def test_without_the_data_set_its_numbers_are_missing(choices):
 
 
 def test_folder_that_is_no_clone_is_refused(tmp_path):
-    with pytest.raises(BadValueError, match="has no folder 'data/Workshop Tools Dataset', must be a clone"):
-        DataSet(tmp_path, MODELS).check()
+    assert "has no folder 'data/Workshop Tools Dataset', must be a clone" in refuse(DataSet(tmp_path, MODELS).check)
     assert len(LEARNING) == 10

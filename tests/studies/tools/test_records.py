@@ -5,9 +5,9 @@ import pickle
 import numpy as np
 import pytest
 from helpers.generated_records import record_tool
+from helpers.refusals import refuse
 from helpers.workshop import HAMMERS
 
-from affordance.exceptions import BadValueError
 from affordance.objects.inertia import build_inertia_map
 from affordance.settings import Settings
 from studies.tools.data_set import TrueInertia, compare_inertia, compute_central_inertia
@@ -92,17 +92,11 @@ class Harmful:
 def test_pickles_run_nothing(tmp_path, capsys):
     path = tmp_path / "record.pkl"
     path.write_bytes(pickle.dumps([Harmful()]))
-    with pytest.raises(
-        BadValueError, match=r"record\.pkl: is no readable record: it names builtins\.print, which no"
-    ):
-        read_pickle(path)
+    assert "record.pkl: is no readable record: it names builtins.print, which no" in refuse(read_pickle, path)
     assert capsys.readouterr().out == ""
     path.write_bytes(pickle.dumps([1.0, "no record"]))
     assert read_pickle(path) == [1.0, "no record"]
-    with pytest.raises(BadValueError, match="is no record of forces and torques: a row has no ft_pose"):
-        read_recording(path)
+    assert "is no record of forces and torques: a row has no ft_pose" in refuse(read_recording, path)
     path.write_bytes(b"nothing")
-    with pytest.raises(BadValueError, match="is no readable record"):
-        read_pickle(path)
-    with pytest.raises(BadValueError, match="cannot be read: No such file"):
-        read_pickle(tmp_path / "none.pkl")
+    assert "is no readable record" in refuse(read_pickle, path)
+    assert "cannot be read: No such file" in refuse(read_pickle, tmp_path / "none.pkl")

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.stacked import stack
 from scipy.stats import binom, chi2, norm
 
@@ -182,8 +183,7 @@ def test_bound_counts_what_the_size_of_errors_tells():
 
 def test_grid_is_for_weber_noise_only():
     config = build_config(WhiteNoise(1.0), moves=False)
-    with pytest.raises(ValueError, match="must be a WeberNoise"):
-        calibration.find_exact_positions(config, 1)
+    assert "must be a WeberNoise" in refuse(calibration.find_exact_positions, config, 1, error=ValueError)
 
 
 def test_truths_are_of_the_prior_restricted_to_positive_densities():

@@ -50,58 +50,66 @@ def test_touching_ellipsoids_of_one_colour_and_unequal_size_are_two():
     assert segmentation.num_parts == 2
 
 
-def refuse(error, message, picture):
+def draw_one(*ellipsoid):
+    return add_noise(draw_picture([make_ellipsoid(*ellipsoid)], [BEECH]))
+
+
+def spoil(depths):
+    """A picture of a part with other depths at some pixels, by row and column."""
+    picture = add_noise(draw_picture([LEFT], [BEECH]))
+    for place, depth in depths.items():
+        picture.depth[place] = depth
+    return picture
+
+
+def make_blank(*shape):
+    return Picture(np.zeros((*shape, 3), dtype=np.uint8), np.ones(shape))
+
+
+NO_SHAPE = r"must be \(height, width, 3\) of uint8 and \(height, width\)"
+
+
+@pytest.mark.parametrize(
+    ("error", "message", "picture"),
+    [
+        (NothingSeenError, "nothing is nearer than the stand, 0.9 m from the camera", add_noise(EMPTY)),
+        (OneColourError, r"all pixels have the colour \(51, 51, 51\)", EMPTY),
+        (
+            NoDepthError,
+            "2 of 307200 depth readings are not finite, all must be",
+            spoil({(100, 100): np.nan, (3, 4): np.inf}),
+        ),
+        (NoDepthError, "0 % of the picture has depth, must be at least 50 %", spoil({...: 0.0})),
+        (UnusablePictureError, "the picture has 1x1 pixels, must have at least 110", make_blank(1, 1)),
+        (UnusablePictureError, "the picture has 0x0 pixels, must have at least 110", make_blank(0, 0)),
+        (UnusablePictureError, "the picture has 10x10 pixels, must have at least 110", make_blank(10, 10)),
+        (UnusablePictureError, NO_SHAPE, Picture(EMPTY.colour, EMPTY.depth[:-1])),
+        (UnusablePictureError, NO_SHAPE, Picture(EMPTY.colour[:, :, :2], EMPTY.depth)),
+        (UnusablePictureError, NO_SHAPE, Picture(EMPTY.colour / 255.0, EMPTY.depth)),
+        (
+            OutOfViewError,
+            r"the object covers \d+ pixels of the picture's edge, must cover none",
+            draw_one([0.05, 0.02, 0.02], [-0.47, 0, STAND - 0.02]),
+        ),
+        (
+            TooSmallError,
+            r"covers \d+ pixels, must cover at least 110",
+            draw_one([0.008] * 3, [0, 0, STAND - 0.02]),
+        ),
+        # The stand is mixed into all of it.
+        (
+            TooSmallError,
+            "no 27 pixels of one tint lie together .* apart from its rim of 3 pixels",
+            draw_one([0.0105] * 3, [0, 0, STAND - 0.02]),
+        ),
+    ],
+)
+def test_picture_that_cannot_be_used_is_refused_and_kept_for_inspection(error, message, picture):
     with pytest.raises(error, match=message) as caught:
         segment(picture, STAND, NOISY)
     assert isinstance(caught.value, SeeingError)
-    assert caught.value.colour is picture.colour  # for inspection
+    assert caught.value.colour is picture.colour
     assert caught.value.depth is picture.depth
-
-
-def test_empty_stand_is_said_to_be_empty():
-    refuse(NothingSeenError, "nothing is nearer than the stand, 0.9 m from the camera", add_noise(EMPTY))
-
-
-def test_picture_of_one_colour_is_refused():
-    refuse(OneColourError, r"all pixels have the colour \(51, 51, 51\)", EMPTY)
-
-
-def test_depth_that_is_no_number_is_refused():
-    picture = add_noise(draw_picture([LEFT], [BEECH]))
-    picture.depth[100, 100] = np.nan
-    picture.depth[3, 4] = np.inf
-    refuse(NoDepthError, "2 of 307200 depth readings are not finite, all must be", picture)
-
-
-def test_picture_without_depth_is_refused():
-    picture = add_noise(draw_picture([LEFT], [BEECH]))
-    picture.depth[:] = 0.0
-    refuse(NoDepthError, "0 % of the picture has depth, must be at least 50 %", picture)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (0, 0), (10, 10)])
-def test_picture_of_a_few_pixels_is_refused(shape):
-    picture = Picture(np.zeros((*shape, 3), dtype=np.uint8), np.ones(shape))
-    refuse(UnusablePictureError, rf"the picture has {shape[1]}x{shape[0]} pixels, must have at least 110", picture)
-
-
-def test_colour_and_depth_must_fit_together():
-    for picture in (
-        Picture(EMPTY.colour, EMPTY.depth[:-1]),
-        Picture(EMPTY.colour[:, :, :2], EMPTY.depth),
-        Picture(EMPTY.colour / 255.0, EMPTY.depth),  # type: ignore[arg-type]
-    ):
-        refuse(UnusablePictureError, r"must be \(height, width, 3\) of uint8 and \(height, width\)", picture)
-
-
-def test_object_at_the_edge_is_out_of_view():
-    picture = add_noise(draw_picture([make_ellipsoid([0.05, 0.02, 0.02], [-0.47, 0, STAND - 0.02])], [BEECH]))
-    refuse(OutOfViewError, r"the object covers \d+ pixels of the picture's edge, must cover none", picture)
-
-
-def test_object_that_is_too_small_is_said_to_be():
-    picture = add_noise(draw_picture([make_ellipsoid([0.008] * 3, [0, 0, STAND - 0.02])], [BEECH]))
-    refuse(TooSmallError, r"covers \d+ pixels, must cover at least 110", picture)
 
 
 @pytest.mark.parametrize("length", [None, 0.02, 0.1])
@@ -116,11 +124,6 @@ def test_whatever_the_width_there_is_a_part_or_an_error_with_a_name(length, widt
         seen = None
     assert seen != 0
     assert seen is not None or width < 0.012
-
-
-def test_object_into_all_of_which_the_stand_is_mixed_is_too_small():
-    picture = add_noise(draw_picture([make_ellipsoid([0.0105] * 3, [0, 0, STAND - 0.02])], [BEECH]))
-    refuse(TooSmallError, "no 27 pixels of one tint lie together .* apart from its rim of 3 pixels", picture)
 
 
 def test_perfect_picture_is_segmented_exactly():
