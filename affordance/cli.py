@@ -62,13 +62,14 @@ class OneLineParser(argparse.ArgumentParser):
         """Parses arguments; an unknown one is reported with the nearest known one."""
         found, unknown = self.parse_known_args(words)
         if unknown:
-            self.error(self._describe_unknown(unknown[0]))
+            self.error(self._describe_unknown(*unknown[:2]))
         return found
 
-    def _describe_unknown(self, word: str) -> str:
+    def _describe_unknown(self, word: str, following: str = "") -> str:
         if not word.startswith("-"):
-            return f"is given {word!r}, which is one argument too many"
-        name = word.partition("=")[0]
+            hint = f": {self.epilog}" if self.epilog else ""
+            return f"is given {word!r}, which is one argument too many{hint}"
+        name, _, value = word.partition("=")
         known = [
             option
             for action in self._actions
@@ -76,7 +77,10 @@ class OneLineParser(argparse.ArgumentParser):
             for option in action.option_strings
             if option.startswith("--")
         ]
-        return f"{name}: is not an option (known: {', '.join(known)}){suggest(name, known)}"
+        hint = suggest(name, known)
+        if "--set" in known and not hint:
+            hint = _describe_setting(name.removeprefix("--"), value or following)
+        return f"{name}: is not an option (known: {', '.join(known)}){hint}"
 
     def _check_value(self, action: argparse.Action, value: Any) -> None:
         if action.choices is not None and value not in action.choices:
@@ -88,8 +92,24 @@ class OneLineParser(argparse.ArgumentParser):
         except argparse.ArgumentError as error:
             if action.type not in _NUMBERS:
                 raise
-            problem = f"is {show_value(arg_string)}, must be {_NUMBERS[action.type]}"
+            problem = f"is {show_value(arg_string)}, must be {_NUMBERS[action.type]}{_find_whole(arg_string)}"
             raise argparse.ArgumentError(action, problem) from error
+
+
+def _find_whole(word: str) -> str:
+    """Names the whole number that is nearest to one with a fraction; empty if it is no number."""
+    try:
+        return f"; the nearest is {round(float(word))}"
+    except (ValueError, OverflowError):
+        return ""
+
+
+def _describe_setting(name: str, value: str) -> str:
+    """Says how a setting is changed that was given as an option; empty if there is none of that name."""
+    from affordance.named_settings import list_settings  # here, as other messages need not wait for it
+
+    known = any(each.name == name for each in list_settings())
+    return f"; {name} is a setting: --set {name}={value or 'VALUE'}" if known else ""
 
 
 class Command(Protocol):

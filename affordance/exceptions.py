@@ -37,9 +37,10 @@ def show_value(value: Any) -> str:
 
 
 def suggest(value: object, known: Iterable[str]) -> str:
-    """Suggests the known name that is nearest to a value; empty if none is near."""
-    near = difflib.get_close_matches(str(value)[:_SHOWN], list(known), n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    """Suggests the known names of which a value is one word, or else the nearest one; empty if none is near."""
+    word, names = str(value)[:_SHOWN], list(known)
+    near = [name for name in names if word in name.split("_")] or difflib.get_close_matches(word, names, n=1)
+    return f"; did you mean {' or '.join(map(repr, near[:3]))}?" if near else ""
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:

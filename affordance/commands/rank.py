@@ -55,6 +55,7 @@ _SIGHTS = ("drawing", "features", "pictures")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
+    parser.epilog = "rank compares tools for one task; affordance next takes several"
     add = parser.add_argument
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
     add("--task", dest="file", type=Path, metavar="FILE", help="a task's file in place of one of the robot's")

@@ -33,7 +33,12 @@ _BOUNDS = {
     "current": (100.0, "A"),
     "wrench": (5e3, "N or N m"),
 }
-_HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
+_HINTS = {
+    "q": "are these degrees? then its description must have 'units: {q: deg}'",
+    "v": "are these degrees a second? then its description must have 'units: {v: deg/s}'",
+    "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
+    "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
+}
 # Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
 _RATE_FACTOR = 5.0
 # Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
@@ -190,7 +195,9 @@ class Run:
         low, high = _STEP_BOUNDS
         typical = float(np.median(steps))
         if not low <= typical <= high:
-            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g} (set units.time)"
+            units = (name for name, unit in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)) if unit * typical <= high)
+            hint = f"; in other units the description must have 'units: {{time: {next(units, 's')}}}'"
+            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}{hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))
         bound = max(_GAP, _GAP_STEPS * typical)
@@ -215,7 +222,7 @@ class Run:
         label = WRENCH_COLUMNS[column] if name == "wrench" else f"{name}_{column + 1}"
         if not np.isfinite(value):
             raise self.error_at(row, label, f"is {value}, must be a finite number")
-        hint = f"; {_HINTS[name]} then say so under units" if name in _HINTS else ""
+        hint = f"; {_HINTS[name]}" if name in _HINTS else ""
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
 
     def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
@@ -230,7 +237,7 @@ class Run:
             ratio = float(np.ptp(summed) / np.ptp(values))
             column, quantity = f"column {name}_{joint + 1}", f"{of_name}_{joint + 1}"
             if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
-                hint = "; are these degrees? then say so under units" if ratio > 1.0 else ""
+                hint = f"; {_HINTS[name]}" if ratio > 1.0 else ""
                 problem = f"is {ratio:.3g} times the rate of {quantity}, must be from {1.0 / _RATE_FACTOR:g} to"
                 raise BadValueError(self.source, column, f"{problem} {_RATE_FACTOR:g} times{hint}")
             apart = float(np.std(summed - values) / np.std(values))

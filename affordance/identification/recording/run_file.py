@@ -1,5 +1,8 @@
 """Reader of a run: a table, and the small YAML file next to it that describes the table (see ``run_entry``)."""
 
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from affordance.arrays import Array
@@ -80,13 +83,34 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
             columns.setdefault(name, place)  # newer logs repeat q_d of commands after the state's
     for name in ("time", *(f"q_{i + 1}" for i in range(len(entry.joints)))):
         if name not in columns:
-            problem = f"is missing: has {', '.join(names)[:200]}"
+            problem = f"is missing: has {', '.join(names)[:200]}{_suggest_columns(name, names, len(entry.joints))}"
             raise BadValueError(path, f"column {name}", problem)
     extra = f"q_{len(entry.joints) + 1}"
     if extra in columns:
         problem = f"has {extra}, must have as many joints as the {len(entry.joints)} of {description_file.name}"
         raise BadValueError(path, f"column {extra}", problem)
     return columns
+
+
+def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
+    """Suggests how the description says that the log has other names, by the names that fit best, if any does."""
+    if missing == "time":
+        likely = [name for name in names if re.search("time|stamp|^t$|sec", name, re.IGNORECASE)]
+        return f"""; another name stands under columns, as in 'columns: {{time: {likely[0]}}}'""" if likely else ""
+    stems = Counter(re.sub(r"\d+", "{}", name, count=1) for name in names if re.search(r"\d", name))
+    numbered = [stem for stem, count in stems.items() if count == num]
+    likely = [stem for stem in numbered if re.search("pos|ang|q", stem, re.IGNORECASE)] or numbered
+    return f"""; other names stand under columns, as in 'columns: {{q: "{likely[0]}"}}'""" if likely else ""
+
+
+def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: int) -> str:
+    """Describes which columns the signal has, and which other signal the columns of the table fit."""
+    name = "current" if kind is SignalKind.CURRENT else "tau"
+    wanted = ", ".join(WRENCH_COLUMNS) if kind is SignalKind.WRENCH else f"{name}_1 to {name}_{num}"
+    fitting = {"tau_1": "joint_torque or signal: motor_torque", "current_1": "current", "fx": "wrench"}
+    has = [f"has {name}, which signal: {words} fits" for name, words in fitting.items() if name in columns]
+    others = f"; {', '.join(has)}" if has else ""
+    return f"has no columns of the signal, {kind.value}, must have {wanted}{others}"
 
 
 def _get_map(entry: RunEntry) -> ColumnMap:
@@ -128,7 +152,7 @@ def _build_run(
     else:
         signal = take("current" if kind is SignalKind.CURRENT else "tau")
     if signal is None:
-        raise BadValueError(path, "columns", f"has no columns of the signal, {kind.value}")
+        raise BadValueError(path, "columns", _describe_missing_signal(kind, columns, num))
     q = take("q")
     assert q is not None  # _find_columns
     notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()

@@ -40,7 +40,11 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
     ("changes", "message"),
     [
         ({"q": _spoil(_ZEROS, 3, 0, 90.0)}, r"row 4, column q_1: is 90, must be from -12.57 .*degrees"),
-        ({"v": _spoil(_ZEROS, 3, 0, -180.0)}, "row 4, column v_1: is -180, .* are these degrees a second"),
+        (
+            {"v": _spoil(_ZEROS, 3, 0, -180.0)},
+            "row 4, column v_1: is -180, .* are these degrees a second.*units: {v: deg/s}",
+        ),
+        ({"times": 1e3 * _TIMES}, "advances by 10 s a row, .* must have 'units: {time: ms}'"),
         ({"signal": _spoil(_ZEROS, 9, 0, np.nan)}, "row 10, column tau_1: is nan, must be a finite number"),
         ({"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
         ({"times": _spoil_time(20, 0.05)}, r"row 21, column time: is 0.050000, must be more than 0.190000"),
@@ -99,7 +103,7 @@ def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
         BadValueError, match=r"column v_2: is .* times the rate of q_2, must be from 0.2 to 5 times"
     ) as caught:
         _build(q=_SWING, v=factor * _SWING_RATE)
-    assert ("are these degrees?" in str(caught.value)) == hint
+    assert ("are these degrees" in str(caught.value)) == hint
 
 
 def test_rates_of_joints_that_hardly_move_are_not_judged():
