@@ -5,8 +5,8 @@ from .belief.learner import Learner
 from .belief.material_memory import MaterialMemory
 from .choice.hammer import Hammer, load_hammer
 from .choice.hold_advice import HoldAdvice
+from .choice.listed_options import list_options
 from .choice.next_hold import advise_hold
-from .choice.observed_options import list_options
 from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
 from .choice.tasks import load_task_file

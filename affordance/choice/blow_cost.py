@@ -100,8 +100,7 @@ class BlowCost:
             force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
         """
         if self.infeasible_reason:
-            nothing = np.full(len(pi), np.inf)
-            return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool), nothing)
+            return Costs.of_nothing(len(pi))
         return self.compute_at_speed(pi, self.find_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
@@ -122,8 +121,7 @@ class BlowCost:
         Demands at speeds beyond the fastest swing grow as the square of the speed.
         """
         if self.infeasible_reason:
-            nothing = np.full(len(pi), np.inf)
-            return Demand(np.tile(nothing, (len(self.joint_names), 1)), nothing, nothing)
+            return Demand.of_nothing(len(self.joint_names), len(pi))
         speed = self.find_speed(pi)
 
         def compute(node: int, chunk: Array) -> tuple[Array, ...]:

@@ -8,8 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from affordance.arrays import Array
-from affordance.choice.motion_cost import MotionCost, plan_motion
-from affordance.choice.motion_limits import describe_limit
+from affordance.choice.motion_cost import MotionCost, describe_limit, plan_motion
 from affordance.control.carrying import Carrying
 from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, PathEntry, TimedPath
 from affordance.exceptions import NoPlanError

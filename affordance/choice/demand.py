@@ -30,6 +30,12 @@ class Demand(NamedTuple):
     force: Array
     moment: Array
 
+    @classmethod
+    def of_nothing(cls, num_joints: int, num_samples: int) -> "Demand":
+        """Returns infinite demands of a motion that is infeasible whatever the inertia."""
+        nothing = np.full(num_samples, np.inf)
+        return cls(np.tile(nothing, (num_joints, 1)), nothing, nothing)
+
 
 class Criterion(enum.Enum):
     """Criterion by which options are compared."""

@@ -10,8 +10,8 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.options import Option
-from affordance.choice.planned import Work, plan_once
-from affordance.choice.ranking import MIN_FEASIBILITY
+from affordance.choice.pricing import GripBounds, plan_once
+from affordance.choice.ranking import MIN_FEASIBILITY, Ranking
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
@@ -30,6 +30,21 @@ class Easable(Protocol):
         """Lists easier tasks, each with what is easier."""
 
 
+def explain_failure(
+    ranking: Ranking,
+    task: TaskCostModel,
+    memory: Memory,
+    settings: Settings,
+    bounds: GripBounds,
+    rng: np.random.Generator,
+) -> str:
+    """Explains that no option of a ranking can be used: why the nearest cannot, and what could be done with it."""
+    nearest = ranking.ranked[0]
+    easier = find_easier(nearest.option, task, memory, settings, bounds.admit, rng)
+    reason = "; ".join([nearest.infeasible_reason, *([easier] if easier else [])])
+    return f"no tool can do the task; nearest is {nearest.option.name}: {reason}"
+
+
 def find_easier(
     option: Option, task: TaskCostModel, memory: Memory, settings: Settings, admit: Admit, rng: np.random.Generator
 ) -> str:
@@ -46,14 +61,14 @@ def find_easier(
     Returns: Description in words; empty if nothing could be done.
     """
     arm, parts = load_arm(settings.arm), option.gripped
-    plan = plan_once(Work.of(task, parts), settings, arm)
+    plan = plan_once(task, parts, settings, arm)
     (pi,) = Choice([option], [plan], settings).draw_parameters(memory, rng, _NUM_SAMPLES)
     ways = []
     share = 0.0 if plan.infeasible_reason else _find_share(plan, pi, admit)
     if share > 0.0:
         ways.append(f"with {share:.2f} times its weight")
     for easier, words in task.list_easier() if isinstance(task, Easable) else ():
-        if _can_do(plan_once(Work.of(easier, parts), settings, arm), pi, admit):
+        if _can_do(plan_once(easier, parts, settings, arm), pi, admit):
             ways.append(words)
             break
     return f"{' or '.join(ways)} it could" if ways else ""

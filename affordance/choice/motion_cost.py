@@ -19,6 +19,7 @@ from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.task import Task
 from affordance.exceptions import NoPlanError
 from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
@@ -28,6 +29,8 @@ from affordance.settings import Settings
 NUM_NODES = 50
 # Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which fits into caches.
 _CHUNK = 2000
+# Distance from a limit of angle that counts as being at it, [rad], and share of a limit of rate.
+_NEAR, _SHARE = 0.02, 0.98
 
 
 class PlannedMotion(NamedTuple):
@@ -61,6 +64,12 @@ class Costs(NamedTuple):
     effort: Array
     feasible: NDArray[np.bool_]
     cost: Array
+
+    @classmethod
+    def of_nothing(cls, num_samples: int) -> "Costs":
+        """Returns infinite costs of a motion that is infeasible whatever the inertia."""
+        nothing = np.full(num_samples, np.inf)
+        return cls(nothing, nothing, np.zeros(num_samples, dtype=bool), nothing)
 
 
 class Load(NamedTuple):
@@ -222,6 +231,22 @@ class MotionCost:
     @functools.cached_property
     def _grip_wrench(self) -> GripWrench:
         return GripWrench(self._chain, *self._nodes)
+
+
+def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
+    """Describes which joint is at a limit in a row of a motion, and at which."""
+    q, v, limits = motion.q[row], motion.v[row], arm.limits
+    gaps = np.minimum(q - limits.q_lower, limits.q_upper - q)
+    joint = int(np.argmin(gaps))
+    if gaps[joint] <= _NEAR:
+        lower, upper = limits.q_lower[joint], limits.q_upper[joint]
+        limit = lower if q[joint] - lower < upper - q[joint] else upper
+        return f"where {arm.joint_names[joint]} is at its limit of {limit:.3g} rad"
+    shares = np.abs(v) / limits.v_max
+    joint = int(np.argmax(shares))
+    if shares[joint] >= _SHARE:
+        return f"where {arm.joint_names[joint]} is at its limit of {limits.v_max[joint]:.3g} rad/s"
+    return f"where no joint is at a limit: the arm is too short, or its {len(q)} joints are too few"
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:

@@ -195,7 +195,7 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> D
             for option in question.choice.options
         ]
     )
-    costs = price_options(question.choice, pi, criterion)
+    costs, _ = price_options(question.choice, pi, criterion)
     names = tuple(option.name for option in question.choice.options)
     return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
 

@@ -1,23 +1,32 @@
 """Prices of options: motions planned once in a process, and their costs by a criterion under given inertias."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.choice.demand import Criterion, Demand
-from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.planned import Work, plan_once
+from affordance.exceptions import AffordanceError
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
 # Lever by which a moment at the grip counts as a force: a round pad of radius r whose friction holds a force F holds
 # a moment 2/3 r F (even pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557), r = 0.03 m, [m].
 GRIP_LEVER = 0.02
+# Planned motions that are kept: those of a workshop's tools for a few tasks. One takes 0.1 MB, a blow's 2 MB.
+_MOST_PLANS = 128
+# Levels of the quantiles: both ends of the 90 % interval; the upper one is the 95 % quantile of peaks.
+_LEVELS = (0.05, 0.95)
 
 
 @dataclass(frozen=True)
@@ -43,6 +52,95 @@ class GripBounds:
         return (force <= self.force) & (moment <= self.moment)
 
 
+class Amount(NamedTuple):
+    """Quantity under the belief: its mean, and the ends of its 90 % interval."""
+
+    mean: float
+    p05: float
+    p95: float
+
+    @classmethod
+    def of(cls, samples: Array) -> "Amount":
+        """Summarises samples, (S,); infinite if one of them is."""
+        if not np.isfinite(samples).all():
+            return cls(np.inf, np.inf, np.inf)
+        low, high = np.quantile(samples, _LEVELS)
+        return cls(float(samples.mean()), float(low), float(high))
+
+
+_UNKNOWN = Amount(np.nan, np.nan, np.nan)
+
+
+class Amounts(NamedTuple):
+    """Costs and greatest demands of an option; demands are NaN where they were not asked for.
+
+    Attributes:
+        work: Absolute work of the joints, [J].
+        effort: Integral of |tau|^2 dt, [N^2 m^2 s].
+        cost: Cost by the criterion, in its unit.
+        margin: Highest share of a joint's torque limit, [1].
+        force: Peak force at the grip, [N].
+        moment: Peak moment about the grip, [N m].
+        joint: Name of the joint with the highest share of its torque limit.
+    """
+
+    work: Amount
+    effort: Amount
+    cost: Amount
+    margin: Amount = _UNKNOWN
+    force: Amount = _UNKNOWN
+    moment: Amount = _UNKNOWN
+    joint: str = ""
+
+    @classmethod
+    def of(cls, costs: Costs, demand: Demand | None, joint_names: Sequence[str]) -> "Amounts":
+        """Summarises the samples of one option."""
+        work, effort, cost = (Amount.of(each) for each in (costs.work, costs.effort, costs.cost))
+        if demand is None:
+            return cls(work, effort, cost)
+        loads = demand.loads
+        worst = int(np.argmax(np.quantile(loads, _LEVELS[1], axis=1))) if np.isfinite(loads).all() else 0
+        margin, force, moment = (Amount.of(each) for each in (loads.max(axis=0), demand.force, demand.moment))
+        return cls(work, effort, cost, margin, force, moment, joint_names[worst])
+
+    def name_excess(self, bounds: GripBounds) -> str:
+        """Names the limit that is exceeded most, by the 95 % quantile of what is demanded."""
+        margin, force, moment = self.margin.p95, self.force.p95, self.moment.p95
+        excess = {
+            f"{self.joint} must bear {margin:.3g} times its torque limit": margin,
+            f"the grip must hold {force:.3g} N, --max-grip-force allows {bounds.force:g} N": force / bounds.force,
+            f"the grip must hold {moment:.3g} N m, --max-grip-moment allows {bounds.moment:g} N m": (
+                moment / bounds.moment
+            ),
+        }
+        worst = max(excess, key=lambda each: excess[each])
+        return worst if excess[worst] > 1.0 else "the motion must be faster than the joints' velocity limits allow"
+
+
+def price_options(
+    choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
+) -> tuple[Costs, Demand | None]:
+    """Computes the costs by a criterion, and the demands, of all options.
+
+    Args:
+        choice: Planned options.
+        pi: Inertial parameters, (options, S, 10).
+        criterion: Criterion by which options are compared.
+        bounds: Largest wrench that the gripper holds. With None it holds everything, and demands, which take more
+            than half of the time, are computed only for a criterion that is about them.
+    """
+    costs = choice.compute_costs(pi)
+    if bounds is None and not criterion.is_peak:
+        return (costs._replace(cost=costs.effort) if criterion is Criterion.EFFORT else costs), None
+    demand, bounds = choice.compute_demands(pi), bounds or GripBounds()
+    cost = costs.effort if criterion is Criterion.EFFORT else costs.cost
+    if criterion is Criterion.MARGIN:
+        cost = demand.loads.max(axis=1)
+    elif criterion is Criterion.GRIP:
+        cost = np.hypot(demand.force, demand.moment / bounds.lever)
+    return costs._replace(feasible=costs.feasible & bounds.admit(demand.force, demand.moment), cost=cost), demand
+
+
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
     """Plans a task with every option, once in a process; options with which nothing can be planned cost infinitely.
 
@@ -51,30 +149,55 @@ def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Setti
         ModelFileError: The arm cannot be loaded.
     """
     arm = load_arm(settings.arm)
-    return Choice(options, [plan_once(Work.of(task, option.gripped), settings, arm) for option in options], settings)
+    return Choice(options, [plan_once(task, option.gripped, settings, arm) for option in options], settings)
 
 
-def measure(
-    choice: Choice, pi: Array, criterion: Criterion, bounds: GripBounds = GripBounds()
-) -> tuple[Costs, Demand]:
-    """Computes the costs by a criterion, and the demands, of all options for parameters, (options, S, 10)."""
-    costs, demand = choice.compute_costs(pi), choice.compute_demands(pi)
-    feasible = costs.feasible & bounds.admit(demand.force, demand.moment)
-    if criterion is Criterion.MARGIN:
-        cost = demand.loads.max(axis=1)
-    elif criterion is Criterion.GRIP:
-        cost = np.hypot(demand.force, demand.moment / bounds.lever)
-    else:
-        cost = costs.effort if criterion is Criterion.EFFORT else costs.cost
-    return costs._replace(feasible=feasible, cost=cost), demand
+def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settings, arm: Arm) -> OptionCost:
+    """Plans a task with a tool's parts, posed relative to the hand; once for equal tasks, forms, settings and arms.
 
-
-def price_options(choice: Choice, pi: Array, criterion: Criterion) -> Costs:
-    """Computes the costs by a criterion as ``measure`` does, for a gripper that holds everything.
-
-    Demands, which take more than half of the time, are computed only for criteria that are about them.
+    Forms are equal if shapes, poses and striking faces of the parts are. Where nothing can be planned, the cost is
+    infinite, with the reason.
     """
-    if criterion not in (Criterion.WORK, Criterion.EFFORT):
-        return measure(choice, pi, criterion)[0]
-    costs = choice.compute_costs(pi)
-    return costs._replace(cost=costs.effort if criterion is Criterion.EFFORT else costs.cost)
+    form = [
+        (each.shape, each.X_TE.tobytes(), *((face.p_EQ.tobytes(), face.normal_E.tobytes()) for face in each.strikes))
+        for each in parts
+    ]
+    return _plan(_Work((task, *form), task, parts), settings, arm)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """Task with a tool as gripped, compared by its key alone."""
+
+    key: tuple[object, ...]
+    task: TaskCostModel = field(compare=False)
+    parts: Sequence[PosedShape] = field(compare=False)
+
+
+@lru_cache(maxsize=_MOST_PLANS)
+def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
+    try:
+        return work.task.build_cost(ArmModel(arm), work.parts, settings)
+    except AffordanceError as error:
+        return _Impossible(str(error), arm.num_joints)
+
+
+@dataclass(frozen=True)
+class _Impossible:
+    """Cost of an option with which no motion could be planned: infinite, whatever the inertia."""
+
+    infeasible_reason: str
+    num_joints: int
+
+    @property
+    def q_start(self) -> Array:
+        """No joint angles, (0,)."""
+        return np.zeros(0)
+
+    def compute(self, pi: Array) -> Costs:
+        """Returns infinite costs for parameters of shape (S, 10)."""
+        return Costs.of_nothing(len(pi))
+
+    def compute_demand(self, pi: Array) -> Demand:
+        """Returns infinite demands for parameters of shape (S, 10)."""
+        return Demand.of_nothing(self.num_joints, len(pi))

@@ -1,7 +1,9 @@
 """Rules of choice among objects and grips.
 
 The paper's rule draws one density from the belief and takes the cheapest option under it; Bayes' rule takes the
-option of least expected work.
+option of least expected work. Effort is compared by its expectation, too; peaks, the share of a torque limit and the
+wrench at the grip, by their 95 % quantile under the belief, as it is the rare heavy tool that slips or overloads a
+joint.
 """
 
 from collections.abc import Sequence
@@ -11,15 +13,18 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arguments import Seed, check_kind, check_number, check_seed, check_whole
+from affordance.arguments import Seed, check_kind, check_member, check_number, check_seed, check_whole
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
-from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
+from affordance.choice.demand import Criterion, Demand
+from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
+from affordance.choice.pricing import Amounts, GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
+from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
@@ -39,32 +44,47 @@ class RankedOption(NamedTuple):
 
     Attributes:
         option: Ranked option.
-        work: Expected work over the same densities for all options, [J]. Where a torque limit would be exceeded, the
-            work is that of the motion without this limit.
-        works: Work under each sample, (S,), [J]; infinite where the option is infeasible.
-        effort: Expected integral of the squared torques over the same densities as work, [N^2 m^2 s].
-        cost: Expected cost over the same densities by the measure of the settings, which orders the options; the work
-            by default.
+        samples: Costs under each of S samples, the same densities for all options, (S,) each. Where a torque limit
+            would be exceeded, they are those of the motion without this limit.
+        amounts: Means and 90 % intervals of costs; of demands too, if a bound was given or they are compared.
+        cost: Cost by the criterion, which orders the options: the mean, or the 95 % quantile of a peak.
         p_best: Probability that the option is the cheapest.
-        p_feasible: Probability that the option is feasible: that it keeps the torque limits and does the task.
+        p_feasible: Probability that the option is feasible: that it keeps the limits of torque and grip, and does the
+            task.
         infeasible_reason: Reason why the option is not usable: it cannot do the task, or its probability of being
             feasible is too low; empty if it is usable.
+        q_start: Joint angles at the start of the task, (num_joints,), [rad]; none if nothing could be planned.
         p_best_of_tool: Probability that the option is the cheapest grip of its tool, if that was asked for.
     """
 
     option: Option
-    work: float
-    works: Array
-    effort: float
+    samples: Costs
+    amounts: Amounts
     cost: float
     p_best: float
     p_feasible: float
     infeasible_reason: str
+    q_start: Array
     p_best_of_tool: float = np.nan
 
     def __repr__(self) -> str:
         why = f", {self.infeasible_reason}" if self.infeasible_reason else ""
         return f"RankedOption({self.option.name}: {self.work:.3g} J, best with {self.p_best:.2f}{why})"
+
+    @property
+    def work(self) -> float:
+        """Expected work, [J]."""
+        return self.amounts.work.mean
+
+    @property
+    def works(self) -> Array:
+        """Work under each sample, (S,), [J]; infinite where the option is infeasible."""
+        return np.where(self.samples.feasible, self.samples.work, np.inf)
+
+    @property
+    def effort(self) -> float:
+        """Expected integral of the squared torques, [N^2 m^2 s]."""
+        return self.amounts.effort.mean
 
 
 class Ranking(NamedTuple):
@@ -77,6 +97,7 @@ class Ranking(NamedTuple):
         min_feasibility: Probability with which an option must at least be feasible to be usable.
         p_none: Probability that no option is feasible.
         flips: True if the least expected integral of the squared torques would choose otherwise.
+        criterion: Criterion by which options are compared.
     """
 
     ranked: tuple[RankedOption, ...]
@@ -84,6 +105,7 @@ class Ranking(NamedTuple):
     min_feasibility: float
     p_none: float
     flips: bool
+    criterion: Criterion = Criterion.WORK
 
     def __repr__(self) -> str:
         options = "; ".join(f"{each.option.name}, {each.work:.3g} J, {each.p_best:.2f}" for each in self.ranked)
@@ -134,6 +156,8 @@ def rank(
     num_samples: int = 10_000,
     seed: Seed = 0,
     min_feasibility: float = MIN_FEASIBILITY,
+    criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds | None = None,
 ) -> Ranking:
     """Ranks objects and grips by the expected cost of a task with them.
 
@@ -146,8 +170,12 @@ def rank(
         num_samples: Number of densities drawn from the belief.
         seed: Seed of the random draws: a whole number, or several.
         min_feasibility: Probability with which an option must at least be feasible to be usable.
+        criterion: Criterion by which options are compared, as a member or its name; work is measured as the settings
+            say.
+        bounds: Largest wrench that the gripper holds. With None it holds everything, and demands on joints and grip
+            are computed only if the criterion is about them.
 
-    Returns: Options in the order of their expected cost.
+    Returns: Options in the order of their cost.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind or out of bounds.
@@ -165,10 +193,13 @@ def rank(
     if robot is not None:
         robot = check_kind("robot", robot, ArmOwner, "such as Robot.load(FOLDER)")
         settings = replace(settings, arm=robot.directives)
+    criterion = check_member("criterion", criterion, Criterion)
+    if bounds is not None:
+        check_kind("bounds", bounds, GripBounds)
     _check_sampling(num_samples, min_feasibility)
-    seed = check_seed(seed)
+    rng = np.random.default_rng(check_seed(seed))
     choice = plan_choice(options, task, settings)
-    return rank_options(choice, belief, np.random.default_rng(seed), num_samples, min_feasibility)
+    return rank_options(choice, belief, rng, num_samples, min_feasibility, criterion=criterion, bounds=bounds)
 
 
 def rank_options(
@@ -177,6 +208,9 @@ def rank_options(
     rng: np.random.Generator,
     num_samples: int,
     min_feasibility: float = MIN_FEASIBILITY,
+    *,
+    criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds | None = None,
 ) -> Ranking:
     """Ranks options whose motions are already planned; see ``rank``.
 
@@ -184,52 +218,64 @@ def rank_options(
         BadArgumentError: num_samples is out of bounds, or min_feasibility is not a probability.
     """
     _check_sampling(num_samples, min_feasibility)
-    costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
-    chosen = pick_cheapest(costs, rng)
-    p_feasible = costs.feasible.mean(axis=1)
-    entries = [
-        RankedOption(
-            option,
-            work=float(costs.work[i].mean()),
-            works=np.where(costs.feasible[i], costs.work[i], np.inf),
-            effort=float(costs.effort[i].mean()),
-            cost=float(costs.cost[i].mean()),
-            p_best=float((chosen == i).mean()),
-            p_feasible=float(p_feasible[i]),
-            infeasible_reason=choice.cost_models[i].infeasible_reason
-            or _describe_risk(float(p_feasible[i]), min_feasibility),
-        )
-        for i, option in enumerate(choice.options)
-    ]
-    usable = np.array([not entry.infeasible_reason for entry in entries])
-    lots = rng.random(len(entries))
-    least = min((entries[i].cost for i in np.flatnonzero(usable)), default=0.0)
+    draws = choice.draw(memory, rng, num_samples)
+    return rank_draws(choice, draws, rng, min_feasibility, criterion=criterion, bounds=bounds, by_lot=True)
 
-    def place(i: int) -> tuple[bool, float, float]:
-        tied = entries[i].cost <= least * (1.0 + TIE)
-        return not usable[i], least if tied else entries[i].cost, lots[i]
+
+def rank_draws(
+    choice: Choice,
+    draws: Draws,
+    rng: np.random.Generator,
+    min_feasibility: float = MIN_FEASIBILITY,
+    *,
+    criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds | None = None,
+    by_lot: bool = False,
+) -> Ranking:
+    """Ranks planned options under samples of a belief; see ``rank``.
+
+    Options of equal cost are in random order if ``by_lot``. Otherwise they keep their order, and options that are not
+    usable are ordered by their probability of being feasible, the nearest first.
+    """
+    costs, demand = price_options(choice, draws.parameters, criterion, bounds)
+    chosen = pick_cheapest(costs, rng)
+    joint_names = load_arm(choice.settings.arm).joint_names
+    entries = []
+    for i, (option, plan) in enumerate(zip(choice.options, choice.cost_models, strict=True)):
+        samples = Costs(*(each[i] for each in costs))
+        amounts = Amounts.of(samples, demand and Demand(*(each[i] for each in demand)), joint_names)
+        p_feasible, reason = float(samples.feasible.mean()), plan.infeasible_reason
+        if not reason and p_feasible < min_feasibility:
+            reason = f"is feasible with a probability of {p_feasible:.4g}, must be at least {min_feasibility:g}"
+            reason += f": {amounts.name_excess(bounds or GripBounds())}" if demand else ""
+        cost = amounts.cost.p95 if criterion.is_peak else amounts.cost.mean
+        p_best = float((chosen == i).mean())
+        entries.append(RankedOption(option, samples, amounts, cost, p_best, p_feasible, reason, plan.q_start))
+    usable = [i for i, entry in enumerate(entries) if not entry.infeasible_reason]
+    least = min((entries[i].cost for i in usable), default=0.0)
+    lots = rng.random(len(entries)) if by_lot else np.arange(len(entries))
+
+    def place(i: int) -> tuple[bool, float, float, float]:
+        entry, is_usable = entries[i], i in usable
+        tied = entry.cost <= least * (1.0 + TIE)
+        nearness = 0.0 if by_lot or is_usable else -entry.p_feasible
+        return not is_usable, nearness, least if tied else entry.cost, lots[i]
 
     order = sorted(range(len(entries)), key=place)
-    efforts = [entries[i].effort for i in np.flatnonzero(usable)]
+    least_effort = min((entries[i].effort for i in usable), default=np.inf)
     return Ranking(
         tuple(entries[i] for i in order),
-        num_usable=int(usable.sum()),
+        num_usable=len(usable),
         min_feasibility=min_feasibility,
         p_none=float((chosen == NO_OPTION).mean()),
-        flips=bool(efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
+        flips=bool(usable and entries[order[0]].effort > least_effort * (1.0 + TIE)),
+        criterion=criterion,
     )
 
 
 def _check_sampling(num_samples: int, min_feasibility: float) -> None:
     check_whole("num_samples", num_samples, _NUM_SAMPLES)
     check_number("min_feasibility", min_feasibility, 0.0, 1.0)
-
-
-def _describe_risk(p_feasible: float, least: float) -> str:
-    """Describes why an option is too risky; empty if it is not."""
-    if p_feasible >= least:
-        return ""
-    return f"is feasible with a probability of {p_feasible:.3g}, must be at least {least:g}"
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:

@@ -7,8 +7,7 @@ import numpy as np
 
 from affordance.arguments import check_kind
 from affordance.arrays import Array
-from affordance.choice.motion_cost import MotionCost, PlannedMotion, plan_motion
-from affordance.choice.motion_limits import describe_limit
+from affordance.choice.motion_cost import MotionCost, PlannedMotion, describe_limit, plan_motion
 from affordance.control.path_following import PathFollowing
 from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, TimedPath
 from affordance.exceptions import AffordanceError, NoPlanError

@@ -1,6 +1,7 @@
 """Reasons of a choice: which material's uncertainty decides between two options, and what would change the choice."""
 
 import itertools
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,7 +9,8 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.choice.inner_simulation import Draws
-from affordance.choice.ranking import MIN_FEASIBILITY
+from affordance.choice.options import Option
+from affordance.choice.ranking import MIN_FEASIBILITY, Ranking
 from affordance.objects.colour import Colour
 
 # Samples to a bin of densities, and numbers of bins: conditional costs are those of the samples of a bin.
@@ -63,6 +65,29 @@ class Reasons(NamedTuple):
     shares: tuple[Share, ...]
     rest: float
     turns: tuple[Turn, ...]
+
+
+def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
+    """Finds the reasons of a ranking's choice; None if no other option is usable.
+
+    Args:
+        ranking: Ranking; options of the reasons are indices of ``ranked``.
+        draws: Samples of the belief under which it was made.
+        options: Options in the order of the samples.
+    """
+    usable = ranking.ranked[: ranking.num_usable]
+    if len(usable) < 2:
+        return None
+    rival = max(range(1, len(usable)), key=lambda i: usable[i].p_best)
+    names = list(dict.fromkeys(option.object_name for option in options))
+    return find_reasons(
+        draws,
+        np.array([each.samples.cost for each in usable]),
+        np.array([each.samples.feasible for each in usable]),
+        np.array([names.index(each.option.object_name) for each in usable]),
+        (0, rival),
+        is_peak=ranking.criterion.is_peak,
+    )
 
 
 def find_reasons(

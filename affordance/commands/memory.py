@@ -1,9 +1,24 @@
 """``affordance memory``: shows, forgets, merges, exports, imports and verifies what robots have felt."""
 
 import argparse
-import importlib
+from collections.abc import Mapping
 from pathlib import Path
 
+from affordance.belief.density_belief import Prior
+from affordance.commands.options import add_answer, add_prior_set, give_answer, read_prior
+from affordance.commands.workbench import parse_same_colours
+from affordance.exceptions import BadValueError
+from affordance.memory.exchange import export_trials, read_trials
+from affordance.memory.ledger import Ledger, open_memory
+from affordance.memory.stored_trials import Selection
+from affordance.memory.summary import ExperienceSummary, MemorySummary, summarise
+from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.reporting.formatting import tabulate
+from affordance.reporting.memory_figure import draw_memory
+
+# Exit status if verifying found faults.
+FAULTY = 3
 ACTIONS = ("show", "forget", "merge", "export", "import", "verify")
 
 
@@ -22,20 +37,110 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--trial", default="", metavar="ID", help="the trial whose id begins so, four digits at least")
     add("--same-colour", action="append", default=[], metavar="A=B", help="colours that show counts as one")
     add("--materials", type=Path, metavar="FILE", help="materials whose names are shown (default: ours)")
-    add("--out", type=Path, metavar="DIR", help="folder for the picture of show (default: none)")
-    add("--json", action="store_true", help="print what is shown as JSON")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        dest="changes",
-        metavar="NAME=VALUE",
-        help="a setting of the prior, as prior.sd=8000; more than once",
-    )
+    add_answer(parser, "the picture and the table of show")
+    add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Does what is asked; returns the exit status, 3 if verifying found faults."""
-    # Imported on demand: it takes a second, for which --help need not wait.
-    status: int = importlib.import_module("affordance.commands.manage_memory").run(arguments)
-    return status
+    """Does what is asked; returns the exit status, FAULTY if verifying found faults."""
+    prior = read_prior(arguments, "a memory")
+    _check_arguments(arguments)
+    with open_memory(arguments.memory, create=arguments.action in ("merge", "import")) as ledger:
+        match arguments.action:
+            case "show":
+                _show(arguments, ledger, prior)
+            case "forget":
+                print(f"{ledger.place}: {ledger.forget(_select(arguments))} trials forgotten, {len(ledger)} remain")
+            case "merge":
+                _merge(ledger, arguments.files)
+            case "export":
+                path = Path(arguments.files[0])
+                print(f"{path}: {export_trials(ledger, path)} trials written")
+            case "import":
+                trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
+                print(f"{ledger.place}: {ledger.append(trials)} trials are new, {len(ledger)} in all")
+            case "verify":
+                faults = ledger.verify()
+                print("\n".join(faults) or f"{ledger.place}: {len(ledger)} trials, all sound")
+                return FAULTY if faults else 0
+    return 0
+
+
+def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
+    """Names the materials of a memory: by the known material of the same colour, else by the colour itself."""
+    known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
+    names = {}
+    for each in summary.materials:
+        nearest = find_nearest_colour(each.colour, known)
+        is_known = is_same_colour(each.colour, known[nearest])
+        names[each.colour] = f"{nearest} {show_colour(each.colour)}" if is_known else show_colour(each.colour)
+    return names
+
+
+def _select(arguments: argparse.Namespace) -> Selection:
+    selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
+    if not any(selection):
+        raise BadValueError("forget", "", "must be told what: --robot, --object, --since, --until or --trial")
+    return selection
+
+
+def _check_arguments(arguments: argparse.Namespace) -> None:
+    """Checks that the action has its files, and no option that it ignores."""
+    needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
+    files = len(arguments.files)
+    if (arguments.action in needed and not files) or (arguments.action == "export" and files > 1):
+        raise BadValueError(arguments.action, "", f"is given {files} files, must be {needed[arguments.action]}")
+    if arguments.action not in needed and files:
+        raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be none")
+    given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
+    if given and arguments.action != "forget":
+        raise BadValueError(f"--{given[0]}", "", f"selects nothing in {arguments.action}, only forget takes it")
+
+
+def _merge(ledger: Ledger, files: list[str]) -> None:
+    for file in files:
+        with open_memory(file, create=False) as other:
+            print(f"{file}: {ledger.merge(other)} of {len(other)} trials are new")
+    print(f"{ledger.place}: {len(ledger)} trials")
+
+
+def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
+    summary = summarise(ledger, prior, parse_same_colours(arguments.same_colour))
+    names = name_colours(summary, arguments.materials)
+    content = {
+        "trials": len(ledger),
+        "materials": [{"name": names[each.colour], **_unfold(each)} for each in summary.materials],
+        "things": [_unfold(each) for each in summary.things],
+    }
+    text = _describe(ledger, summary, names)
+    give_answer(arguments, "memory", text, content, lambda: draw_memory(summary, names))
+
+
+def _unfold(each: object) -> dict[str, object]:
+    content: dict[str, object] = each._asdict()  # type: ignore[attr-defined]
+    experience = content.pop("experience")
+    assert isinstance(experience, ExperienceSummary)
+    return {**content, **experience._asdict()}
+
+
+def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
+    """Writes the tables of materials and things."""
+    lines = [f"{ledger.place}: {len(ledger)} trials"]
+    width = max((len(name) for name in (*names.values(), *(thing.name for thing in summary.things))), default=0)
+    rows = [
+        [f"{'material':<{width}}", f"{'kg/m^3':>7}", f"{'90 % interval':>15}", "trials", "things", "since", "robots"]
+    ]
+    for each in summary.materials:
+        low, high = each.interval90
+        felt = each.experience
+        name, interval = f"{names[each.colour]:<{width}}", f"{low:6.0f} to {high:5.0f}"
+        numbers = [f"{each.median:.0f}", interval, str(felt.trials), str(len(each.things))]
+        rows.append([name, *numbers, felt.since[:10], ", ".join(felt.robots)])
+    lines += ["", *tabulate(rows, right=range(1, 5))] if summary.materials else []
+    rows = [[f"{'thing':<{width}}", f"{'kg':>7}", f"{'SD':>7}", "trials", "since", "robots"]]
+    for thing in summary.things:
+        felt = thing.experience
+        numbers = [f"{thing.mass:.3f}", f"{thing.mass_sd:.3f}", str(felt.trials)]
+        rows.append([f"{thing.name:<{width}}", *numbers, felt.since[:10], ", ".join(felt.robots)])
+    lines += ["", *tabulate(rows, right=range(1, 4))] if summary.things else []
+    return "\n".join([*lines, *([] if summary.materials else ["It knows nothing yet."])])

@@ -1,42 +1,30 @@
 """``affordance next``: says what to hold next before tools are chosen, what it is worth, and when to stop."""
 
 import argparse
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.arguments import check_number, check_whole
+from matplotlib.figure import Figure
+
+from affordance.arguments import check_number
 from affordance.belief.object_belief import FeltObject
-from affordance.choice.demand import Criterion
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import plan_options
-from affordance.choice.tool_options import list_tool_options
-from affordance.commands.options import (
-    add_choice,
-    change_by_name,
-    check_bounds,
-    choose_tools,
-    parse_same_colours,
-    read_options,
-    recall,
-)
+from affordance.commands.options import give_answer, read_options
+from affordance.commands.workbench import add_choice, check_choice, choose_criterion, open_bench, see_tools
 from affordance.exceptions import AffordanceError, name_object
-from affordance.files.atomic import to_plain, write_json, write_text
-from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import SameColours
 from affordance.memory.ledger import open_memory
 from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
-from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
-from affordance.reporting.figures import save_figure
+from affordance.reporting.formatting import tabulate
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
-_SAMPLES = Whole(100, 1_000_000)
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"
 # A choice is a tie if its expected loss is at most this share of the cost.
@@ -62,12 +50,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="objects that may be held first (default: our pieces of stock)",
     )
     add("--include-tools", action="store_true", help="the tools themselves may be held too")
-    add("--see", choices=("drawing", "pictures"), default="drawing", help="how the tools' form is known")
-    add(
-        "--by",
-        choices=[each.value for each in Criterion],
-        help="what is compared (default as rank: work, J, for the paper's arm; wrench at the grip, N, for others)",
-    )
     add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
     add(
         "--price",
@@ -76,27 +58,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="COST",
         help="price of a hold, in the unit of the cost (default 0)",
     )
-    add("--samples", type=int, default=4000, metavar="N", help="samples of the belief (default 4000)")
-    add_choice(parser, _NAME)
+    add_choice(parser, _NAME, samples=4000, sights=("drawing", "pictures"))
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints what to hold next, and writes it with a picture if there is a folder for it."""
-    check_bounds(arguments)
-    check_whole("--samples", arguments.samples, _SAMPLES)
+    check_choice(arguments, 100)
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
-    settings = change_by_name(arguments, Settings(arm=robot.directives))
-    criterion = Criterion(arguments.by or (Criterion.WORK if robot.is_default else Criterion.GRIP))
-    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    held = load_tools(arguments.may_hold, materials)
-    candidates = _list_candidates(held, tools, arguments)
-    same_colours = parse_same_colours(arguments.same_colour)
-    memory = recall(arguments.memory, settings, same_colours)
+    bench = open_bench(arguments, robot)
+    _, settings, materials, tools, memory, same_colours = bench
+    criterion = choose_criterion(arguments.by, robot)
+    candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)
     felt = _recall_felt(arguments.memory, settings, same_colours)
-    options = list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed)
+    options = see_tools(arguments, bench)
     tasks = list(dict.fromkeys(arguments.tasks))
     questions = [Question(t, plan_options(options, robot.load_task(t), settings), arguments.uses) for t in tasks]
     advice = advise_hold(
@@ -112,18 +88,11 @@ def run(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     sentence = describe_stop(advice, arguments.uses)
-    content = {
-        **advice._asdict(),
-        "ranked": [each._asdict() for each in advice.ranked],
-        "decisions": [each._asdict() for each in advice.decisions],
-        "rests_on": advice.rests_on,
-        "sentence": sentence,
-    }
-    text = "\n".join([*tabulate(advice, arguments.uses), sentence])
-    if arguments.out is not None:
-        write_text(arguments.out / f"{_NAME}.txt", text + "\n")
-        write_json(arguments.out / f"{_NAME}.json", content)
-        figure = draw_holds(
+    content = {**advice._asdict(), "rests_on": advice.rests_on, "sentence": sentence}
+    text = "\n".join([*describe_holds(advice, arguments.uses), sentence])
+
+    def draw() -> Figure:
+        return draw_holds(
             [each.name for each in advice.ranked],
             [(each.worth, each.worth_se) for each in advice.ranked],
             [
@@ -133,12 +102,12 @@ def run(arguments: argparse.Namespace) -> int:
             label=_label_worth(advice, arguments.uses),
             title=sentence,
         )
-        save_figure(figure, arguments.out, _NAME)
-    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+
+    give_answer(arguments, _NAME, text, content, draw)
     return 0
 
 
-def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
+def describe_holds(advice: HoldAdvice, uses: float) -> list[str]:
     """Formats the decisions as they stand, what may be held, and both rules of stopping."""
     unit = advice.unit
     lines = [
@@ -148,13 +117,13 @@ def tabulate(advice: HoldAdvice, uses: float) -> list[str]:
         else f"{each.name}: no option can do it (P = {1.0 - each.p_possible:.3f})"
         for each in advice.decisions
     ]
-    width = max(len(each.name) for each in advice.ranked)
-    lines.append(f"{'':<{width}}  {_label_worth(advice, uses)}  information (nat)  P(best) then")
+    rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) then"]]
     for each in advice.ranked:
-        worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
         heavy = "" if each.p_held >= _SURELY else f"  (held by the arm with probability {each.p_held:.2f})"
-        lines.append(f"{each.name:<{width}}  {worth:>24}  {each.information:17.2f}  {then}{heavy}")
+        worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
+        rows.append([each.name, worth, f"{each.information:.2f}", f"{then}{heavy}"])
+    lines += tabulate(rows, right=(1, 2))
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
     lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
     return lines

@@ -1,22 +1,24 @@
 """Options shared by commands, declared and checked in one place."""
 
 import argparse
-from collections.abc import Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from affordance.arguments import JOBS, REPEATS, check_whole
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.belief.density_belief import Prior
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import SameColours
 from affordance.named_settings import change_settings, list_settings, parse_changes
-from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
-from affordance.objects.tool import Tool
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Bounds of shared numbers; values beyond any practical run are typing errors.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
@@ -83,16 +85,41 @@ def check_experiment(arguments: argparse.Namespace, names: Sequence[str]) -> Non
             raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
 
 
-def add_set(parser: argparse.ArgumentParser) -> None:
+def add_set(
+    parser: argparse.ArgumentParser,
+    what: str = "a setting, as prior.sd=8000; more than once; affordance settings lists all",
+) -> None:
     """Adds ``--set``, which changes settings by name."""
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        dest="changes",
-        metavar="NAME=VALUE",
-        help="a setting, as prior.sd=8000; more than once; affordance settings lists all",
-    )
+    parser.add_argument("--set", action="append", default=[], dest="changes", metavar="NAME=VALUE", help=what)
+
+
+def add_prior_set(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--set`` of commands that use the prior's settings only; see ``read_prior``."""
+    add_set(parser, "a setting of the prior, as prior.sd=8000; more than once")
+
+
+def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
+    """Adds ``--json`` and ``--out``, a folder for the named files; see ``give_answer``."""
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for {files} (default: none)")
+
+
+def give_answer(
+    arguments: argparse.Namespace,
+    name: str,
+    text: str,
+    content: Mapping[str, Any],
+    draw: "Callable[[], Figure] | None" = None,
+) -> None:
+    """Prints an answer as text or JSON, and writes both to the folder of ``--out``, with a figure if it is drawn."""
+    if arguments.out is not None:
+        write_text(arguments.out / f"{name}.txt", text + "\n")
+        write_json(arguments.out / f"{name}.json", content)
+        if draw is not None:
+            from affordance.reporting.figures import save_figure  # here, as runs without --out need not wait for it
+
+            save_figure(draw(), arguments.out, name)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
 
 
 def add_run_options(
@@ -136,10 +163,13 @@ def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_S
     return change_settings(settings, parse_changes(arguments.changes))
 
 
-def list_groups(except_for: str) -> list[str]:
-    """Lists the names of all groups of settings and of settings without group, except one."""
-    names = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
-    return [name for name in names if name != except_for]
+def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
+    """Returns the prior with the changes of ``--set``; a change of any other setting is a BadValueError."""
+    groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
+    refuse_changes(
+        arguments, [name for name in groups if name != "prior"], f"of all settings {what} has the prior's only"
+    )
+    return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
@@ -203,56 +233,3 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         height=arguments.base_height,
         up=arguments.up,
     )
-
-
-def add_choice(parser: argparse.ArgumentParser, files: str) -> None:
-    """Adds the options of a choice of tools: tools, memory, robot, seed, settings, and the name of written files."""
-    add = parser.add_argument
-    tools = MODELS / "workshop" / "tools.yaml"
-    add("--tools", type=Path, default=tools, metavar="FILE", help="tools with grips (default: ours)")
-    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
-    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
-    # For what two cameras see differently.
-    same = "colours of a memory that are to count as one, as #b5a642=#c0b050; more than once"
-    add("--same-colour", action="append", default=[], metavar="A=B", help=same)
-    add("--json", action="store_true", help="print the result as JSON")
-    add("--out", type=Path, metavar="DIR", help=f"folder for {files}.json, .txt, .png and .svg (default: none)")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
-
-
-def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
-    """Parses pairs of colours, as '#b5a642=#c0b050'; anything else raises a BadValueError."""
-    pairs = []
-    for word in words:
-        one, _, other = word.partition("=")
-        if not (is_colour(one) and is_colour(other)):
-            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
-        pairs.append((parse_colour(one), parse_colour(other)))
-    return pairs
-
-
-def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
-    """Recalls a lasting memory, or without one that of an observer who knows nothing."""
-    if place is None:
-        return MaterialMemory()
-    from affordance.memory.ledger import open_memory  # here, as SQLAlchemy takes a third of a second
-
-    with open_memory(place, create=False) as ledger:
-        return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
-
-
-def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by their names, or all; one that is unknown or has no grips raises an AffordanceError."""
-    known = {tool.name: tool for tool in tools}
-    for name in names:
-        if name not in known:
-            raise BadValueError(path, "--only", describe_choice(name, list(known)))
-    chosen = [known[name] for name in names] or list(tools)
-    for tool in chosen:
-        if not tool.grips:
-            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
-    return chosen

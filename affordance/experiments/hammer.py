@@ -16,8 +16,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.hammer import Hammer, find_swing, sample_swing
 from affordance.choice.inner_simulation import Choice
+from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import MotionCost
-from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.exceptions import BadValueError, name_object
 from affordance.experiments.definition import Outputs

@@ -1,9 +1,13 @@
 """Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
+from affordance.belief.density_belief import Prior
+from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
@@ -45,6 +49,41 @@ def build_identified_trial(
         source=Path(run.source).name,
         source_hash=run.fingerprint,
     )
+
+
+class Lesson(NamedTuple):
+    """Memory after a trial.
+
+    Attributes:
+        memory: Memory as recalled.
+        is_new: True if the trial was not in it before.
+        num_other_arms: Number of its trials of the same robot with another arm.
+    """
+
+    memory: Memory
+    is_new: bool
+    num_other_arms: int
+
+
+def teach(place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", arms: Sequence[str] = ()) -> Lesson:
+    """Appends a trial to a lasting memory, and recalls it.
+
+    Args:
+        place: Memory that learns.
+        trial: Trial to be learned from.
+        prior: Prior of densities.
+        known: Another memory that is merged into it first; empty, or not existing yet, if there is none.
+        arms: Further fingerprints of the robot's present arm.
+    """
+    from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
+
+    with open_memory(place) as ledger:
+        if known and has_memory(known):
+            with open_memory(known) as before:
+                ledger.merge(before)
+        is_new = ledger.append([trial]) > 0
+        num_other_arms = ledger.count_of_other_arms(trial.robot, trial.fingerprint, *arms)
+        return Lesson(ledger.recall(prior=prior), is_new, num_other_arms)
 
 
 def _name_robot(source: Path) -> str:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.choice.demand import Criterion
-from affordance.choice.weighing import Advice, Weighed
+from affordance.choice.ranking import RankedOption, Ranking
 from affordance.exceptions import UnavailableError
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
@@ -30,7 +30,7 @@ _NAME_WIDTH = 26
 _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
-def render_choice(directives: Path, advice: Advice, tools: dict[str, Tool]) -> Image | None:
+def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> Image | None:
     """Renders the arm with the chosen tool in its hand at the start of the task; None without a renderer."""
     option = advice.best.option
     tool = tools[option.object_name].list_gripped()[option.grip]
@@ -40,9 +40,9 @@ def render_choice(directives: Path, advice: Advice, tools: dict[str, Tool]) -> I
         return None
 
 
-def draw_advice(advice: Advice, title: str, picture: Image | None) -> Figure:
+def draw_advice(advice: Ranking, title: str, picture: Image | None) -> Figure:
     """Draws the picture of the tool in the hand, if any, and bars of cost and torque share with 90 % intervals."""
-    shown = [each for each in advice.ranked if np.isfinite(each.cost.mean)]
+    shown = [each for each in advice.ranked if np.isfinite(each.amounts.cost.mean)]
     figure = Figure(figsize=(12.0, max(4.0, 1.2 + 0.45 * len(shown))))
     of_picture, of_cost, of_probability = figure.subplots(1, 3, width_ratios=(1.0, 1.3, 0.6))
     if picture is not None:
@@ -52,8 +52,9 @@ def draw_advice(advice: Advice, title: str, picture: Image | None) -> Figure:
     places = np.arange(float(len(shown)))[::-1]
     colours = [OBJECT_COLOURS[2] if each.infeasible_reason else OBJECT_COLOURS[0] for each in shown]
     scale = 100.0 if advice.criterion is Criterion.MARGIN else 1.0
-    means = scale * np.array([each.cost.mean for each in shown])
-    errors = np.abs(scale * np.array([[each.cost.p05, each.cost.p95] for each in shown]).T - means)
+    costs = [each.amounts.cost for each in shown]
+    means = scale * np.array([each.mean for each in costs])
+    errors = np.abs(scale * np.array([[each.p05, each.p95] for each in costs]).T - means)
     _draw_bars(of_cost, places, means, errors, colours)
     of_cost.set_yticks(places, [fold(_label(each), _NAME_WIDTH) for each in shown])
     of_cost.set_xlabel(f"{_LABELS[advice.criterion]}, mean and 90 % interval")
@@ -64,8 +65,8 @@ def draw_advice(advice: Advice, title: str, picture: Image | None) -> Figure:
     return figure
 
 
-def _label(weighed: Weighed) -> str:
-    return f"{weighed.option.name} (not usable)" if weighed.infeasible_reason else weighed.option.name
+def _label(ranked: RankedOption) -> str:
+    return f"{ranked.option.name} (not usable)" if ranked.infeasible_reason else ranked.option.name
 
 
 def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours: Sequence[str]) -> None:

@@ -7,13 +7,14 @@ import numpy as np
 
 from affordance.choice.demand import Criterion
 from affordance.choice.options import Option
+from affordance.choice.pricing import Amount
+from affordance.choice.ranking import RankedOption, Ranking
 from affordance.choice.reasons import Reasons, Turn
-from affordance.choice.weighing import Advice, Amount, Weighed
 from affordance.files.atomic import to_plain
 from affordance.objects.colour import Colour, find_nearest_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
-from affordance.reporting.formatting import format_number
+from affordance.reporting.formatting import format_number, tabulate
 
 # Least share of a material in the uncertainty, and least probability of a change, that the text mentions.
 _LEAST_SHARE, _LEAST_PROBABILITY = 0.05, 1e-3
@@ -28,6 +29,7 @@ class AdviceQuestion(NamedTuple):
         memory: Name of the memory; empty without one.
         unknown: Names of the tools' materials without evidence in the memory.
         num_other_arms: Number of the memory's trials of this robot that were made with another arm.
+        reasons: Reasons of the choice; None if no other option is usable.
     """
 
     task: str
@@ -37,6 +39,7 @@ class AdviceQuestion(NamedTuple):
     unknown: tuple[str, ...]
     names: Callable[[Colour], str]
     num_other_arms: int = 0
+    reasons: Reasons | None = None
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
@@ -48,7 +51,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
     return lambda colour: shown.get(colour) or find_nearest_colour(colour, colours)
 
 
-def describe_advice(advice: Advice, question: AdviceQuestion) -> str:
+def describe_advice(advice: Ranking, question: AdviceQuestion) -> str:
     """Writes an advice for a terminal; the last line, and the error, are those of ``describe_choice_of``."""
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
@@ -63,13 +66,13 @@ def describe_advice(advice: Advice, question: AdviceQuestion) -> str:
     return "\n".join([*lines, describe_choice_of(advice)])
 
 
-def describe_choice_of(advice: Advice) -> str:
+def describe_choice_of(advice: Ranking) -> str:
     """Describes the option to take, its cost and its certainty; nothing usable is an AffordanceError."""
     best = advice.best
     return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
 
 
-def build_content(advice: Advice, question: AdviceQuestion) -> dict[str, Any]:
+def build_content(advice: Ranking, question: AdviceQuestion) -> dict[str, Any]:
     """Builds the JSON content of an advice; infinite numbers are null, errors those of ``describe_choice_of``."""
     criterion = advice.criterion
     options = [
@@ -77,12 +80,12 @@ def build_content(advice: Advice, question: AdviceQuestion) -> dict[str, Any]:
             **_identify(each.option),
             "usable": not each.infeasible_reason,
             "reason": each.infeasible_reason or None,
-            "cost": {**_show(each.cost), "value": _finite(each.value)},
-            "work": _show(each.work),
-            "effort": _show(each.effort),
-            "torque_share": {**_show(each.margin), "joint": each.joint},
-            "grip_force": _show(each.force),
-            "grip_moment": _show(each.moment),
+            "cost": {**_show(each.amounts.cost), "value": _finite(each.cost)},
+            "work": _show(each.amounts.work),
+            "effort": _show(each.amounts.effort),
+            "torque_share": {**_show(each.amounts.margin), "joint": each.amounts.joint},
+            "grip_force": _show(each.amounts.force),
+            "grip_moment": _show(each.amounts.moment),
             "p_best": each.p_best,
             "p_feasible": each.p_feasible,
         }
@@ -101,14 +104,14 @@ def build_content(advice: Advice, question: AdviceQuestion) -> dict[str, Any]:
         "choice": _identify(advice.best.option),
         "options": options,
         "p_none": advice.p_none,
-        "why": None if advice.reasons is None else _show_reasons(advice, advice.reasons, question),
+        "why": None if question.reasons is None else _show_reasons(advice, question.reasons, question),
         "sentence": describe_choice_of(advice),
     }
     plain: dict[str, Any] = to_plain(content)
     return plain
 
 
-def _show_reasons(advice: Advice, reasons: Reasons, question: AdviceQuestion) -> dict[str, Any]:
+def _show_reasons(advice: Ranking, reasons: Reasons, question: AdviceQuestion) -> dict[str, Any]:
     return {
         "rival": _identify(advice.ranked[reasons.rival].option),
         "materials": [{"material": name, "share": share} for name, share in _sum_shares(reasons, question).items()],
@@ -170,29 +173,25 @@ def _say_memory(question: AdviceQuestion) -> str:
     return f"with the memory {question.memory}{unknown}"
 
 
-def _tabulate(advice: Advice) -> list[str]:
+def _tabulate(advice: Ranking) -> list[str]:
     """Formats the options as a table: intervals of 90 %, peaks by their 95 % quantile."""
     of_cost = _COST_TITLES.get(advice.criterion)
     header = ["", "work (J)", *([of_cost] if of_cost else []), "P(best)", "P(feasible)"]
     header += ["torque share", "force (N)", "moment (N m)", ""]
     rows = [header]
     for each in advice.ranked:
-        costs = [_range(each.work), *([_range(each.cost)] if of_cost else [])]
-        peaks = [f"{_percent(each.margin.p95)} {each.joint}", _number(each.force.p95), _number(each.moment.p95)]
-        if not each.q_start.size:
-            peaks = ["", "", ""]
+        amounts = each.amounts
+        costs = [_range(amounts.work), *([_range(amounts.cost)] if of_cost else [])]
+        forces = _number(amounts.force.p95), _number(amounts.moment.p95)
+        peaks = [f"{_percent(amounts.margin.p95)} {amounts.joint}", *forces] if each.q_start.size else ["", "", ""]
         probabilities = [f"{each.p_best:.2f}", f"{each.p_feasible:.2f}"]
-        rows.append(
-            [f"{each.option.object_name}, {each.option.grip}", *costs, *probabilities, *peaks, each.infeasible_reason]
-        )
-    widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
-    return [
-        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]
+        name = f"{each.option.object_name}, {each.option.grip}"
+        rows.append([name, *costs, *probabilities, *peaks, each.infeasible_reason])
+    return [f"  {line}" for line in tabulate(rows)]
 
 
-def _say_why(advice: Advice, question: AdviceQuestion) -> list[str]:
-    reasons = advice.reasons
+def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
+    reasons = question.reasons
     if reasons is None:
         return ["Why: no other option can do the task with the required probability."]
     best, rival = advice.ranked[0], advice.ranked[reasons.rival]
@@ -208,7 +207,7 @@ def _say_why(advice: Advice, question: AdviceQuestion) -> list[str]:
     return lines if told else [*lines, "  No plausible density would change the choice by itself."]
 
 
-def _say_turn(turn: Turn, advice: Advice, question: AdviceQuestion) -> str:
+def _say_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
     side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option)
     return (
@@ -217,14 +216,14 @@ def _say_turn(turn: Turn, advice: Advice, question: AdviceQuestion) -> str:
     )
 
 
-def _say_cost(weighed: Weighed, criterion: Criterion) -> str:
+def _say_cost(best: RankedOption, criterion: Criterion) -> str:
+    amounts, cost = best.amounts, best.amounts.cost
     if criterion is Criterion.MARGIN:
-        return f"{_percent(weighed.value)} of the torque limit of {weighed.joint} at most"
+        return f"{_percent(cost.p95)} of the torque limit of {amounts.joint} at most"
     if criterion is Criterion.GRIP:
-        return f"{_number(weighed.force.p95)} N and {_number(weighed.moment.p95)} N m at most to be held by the grip"
-    half = 0.5 * (weighed.cost.p95 - weighed.cost.p05)
+        return f"{_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at most to be held by the grip"
     unit = "J" if criterion is Criterion.WORK else "N²m²s"
-    return f"{_number(weighed.cost.mean)} ± {format_number(half, 2)} {unit}"
+    return f"{_number(cost.mean)} ± {format_number(0.5 * (cost.p95 - cost.p05), 2)} {unit}"
 
 
 def _name(option: Option) -> str:

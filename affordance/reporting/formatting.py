@@ -1,7 +1,7 @@
 """Formatting of numbers and names, shared by report and figures."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 # Number of observers below which chance alone decides many of the claims.
 ENOUGH_OBSERVERS = 20
@@ -50,6 +50,15 @@ def format_list(values: Iterable[float], digits: int = 2) -> str:
 def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> str:
     """Formats a quantity with the name of each value: 9.70 J (wood) and 13.70 J (steel)."""
     return " and ".join(f"{value:.{digits}f} {unit} ({name})" for name, value in values.items())
+
+
+def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
+    """Formats rows of cells as lines, columns two spaces apart; those whose numbers are in ``right`` to the right."""
+    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(f"{cell:{'>' if k in right else '<'}{widths[k]}}" for k, cell in enumerate(row)).rstrip()
+        for row in rows
+    ]
 
 
 def count_observers(num: int) -> str:

@@ -15,7 +15,7 @@ from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
-from affordance.reporting.formatting import format_number
+from affordance.reporting.formatting import format_number, tabulate
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import Fitted, show
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS, HomePosture
@@ -238,12 +238,5 @@ def _write_text(title: str, parts: Sequence[ReportPart]) -> str:
     for part in parts:
         lines += ["", part.heading, "-" * len(part.heading), *(f"- {sentence}" for sentence in part.sentences)]
         if part.table:
-            widths = [max(len(row[k]) for row in part.table) for k in range(len(part.table[0]))]
-            lines += [
-                "",
-                *(
-                    "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-                    for row in part.table
-                ),
-            ]
+            lines += ["", *tabulate(part.table)]
     return "\n".join(lines) + "\n"

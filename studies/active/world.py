@@ -12,9 +12,9 @@ from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_advice import HoldAdvice
 from affordance.choice.hold_worth import Decision
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import plan_options, price_options
-from affordance.choice.tool_options import list_drawn_options
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -147,7 +147,7 @@ def draw_world(
                 for each in question.choice.options
             ]
         )
-        found = price_options(question.choice, pi[:, None], Criterion.WORK)
+        found, _ = price_options(question.choice, pi[:, None])
         costs[question.name] = np.where(found.feasible, found.cost, np.inf)[:, 0]
     return TrueWorld(densities, costs)
 
@@ -268,7 +268,7 @@ def decide(
                 drawn[option.object_name] = geometry.compute_parameters(own, errors)
         options = question.choice.options
         pi = np.array([drawn[each.object_name] @ build_transform_map(np.linalg.inv(each.X_TG)).T for each in options])
-        costs = price_options(question.choice, pi, Criterion.WORK)
+        costs, _ = price_options(question.choice, pi)
         names = tuple(each.name for each in options)
         decisions.append(Decision(question.name, names, costs.cost, costs.feasible))
     return mu, decisions

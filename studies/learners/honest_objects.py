@@ -18,7 +18,7 @@ from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct

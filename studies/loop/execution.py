@@ -8,8 +8,8 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer
 from affordance.choice.options import Option
+from affordance.choice.ranking import rank_draws
 from affordance.choice.reach import Reach
-from affordance.choice.weighing import weigh
 from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
@@ -28,16 +28,9 @@ def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> di
     """
     found: dict[str, Any] = {}
     for name, task in bench.tasks.items():
-        advice = weigh(
-            bench.choices[name].options,
-            task,
-            memory,
-            bench.settings,
-            criterion=criterion,
-            num_samples=_SAMPLES,
-            rng=np.random.default_rng(seed),
-        )
-        option = advice.ranked[0].option
+        choice, rng = bench.choices[name], np.random.default_rng(seed)
+        ranking = rank_draws(choice, choice.draw(memory, rng, _SAMPLES), rng, criterion=criterion)
+        option = ranking.ranked[0].option
         tool = _grip(bench, option)
         if isinstance(task, Hammer):
             planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)

@@ -10,9 +10,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
-from affordance.choice.inner_simulation import Choice, TaskCostModel
-from affordance.choice.pricing import measure
-from affordance.choice.weighing import weigh
+from affordance.choice.inner_simulation import Choice
+from affordance.choice.pricing import price_options
+from affordance.choice.ranking import rank_draws
 from affordance.identification.identify import identify, see_tool
 from affordance.identification.settings import DEFAULT_SETTINGS
 from affordance.memory.identified_trial import build_identified_trial
@@ -104,7 +104,6 @@ def live(
 
 def judge(
     choice: Choice,
-    task: TaskCostModel,
     memory: Memory,
     truths: Sequence[TrueTool],
     criterion: Criterion,
@@ -112,16 +111,14 @@ def judge(
     rng: np.random.Generator,
 ) -> Judged:
     """Judges the option that is advised under a memory by the true inertias, along the motions that are planned."""
-    advice = weigh(
-        choice.options, task, memory, choice.settings, criterion=criterion, num_samples=num_samples, rng=rng
-    )
+    ranking = rank_draws(choice, choice.draw(memory, rng, num_samples), rng, criterion=criterion)
     costs = find_true_costs(choice, truths, criterion)
     names = [option.name for option in choice.options]
     best = float(costs.min())
     if not np.isfinite(best):
         return Judged(np.nan, np.nan)
     # Where nothing is usable under the belief, one takes what is ranked first.
-    chosen = float(costs[names.index(advice.ranked[0].option.name)])
+    chosen = float(costs[names.index(ranking.ranked[0].option.name)])
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 
 
@@ -131,7 +128,7 @@ def find_true_costs(choice: Choice, truths: Sequence[TrueTool], criterion: Crite
     pi = np.array(
         [build_transform_map(np.linalg.inv(option.X_TG)) @ named[option.object_name] for option in choice.options]
     )
-    costs, _ = measure(choice, pi[:, None], criterion)
+    costs, _ = price_options(choice, pi[:, None], criterion)
     true_costs: Array = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
     return true_costs
 

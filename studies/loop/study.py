@@ -16,9 +16,9 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
-from affordance.choice.pricing import plan_options
-from affordance.choice.tool_options import list_seen_options, list_tool_options
-from affordance.choice.weighing import weigh
+from affordance.choice.listed_options import list_seen_options
+from affordance.choice.pricing import GripBounds, plan_options
+from affordance.choice.ranking import rank_draws
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
@@ -85,7 +85,7 @@ def build_bench(config: LoopConfig) -> Bench:
     settings = Settings(arm=robot.directives)
     materials = load_materials(MODELS / "materials.yaml")
     hammers, kitchen = (load_tools(MODELS / "workshop" / name, materials) for name in (_HAMMERS, _KITCHEN))
-    seen = list_tool_options([*hammers, *kitchen], by_sight=True, seed=config.seed)
+    seen = list_seen_options([*hammers, *kitchen], config.seed)
     names = {tool.name for tool in hammers}
     tasks = {name: robot.load_task(name) for name in TASKS}
     choices = {
@@ -144,13 +144,12 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
         memory = memories[number]
         for i, task in enumerate(TASKS):
             for j, criterion in enumerate(CRITERIA):
-                judged = judge(bench.choices[task], bench.tasks[task], memory, truths, criterion, _SAMPLES, rng)
+                judged = judge(bench.choices[task], memory, truths, criterion, _SAMPLES, rng)
                 right[level, i, j], regret[level, i, j] = judged
         covered[level] = is_mass_covered(bench.choices["reach"], memory, truths, rng)
         own_covered[level] = is_mass_covered(things, memory, own_truths, rng)
     known = [
-        [judge(bench.choices[task], bench.tasks[task], informed, truths, each, _SAMPLES, rng) for each in CRITERIA]
-        for task in TASKS
+        [judge(bench.choices[task], informed, truths, each, _SAMPLES, rng) for each in CRITERIA] for task in TASKS
     ]
     spread = [[_find_spread(bench.choices[task], truths, each) for each in CRITERIA] for task in TASKS]
     return {
@@ -170,7 +169,7 @@ def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, S
     things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
     truths = [draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things]
     held = [replace(thing, grips=(Grip("", np.eye(4)),)) for thing in things]
-    return Choice(list_seen_options(held, CameraSensor(TURNING_RIG), seed), (), bench.settings), truths
+    return Choice(list_seen_options(held, seed, CameraSensor(TURNING_RIG)), (), bench.settings), truths
 
 
 def inform(bench: Bench) -> Memory:
@@ -265,13 +264,7 @@ def time_ranking(config: LoopConfig) -> dict[str, float]:
     times = []
     for _ in range(2):  # settings that nothing was planned with before
         begin = perf_counter()
-        weigh(
-            options,
-            bench.tasks["reach"],
-            MaterialMemory(),
-            settings,
-            num_samples=_TIMED_SAMPLES,
-            rng=np.random.default_rng(0),
-        )
+        choice, rng = plan_options(options, bench.tasks["reach"], settings), np.random.default_rng(0)
+        rank_draws(choice, choice.draw(MaterialMemory(), rng, _TIMED_SAMPLES), rng, bounds=GripBounds())
         times.append(perf_counter() - begin)
     return {"first": times[0], "repeated": times[1]}

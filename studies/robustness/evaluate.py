@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig

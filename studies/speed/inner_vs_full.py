@@ -19,8 +19,8 @@ from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError

@@ -15,9 +15,9 @@ import numpy as np
 
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.listed_options import list_drawn_options, list_seen_options
 from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
-from affordance.choice.tool_options import list_drawn_options, list_seen_options
 from affordance.control.timed_path import load_path
 from affordance.objects.load import load_tools
 from affordance.objects.mesh_bodies import load_bodies
@@ -122,7 +122,7 @@ def run(config: ToolsConfig) -> ToolsResult:
     _LOG.info("the paper's figure 1")
     strange = load_tools(folder / "uncommon.yaml", materials)
     mash = Reach(load_path(config.models / "paths" / "mash.yaml"))
-    options = list_seen_options(strange, get_turning_stand(), config.seed)
+    options = list_seen_options(strange, config.seed)
     motions = check_motions(strange, options, mash, beliefs, settings, config.seed)
     masses = [check_mass(tool.gripped_by(tool.grips[0]), beliefs[AFTER], settings, config.seed) for tool in strange]
     result = ToolsResult(config, own, Uncommon(strange, motions, masses))
@@ -180,7 +180,7 @@ def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, An
     }
     geometries = {
         "drawing": list_drawn_options(tools),
-        "pictures": list_seen_options(tools, get_turning_stand(), config.seed),
+        "pictures": list_seen_options(tools, config.seed),
     }
     rankings = {}
     for task_name, task in tasks.items():

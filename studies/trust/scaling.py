@@ -11,7 +11,7 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank_options
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.objects.inertia import Ellipsoid

@@ -21,7 +21,7 @@ from scipy.stats import norm
 
 from affordance.arrays import Array, Arrays
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.observed_options import list_options, seed_observation
+from affordance.choice.listed_options import list_options, seed_observation
 from affordance.choice.ranking import Ranking, rank
 from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start

@@ -9,7 +9,7 @@ from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank, rank_options
 from affordance.exceptions import AffordanceError
 from affordance.settings import DEFAULT_SETTINGS

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from affordance.choice.motion_cost import PlannedMotion
-from affordance.choice.motion_limits import describe_limit
+from affordance.choice.motion_cost import PlannedMotion, describe_limit
 
 
 @pytest.fixture

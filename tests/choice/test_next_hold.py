@@ -18,7 +18,7 @@ from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import ODD, HoldSamples
 from affordance.choice.hold_worth import Decision
 from affordance.choice.next_hold import Question, advise_hold
-from affordance.choice.pricing import measure
+from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -70,7 +70,7 @@ def price_by_brute_force(choice, candidate, num_outcomes, rng):
     memory = choice.add_colours(MaterialMemory().add_colours([part.colour for part in parts], PRIOR))
 
     def find_costs(belief, count):
-        costs, _ = measure(choice, choice.draw_parameters(belief, rng, count), Criterion.WORK)
+        costs, _ = price_options(choice, choice.draw_parameters(belief, rng, count), Criterion.WORK)
         assert costs.feasible.all()
         return costs.cost.mean(axis=1)
 

@@ -13,8 +13,8 @@ from scipy.stats import norm
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest, rank, rank_options
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
@@ -150,6 +150,7 @@ class MadeUpCost:
     effort: Callable
     feasible: Callable = lambda mass: mass > 0.0
     infeasible_reason: str = ""
+    q_start: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(7))
 
     def compute(self, pi):
         mass = pi[:, 0]

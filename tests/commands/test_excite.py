@@ -8,13 +8,13 @@ import pytest
 import yaml
 from helpers.answers import answer
 
-from affordance.commands import excite_motion
+from affordance.commands import excite
 from affordance.identification.excitation.motion_design import design_motion
 
 
 @pytest.fixture(autouse=True)
 def hasty(monkeypatch):
-    monkeypatch.setattr(excite_motion, "design_motion", functools.partial(design_motion, num_draws=8, num_changes=4))
+    monkeypatch.setattr(excite, "design_motion", functools.partial(design_motion, num_draws=8, num_changes=4))
 
 
 def test_motion_is_said_and_written(tmp_path):

@@ -139,7 +139,7 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
     """Libraries that take longer to import than identification takes are not imported."""
     slow = {"cv2", "jinja2", "joblib", "matplotlib", "pandas", "sqlalchemy", "xarray"}
     slow |= {f"scipy.{name}" for name in ("interpolate", "optimize", "signal", "spatial", "stats")}
-    program = "import sys, affordance.commands.identify_payload; print(*sys.modules)"
+    program = "import sys, affordance.commands.identify; print(*sys.modules)"
     out, _ = children([sys.executable, "-c", program]).communicate()
     assert "scipy.linalg" in out.split()
     assert not slow & set(out.split())

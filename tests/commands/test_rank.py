@@ -11,7 +11,7 @@ from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
 from affordance.choice.pricing import GRIP_LEVER
-from affordance.commands import rank
+from affordance.commands import workbench
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -118,13 +118,13 @@ def test_nothing_that_can_be_held_is_one_line(known: list[object], tmp_path: Pat
 def test_pictures_are_looked_at_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     looked = []
 
-    def see(tools: list[rank.Tool], *, by_sight: bool, seed: int) -> list[object]:
-        looked.append((by_sight, seed, [tool.name for tool in tools]))
+    def see(tools: list[workbench.Tool], seed: int) -> list[object]:
+        looked.append((seed, [tool.name for tool in tools]))
         raise AffordanceError("seen enough")
 
-    monkeypatch.setattr(rank, "list_tool_options", see)
+    monkeypatch.setattr(workbench, "list_seen_options", see)
     answer(*ONE, "--see", "pictures", "--seed", 3, status=2)
-    assert looked == [(True, 3, ["machinist hammer"])]
+    assert looked == [(3, ["machinist hammer"])]
 
 
 def test_features_are_seen_with_the_errors_of_the_settings(known: list[object]) -> None:
@@ -152,7 +152,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path: Path
 def test_tool_without_grips_cannot_be_ranked() -> None:
     mallet = HAMMERS["mallet"]
     with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
-        rank.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
+        workbench.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
 
 
 @pytest.fixture(scope="module")

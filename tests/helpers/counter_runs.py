@@ -15,7 +15,7 @@ from affordance.belief import kind_memory
 from affordance.belief.learner import Learner, Pick
 from affordance.choice import blow_cost
 from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment

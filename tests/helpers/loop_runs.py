@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.pricing import plan_options
-from affordance.choice.tool_options import list_drawn_options
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import Ledger
 from affordance.robots.robot import Robot

@@ -1,8 +1,8 @@
 """One grip of the stick, whose materials are known, and a path that is out of reach, for tests of tasks."""
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.options import Option
-from affordance.choice.tool_options import list_drawn_options
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities

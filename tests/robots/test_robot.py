@@ -12,10 +12,10 @@ from helpers.robot_files import write_urdf
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hammer import Hammer
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank
 from affordance.choice.reach import Reach
-from affordance.commands import identify_payload
+from affordance.commands import identify
 from affordance.exceptions import BadArgumentError
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identification
@@ -106,4 +106,4 @@ def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
 def test_payload_of_a_folder_needs_no_tip(folder: Path) -> None:
     words = Namespace(robot=folder, robot_option=None, tip=None, base=None)
     run = SimpleNamespace(description=SimpleNamespace(tip="", base=""))
-    assert identify_payload._load_robot(words, run).tip == "hand_grip"  # type: ignore[arg-type]
+    assert identify._load_robot(words, run).tip == "hand_grip"  # type: ignore[arg-type]

@@ -8,7 +8,7 @@ from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import suite
 from affordance.experiments.protocol_runs import load_hold_experiment

@@ -15,7 +15,7 @@ import numpy as np
 
 from affordance.arrays import Arrays
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object

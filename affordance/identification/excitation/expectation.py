@@ -7,22 +7,37 @@ on white noise leave these out, choose postures of the greatest leverage, and cl
 """
 
 import enum
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence, build_evidence
-from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains, read_gains
 from affordance.identification.evidence.joint_statistics import LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
+from affordance.identification.evidence.model_error import build_phantom_covariance
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
-from affordance.identification.posterior.log_cholesky import compute_jacobian, parameters_from_theta
+from affordance.identification.posterior.log_cholesky import (
+    compute_jacobian,
+    parameters_from_theta,
+    theta_from_parameters,
+)
 from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
-from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
+
+# Errors of joint torques that nobody measured: root of the long-run density over the limit of torque, [sqrt(s)]. A
+# Panda's joints have .0015 to .006, those of a UR10e .0008 to .0013.
+_ERROR = 0.002
+# Bodies over which a prediction is averaged, and their relative spread in mass.
+_NUM_BODIES, _MASS_SD = 4, 0.1
+# Step of a difference by the ten parameters, relative to the body.
+_STEP = 1e-4
 
 
 class Aim(enum.Enum):
@@ -78,6 +93,27 @@ class Expectation:
     slope: Array = field(default_factory=lambda: np.zeros(10))
     settings: IdentificationSettings = DEFAULT_SETTINGS
 
+    @classmethod
+    def of_load(cls, robot: SerialChain, gains: Gains, error_density: Array, *, mass: float, floor: float) -> Self:
+        """Expects a body in the hand of about a mass, [kg]; the floor is the error of mass that no time averages out.
+
+        Gains and densities are as the attributes.
+        """
+        prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
+        bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
+        return cls(robot, gains, error_density, bodies, build_phantom_covariance(floor))
+
+    def of_task(self, pi: Array, compute_cost: Callable[[Array], Array]) -> Self:
+        """Expects a known body, parameters (10,), for the cost of a task, a function from (S, 10) to (S,).
+
+        The slope, by central differences, is not finite where the cost is not.
+        """
+        step = _STEP * np.linalg.norm(pi)
+        cost = compute_cost(np.concatenate([pi + step * np.eye(10), pi - step * np.eye(10)]))
+        with np.errstate(invalid="ignore"):
+            slope = (cost[:10] - cost[10:]) / (2.0 * step)
+        return replace(self, bodies=theta_from_parameters(pi)[None], slope=slope)
+
     def build_evidence(self, motion: PreparedRun) -> Evidence:
         """Builds the evidence of a motion, less an empty run of it; its signal is the load's, as far as it is known.
 
@@ -128,6 +164,20 @@ class Expectation:
                 ]
             )
         return Spread(*(float(each) for each in np.sqrt(np.mean(squares, axis=0))))
+
+
+def find_errors(
+    joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
+) -> tuple[Gains, Array]:
+    """Finds gains and long-run densities of errors: those of a file of gains, else as of arms with like limits.
+
+    Raises:
+        BadValueError: The file or one of its values is invalid.
+    """
+    if path is None:
+        return build_nominal_gains(joint_names, kind, DEFAULT_SETTINGS), np.square(_ERROR * tau_max)
+    gains = arrange_gains(read_gains(path), joint_names, path).with_drift(DEFAULT_SETTINGS)
+    return gains, gains.least_variance / DEFAULT_SETTINGS.max_rate
 
 
 _IS_COM = np.isin(np.arange(10), (1, 2, 3))

@@ -16,6 +16,7 @@ from scipy.linalg import null_space
 
 from affordance.arrays import Array
 from affordance.identification.recording.preparation import PreparedRun
+from affordance.plant.arm import JointLimits
 from affordance.plant.serial_chain import SerialChain
 
 # Share of each limit that is used, as limits are checked at samples.
@@ -68,6 +69,21 @@ class MotionLimits(NamedTuple):
     tau_max: Array
     tip_speed: float = np.inf
     height: float = -np.inf
+
+    @classmethod
+    def around(
+        cls, home: Array, joints: JointLimits, *, reach: float, acceleration: float, tip_speed: float, height: float
+    ) -> "MotionLimits":
+        """Builds limits of motions within a distance from home, [rad], and joint limits; others as the attributes."""
+        return cls(
+            np.maximum(joints.q_lower, home - reach),
+            np.minimum(joints.q_upper, home + reach),
+            joints.v_max,
+            np.full(len(home), acceleration),
+            joints.tau_max,
+            tip_speed,
+            height,
+        )
 
     def measure_shares(self, robot: SerialChain, motion: PreparedRun, bodies: Array) -> Mapping[LimitPlace, float]:
         """Measures the share of each limit that a motion takes up with one of some bodies, shape (K, 10).

@@ -9,7 +9,7 @@ from helpers.shared import compute_once
 from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD
 
 from affordance.choice.inner_simulation import plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Ranking
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared import decisions

@@ -8,8 +8,8 @@ from helpers.shared import compute_once
 from helpers.two_tools import REACH, STEEL, STICK, WOOD
 
 from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.choice.observed_options import list_options
 from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,

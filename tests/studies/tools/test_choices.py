@@ -8,8 +8,8 @@ from helpers.refusals import refuse
 from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.reach import Reach
-from affordance.choice.tool_options import list_drawn_options
 from affordance.control.timed_path import load_path
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.estimator import TorqueStatistics

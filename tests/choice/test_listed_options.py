@@ -6,7 +6,7 @@ from helpers.two_tools import REACH, STICK
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
-from affordance.choice.observed_options import list_options
+from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank_options
 from affordance.objects.tool import find_free_end
 from affordance.settings import DEFAULT_SETTINGS

@@ -1,11 +1,10 @@
 """Motions are kept, and each is planned once in a process."""
 
-import numpy as np
 import pytest
-from helpers.one_option import KNOWN, SETTINGS, list_one
+from helpers.one_option import SETTINGS, list_one
 
 from affordance.choice.carry import Carry
-from affordance.choice.weighing import weigh
+from affordance.choice.pricing import plan_options
 from affordance.control.timed_path import TimedPath
 
 
@@ -20,5 +19,5 @@ def test_motion_is_planned_once_in_a_process(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(Carry, "build_cost", count)
     task = Carry(TimedPath(points=((0.0, 0.01, 0.0),), duration=0.1, tolerance=0.02))
     for _ in range(2):  # options are made anew, with equal forms
-        weigh(list_one(), task, KNOWN, SETTINGS, num_samples=20, rng=np.random.default_rng(0))
+        plan_options(list_one(), task, SETTINGS)
     assert planned == [task]
