@@ -61,12 +61,7 @@ class BlowCost:
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
     def find_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Computes the tip speed for a peak force, aiming slightly above it (``AIM``), (S,), [m/s].
-
-        Args:
-            pi: Inertial parameters of S tools about To, expressed in T, (S, 10).
-            force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
-        """
+        """Computes the tip speed, (S,), [m/s], for a peak force, [N], or that demanded, aiming slightly above it."""
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
         middle = self.masses[len(self.masses) // 2].compute(pi)
@@ -93,11 +88,8 @@ class BlowCost:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
 
         A tool that needs a speed above that of the fastest swing is infeasible; one that needs less than that of the
-        slowest takes the slowest.
-
-        Args:
-            pi: Inertial parameters of the tools.
-            force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
+        slowest takes the slowest. The force is the peak resistance, at most the demanded one, [N]; None for the
+        demanded one.
         """
         if self.infeasible_reason:
             return Costs.of_nothing(len(pi))
@@ -147,10 +139,7 @@ class BlowCost:
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:
-        """Finds the greatest depth to which a tool of inertial parameters pi, (10,), can drive the nail, [m].
-
-        Returns: Depth, at most the demanded one; the depth at which the nail is set if no blow is feasible.
-        """
+        """Finds the depth to which a tool, (10,), can drive the nail, [m], from that as set to that demanded."""
         low, high = self.nail.depth_set, self.nail.depth_demanded
         if self.compute(pi[None]).feasible[0]:
             return high

@@ -53,10 +53,7 @@ class Carry:
                 yield replace(self, path=path), words
 
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the task of the controller.
-
-        Args:
-            model: Model of the arm; its state is set to rest at the start of the task.
+        """Builds the task of the controller, and sets the model to rest at its start.
 
         Raises:
             AffordanceError: The arm cannot take the start posture.
@@ -68,11 +65,6 @@ class Carry:
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
         """Plans the motion, which is the same for all tools, and returns its costs at any inertia.
-
-        Args:
-            model: Model of the arm; its state is changed.
-            parts: Parts of the tool; ignored.
-            settings: Settings of the controller.
 
         Raises:
             NoPlanError: The controller finds no plan.

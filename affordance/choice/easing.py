@@ -48,18 +48,7 @@ def explain_failure(
 def find_easier(
     option: Option, task: TaskCostModel, memory: Memory, settings: Settings, admit: Admit, rng: np.random.Generator
 ) -> str:
-    """Finds what could be done with an option: with less weight, and the first of the easier tasks that it can do.
-
-    Args:
-        option: Option that cannot do the task.
-        task: Task that it cannot do.
-        memory: Belief about materials.
-        settings: Settings of arm, prior and controller.
-        admit: Function that says where force and moment at the grip are admitted.
-        rng: Random generator of the samples.
-
-    Returns: Description in words; empty if nothing could be done.
-    """
+    """Describes what could be done with an option: less weight, the first easier task; empty if nothing."""
     arm, parts = load_arm(settings.arm), option.gripped
     plan = plan_once(task, parts, settings, arm)
     (pi,) = Choice([option], [plan], settings).draw_parameters(memory, rng, _NUM_SAMPLES)

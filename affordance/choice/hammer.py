@@ -227,16 +227,9 @@ def plan_strike(
     force: float | None = None,
     nail: Nail | None = None,
 ) -> Strike:
-    """Plans one blow with a tool of known inertia.
+    """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
 
-    Args:
-        planned: Swings of all tip speeds.
-        hammer: Hammering task.
-        model: Model of the arm; its state is changed.
-        pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
-        settings: Settings of the controller.
-        force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
-        nail: True nail; None for the one that the blow is planned for.
+    Peak resistance, [N], and true nail are those that were planned for unless given.
 
     Raises:
         AffordanceError: No swing is fast enough.
@@ -257,14 +250,7 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing from a similar one, and from scratch without a similar one or where that fails.
-
-    Args:
-        model: Model of the arm; its state is changed.
-        target: Point that is struck, and the point of the tool that strikes it.
-        hammer: Hammering task.
-        speed: Speed of the striking point at the strike, [m/s].
-        guess: Swing similar to the one sought; None to plan from scratch.
+    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails.
 
     Raises:
         AffordanceError: No swing within position and velocity limits strikes as demanded.

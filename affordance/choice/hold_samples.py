@@ -71,15 +71,7 @@ class HoldSamples:
         settings: Settings,
         rng: np.random.Generator,
     ) -> None:
-        """Recognises all objects.
-
-        Args:
-            memory: Belief about materials.
-            objects: Parts of all objects by name.
-            felt: Objects that were held, by name.
-            settings: Settings of the prior.
-            rng: Random generator of all samples.
-        """
+        """Recognises all objects, given by their parts, and what was felt of those that were held, by name."""
         prior = settings.prior
         self._objects, self._felt, self._prior, self._rng = objects, felt, prior, rng
         for parts in objects.values():

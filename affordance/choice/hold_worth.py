@@ -108,8 +108,8 @@ class Decision(NamedTuple):
     def find_best(self) -> tuple[int, Array, float]:
         """Finds the option of least expected cost.
 
-        Returns: Its index, the probability of each option to be the cheapest feasible one, (k,), and the regret that
-            is expected of taking the first: its mean cost less the mean of the least cost of each sample.
+        Returns its index, the probability of each option to be the cheapest feasible one, (k,), and the expected
+        regret of taking the first: its mean cost less the mean of the least cost of each sample.
         """
         charged = self.charge()
         best = int(charged.mean(axis=1).argmin())
@@ -134,14 +134,8 @@ class Worth(NamedTuple):
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
     """Draws what would be felt of an object, one outcome for each sample, reduced to what tells about materials.
 
-    Args:
-        hold: Object.
-        static: Arm in the posture of the hold.
-        noise: Errors of measured torques.
-        sd: Standard deviations of the samples of material means, (M,), [kg/m^3].
-        rng: Random generator of the errors of torque.
-
-    Returns: Numbers of unit variance, (S, r), with r at most the number of the object's materials.
+    The standard deviations are those of the samples of material means, (M,), [kg/m^3]. Returns numbers of unit
+    variance, (S, r), with r at most the number of the object's materials.
     """
     load = hold.compute_load(static)
     total = static.tau_arm + load
@@ -190,12 +184,7 @@ class PricedDecisions:
 
 
 def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
-    """Measures the worth of holds that are all made before choosing.
-
-    Args:
-        percepts: Percept of each hold, (S, r) each, under the same samples as the costs.
-        priced: Decisions that are to be made.
-    """
+    """Measures the worth of holds, all made before choosing, by their percepts under the samples of costs, (S, r)."""
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
     products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
@@ -219,14 +208,9 @@ def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
 def measure_information(
     hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array, common: Sequence[int] | None = None
 ) -> float:
-    """Computes the information of a hold about materials, for a normal belief, [nat].
+    """Computes the information of a hold about materials, for a normal belief of covariance (M, M), [nat].
 
-    Args:
-        hold: Object.
-        static: Arm in the posture of the hold.
-        noise: Errors of measured torques.
-        covariance: Covariance of all materials' means, (M, M).
-        common: Columns of the materials that the information is about; all if None.
+    It is about the materials of the common columns, or all if None.
     """
     rho = hold.densities.mean(axis=0)
     regressor = static.Y @ hold.geometry.Phi

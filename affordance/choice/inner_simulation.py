@@ -70,11 +70,6 @@ class TaskCostModel(Protocol):
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
     """Plans a task with every option.
 
-    Args:
-        options: Options to choose from, at least one.
-        task: Task to be done.
-        settings: Settings of arm, prior and controller.
-
     Raises:
         AffordanceError: There is no option, two have the same name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
@@ -108,12 +103,10 @@ class Choice:
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws inertial parameters of all options from the belief.
+        """Draws inertial parameters of all options from the belief, (options, num_samples, 10).
 
         The options of a sample share their materials: a material's mean density is the same for all options, and an
         object's own deviation from it and the errors of its features are the same for all grips of the object.
-
-        Returns: Inertial parameters, shape (options, num_samples, 10).
         """
         return self.draw(memory, rng, num_samples).parameters
 
@@ -134,12 +127,10 @@ class Choice:
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: Memory, rho: Array) -> Array:
-        """Computes the inertial parameters of all options at given densities, shape (options, S, 10).
+        """Computes the parameters of all options, (options, S, 10), at densities in the order of ``add_colours``.
 
-        Args:
-            memory: Memory by which materials are recognised.
-            rho: Densities in the order of ``add_colours(memory)``, (S, M), [kg/m^3]. Colours first met here may be
-                omitted: their densities are the expected ones, given the others.
+        Densities, (S, M), [kg/m^3], of colours first met here may be omitted: they are the expected ones, given the
+        others.
         """
         met, geometries = self._recognise(memory)
         given = rho.shape[1]

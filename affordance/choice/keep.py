@@ -40,16 +40,7 @@ class Keep:
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Returns the costs of the hold at any inertia.
-
-        Args:
-            model: Model of the arm; its state is changed.
-            parts: Parts of the tool; ignored.
-            settings: Settings of the controller.
-
-        Raises:
-            AffordanceError: The arm cannot take the posture.
-        """
+        """Returns the costs of the hold; an arm that cannot take the posture is an AffordanceError."""
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)

@@ -84,11 +84,7 @@ class Load(NamedTuple):
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
     """Rolls the controller out, from rest at the start of the task, on the double integrator that it plans with.
 
-    Args:
-        model: Model of the arm; its state is changed.
-        task: Task to be done.
-        duration: Duration of the motion, [s].
-        settings: Settings of the controller; torque limits are ignored.
+    Torque limits are ignored.
 
     Raises:
         NoPlanError: The controller finds no plan.
@@ -128,14 +124,9 @@ class MotionCost:
         infeasible_reason: str = "",
         measure: CostMeasure = CostMeasure.WORK,
     ) -> None:
-        """Computes the torques of the arm and the regressors at the nodes.
+        """Computes the torques of the arm and the regressors at the nodes, at most one per control period.
 
-        Args:
-            model: Model of the arm; its state and payload are changed.
-            motion: Planned motion.
-            num_nodes: Number of nodes of the midpoint rule, at most one per control period.
-            infeasible_reason: Reason why the motion does not do the task; it is then infeasible with every tool.
-            measure: Measure by which motions are compared.
+        A motion with a reason is infeasible with every tool. State and payload of the model are changed.
         """
         self._measure = measure
         self.motion = motion

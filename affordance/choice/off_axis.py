@@ -34,16 +34,8 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
     """Computes the largest relative change of the work with a grip, over the tools of ``list_shifted``.
 
-    Shifted tools with which the arm cannot do the task, for instance at a joint limit, are ignored.
-
-    Args:
-        compute_work: Function from a gripped tool to its work, [J]; raises an AffordanceError if the task is
-            infeasible.
-        tool: Tool, with its parts in place.
-        grip: Grip of the tool, which stays where it is.
-
-    Raises:
-        AffordanceError: The task cannot be done with the unshifted tool.
+    The function computes the work of a gripped tool, [J]. Shifted tools with which the arm cannot do the task, for
+    instance at a joint limit, are ignored; that it cannot with the unshifted one is an AffordanceError.
     """
     work = compute_work(tool.gripped_by(grip))
     changes = [0.0]

@@ -33,13 +33,9 @@ class Outlook:
     def look_ahead(self, names: Sequence[str], certain: float, least: float) -> tuple[tuple[str, ...], Array]:
         """Adds to the next holds, one at a time, the object that makes all of them worth most together.
 
-        Args:
-            names: Names of the next holds, at least one.
-            certain: Probability of being the best from which a choice is certain; nothing is held once all are.
-            least: Worth that a further hold must add.
-
-        Returns: Names of all holds in their order, at most a few, and the probability of being the best that each
-            choice is expected to have after them, (D,).
+        It ends when all choices are certain, of that probability of being the best, or a further hold adds less than
+        the least worth. Returns the names of all holds in their order, at most a few, and the probability of being
+        the best that each choice is expected to have after them, (D,).
         """
         order = list(names)
         worth = self._measure(order)

@@ -279,14 +279,7 @@ def _check_sampling(num_samples: int, min_feasibility: float) -> None:
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the feasible option of least cost under each sample; ties are broken at random.
-
-    Args:
-        costs: Costs, arrays of shape (options, S).
-        rng: Random generator that breaks ties.
-
-    Returns: Index of the option, or NO_OPTION where no option is feasible, shape (S,).
-    """
+    """Picks the feasible option of least cost under each sample, (S,), or NO_OPTION; ties are broken at random."""
     cost = np.where(costs.feasible, costs.cost, np.inf)
     least = cost.min(axis=0)
     equal = costs.feasible & (cost <= least * (1.0 + TIE))

@@ -68,12 +68,9 @@ class Reasons(NamedTuple):
 
 
 def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
-    """Finds the reasons of a ranking's choice; None if no other option is usable.
+    """Finds the reasons of a ranking's choice, by indices of ``ranked``; None if no other option is usable.
 
-    Args:
-        ranking: Ranking; options of the reasons are indices of ``ranked``.
-        draws: Samples of the belief under which it was made.
-        options: Options in the order of the samples.
+    The samples are those under which it was made, of options in their order.
     """
     usable = ranking.ranked[: ranking.num_usable]
     if len(usable) < 2:
@@ -99,15 +96,10 @@ def find_reasons(
     *,
     is_peak: bool,
 ) -> Reasons:
-    """Finds the reasons of a choice.
+    """Finds the reasons of the choice of the first option of a pair rather than the second.
 
-    Args:
-        draws: Samples of the belief.
-        costs: Costs of all options under these samples, (options, S).
-        feasible: True where an option is feasible, (options, S).
-        objects: Index of each option's object in the samples, (options,).
-        pair: Index of the chosen option, and of its rival.
-        is_peak: True if costs are compared by their 95 % quantile, false if by their mean.
+    Costs and feasibility are those of all options under the samples, (options, S); objects are the options' places
+    among the objects of the samples, (options,).
     """
     best, rival = pair
     held = sorted({int(objects[best]), int(objects[rival])})

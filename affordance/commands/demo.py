@@ -20,12 +20,7 @@ TRIALS = _FOLDER / "trials.jsonl"
 
 
 def check_alone(arguments: argparse.Namespace, names: Mapping[str, str]) -> None:
-    """Raises a BadValueError for an argument that a demonstration brings with it.
-
-    Args:
-        arguments: Parsed arguments.
-        names: Shown names of such arguments, by their names in ``arguments``.
-    """
+    """Raises a BadValueError for an argument that a demonstration brings; names are shown by argument."""
     for name, shown in names.items():
         if getattr(arguments, name):
             raise BadValueError("--demo", "", f"brings its own data, must be given without {shown}")

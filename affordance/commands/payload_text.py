@@ -25,14 +25,10 @@ def describe_payload(
     taught: str = "",
     anyway: bool = False,
 ) -> str:
-    """Writes a belief for a terminal.
+    """Writes a belief for a terminal, with the verdict on a claimed payload, and what a memory has learned.
 
-    Args:
-        belief: Belief about the payload.
-        claim: Payload that is set on the controller, and the verdict on it; None if none is claimed.
-        materials: Colours of materials by their names, by which densities are named.
-        taught: Sentence about what a memory has learned; empty if nothing was taught.
-        anyway: Whether lines for the robot are written of a result that is not to be trusted.
+    Densities are named by the materials of their colours. Of a result that is not to be trusted, lines for the robot
+    are written only if ``anyway``.
     """
     blocks = [_give_verdict(belief), _tabulate(belief)]
     if (halves := belief.halves) is not None:
