@@ -257,9 +257,9 @@ def rank_draws(
 
     def place(i: int) -> tuple[bool, float, float, float]:
         entry, is_usable = entries[i], i in usable
-        tied = entry.cost <= least * (1.0 + TIE)
-        nearness = 0.0 if by_lot or is_usable else -entry.p_feasible
-        return not is_usable, nearness, least if tied else entry.cost, lots[i]
+        if not (by_lot or is_usable):
+            return True, -entry.p_feasible, entry.cost, lots[i]
+        return not is_usable, 0.0, least if entry.cost <= least * (1.0 + TIE) else entry.cost, lots[i]
 
     order = sorted(range(len(entries)), key=place)
     least_effort = min((entries[i].effort for i in usable), default=np.inf)

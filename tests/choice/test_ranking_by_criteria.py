@@ -1,17 +1,19 @@
 """Ranking by each criterion: against the ranking by work, and by hand."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.two_tools import STICK
+from helpers.two_tools import HAMMER, STICK
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
-from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.keep import Keep
 from affordance.choice.listed_options import list_drawn_options
+from affordance.choice.motion_cost import Costs
 from affordance.choice.pricing import GRIP_LEVER, GripBounds, plan_options
 from affordance.choice.ranking import rank, rank_draws, rank_options
 from affordance.choice.reach import Reach
@@ -104,3 +106,21 @@ def test_bounds_of_the_grip_take_part_in_feasibility():
     said = explain_failure(ranking, Keep(1.0), NOVICE, SETTINGS, bounds, rng)
     assert said.startswith(f"no tool can do the task; nearest is {nearest.option.name}: ")
     assert re.search(r"the grip must hold .* N m, --max-grip-moment allows .* N m; with 0\.", said)
+
+
+def test_options_that_are_not_usable_are_ordered_by_nearness_and_then_by_cost():
+    """Of two options that are never feasible and cheaper than the usable one, the cheaper comes first."""
+
+    def make(cost, feasible):
+        return SimpleNamespace(
+            infeasible_reason="",
+            q_start=np.zeros(7),
+            compute=lambda pi: Costs(
+                *np.full((2, len(pi)), cost), np.full(len(pi), feasible), np.full(len(pi), cost)
+            ),
+        )
+
+    options = list_drawn_options([STICK, HAMMER])
+    choice = Choice(options, [make(2.0, False), make(1.0, False), make(3.0, True), make(4.0, True)], SETTINGS)
+    ranked = rank_draws(choice, *draw(choice)).ranked
+    assert [options.index(each.option) for each in ranked] == [2, 3, 1, 0]
