@@ -13,6 +13,7 @@ from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision, Ran
 from affordance.choice.hold_samples import HoldSamples, Suspicion
 from affordance.choice.hold_worth import (
     Decision,
+    Outlook,
     PossibleHold,
     PricedDecisions,
     feel,
@@ -20,7 +21,6 @@ from affordance.choice.hold_worth import (
     measure_worth,
 )
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.outlook import Outlook
 from affordance.choice.pricing import price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
