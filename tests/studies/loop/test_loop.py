@@ -67,13 +67,12 @@ def test_life_teaches_piece_by_piece(bench, tmp_path):
 
 
 def test_true_costs_are_those_of_known_densities_and_who_knows_them_is_right(bench):
-    choice, task = bench.choices["reach"], bench.tasks["reach"]
-    rng = np.random.default_rng(0)
+    choice, rng = bench.choices["reach"], np.random.default_rng(0)
     truths = [draw_truth(tool, 0.0, rng) for tool in bench.tools]
     densities = {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
     known = MaterialMemory.from_densities(densities)
     for criterion in Criterion:
-        judged = judge(choice, task, known, truths, criterion, 200, rng)
+        judged = judge(choice, known, truths, criterion, 200, rng)
         assert judged.is_right == 1.0
         assert judged.regret == 0.0
     works = find_true_costs(choice, truths, Criterion.WORK)
