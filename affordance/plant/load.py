@@ -31,17 +31,9 @@ def add_arm(
     *,
     has_clamp: bool = False,
 ) -> Arm:
-    """Adds an arm, with tool and nail if given, to a builder.
+    """Adds ``plant`` and, for shapes, ``scene_graph`` to a builder; an unsuitable arm raises a ModelFileError.
 
-    Args:
-        builder: Builder that receives the system ``plant`` and, where there are shapes, ``scene_graph``.
-        directives: Drake model directives of the arm.
-        tool: Tool that gives shapes and the default inertia; None for a payload without shape, initially massless.
-        nail: Nail and its placement; None for no nail.
-        has_clamp: True to add an open clamp for the hand.
-
-    Raises:
-        ModelFileError: The file cannot be loaded, or describes an unsuitable arm.
+    A tool gives shapes and the default inertia; without one the payload has no shape and, initially, no mass.
     """
     if tool is None and nail is None:
         plant = MultibodyPlant(0.0)

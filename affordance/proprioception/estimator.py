@@ -53,10 +53,8 @@ def compute_posterior(
 ) -> Inference:
     """Applies Bayes' rule to the torques measured in a trial so far; deviations of density in [kg/m^3].
 
-    Returns: Posterior and evidence; before the first sample the prior, zero log evidence and a p-value of 1.
-
-    Raises:
-        AffordanceError: No fixed point of the errors' size is found.
+    Before the first sample the prior is returned, with zero log evidence and a p-value of 1. If no fixed point of the
+    errors' size is found, an AffordanceError is raised.
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)

@@ -120,8 +120,7 @@ class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
     """Reads a file that maps names to fields of Faults, and combines the named ones; NO_FAULTS without a name.
 
-    Raises:
-        BadValueError: The file or one of its values is wrong, a name is not in it, or two faults set one field.
+    A wrong file or value, a name that is not in it, or two faults that set one field raise a BadValueError.
     """
     known = {}
     for name, entry in load_model(path, FaultsFile).root.items():

@@ -52,13 +52,9 @@ class StaticHold:
     ) -> TorqueStatistics:
         """Draws the measured torques of an object of true densities, (M,), [kg/m^3], in the order of the belief.
 
-        Args:
-            belief: Belief about the object, for its geometry.
-            rho: True densities.
-            noise: Errors of measured torques.
-            seed: Seed of all errors.
-            num_samples: Number of samples with errors of their own; None for one sample with only lasting errors.
-            acceleration_sd: Standard deviation of the lasting error of a measured joint acceleration, [rad/s^2].
+        All errors are drawn by the seed; each sample has errors of its own, and without a number of samples there is
+        one with only the errors that last the trial. So does the error of a measured joint acceleration, of an SD in
+        [rad/s^2].
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))

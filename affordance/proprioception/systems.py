@@ -51,15 +51,7 @@ class DensityEstimator(SampledSystem):
     def __init__(
         self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float, duration: float
     ) -> None:
-        """Declares states, ports and events.
-
-        Args:
-            arm: Arm of the internal model.
-            noise: Errors of measured torques.
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-            sample_period: Time between two samples, [s].
-            duration: Duration of a presentation, [s].
-        """
+        """Declares states, ports and events; deviations of density about material means in [kg/m^3], times in [s]."""
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints

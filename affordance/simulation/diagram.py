@@ -98,20 +98,11 @@ def build_trial_diagram(
     eye: Eye | None = None,
     display: Display | None = None,
 ) -> TrialDiagram:
-    """Builds the Diagram of presentations of a given duration.
+    """Builds the Diagram of presentations of a duration, [s], at the end of which the memory learns.
 
-    Args:
-        settings: Settings of all simulations.
-        duration: Duration of a presentation, at the end of which the memory learns, [s].
-        tool: Tool whose shapes are in contact; None for no contact, as when an object is only held.
-        nail: Nail and its placement; None for no nail.
-        has_clamp: True to add an open clamp for the hand.
-        eye: Function that gives the features of an object that is looked at; that of the settings if None.
-        display: Function that adds systems that show the plant; None to show nothing.
-
-    Raises:
-        ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
-        BadValueError: A fault names a joint that the arm does not have.
+    Without a tool's shapes nothing is in contact, as when an object is only held; the clamp for the hand is open. The
+    eye is that of the settings if None, and a display adds systems that show the plant. An unsuitable arm raises a
+    ModelFileError, a fault of a joint that it has not a BadValueError.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)

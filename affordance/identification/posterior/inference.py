@@ -27,13 +27,9 @@ def infer(
 ) -> PayloadBelief:
     """Infers the belief about a payload from evidence; a camera that saw another object is left out, with a note.
 
-    Args:
-        evidence: Evidence of a loaded run.
-        gains: Gains for this run, drift included.
-        solid: Prior of a body that no camera has seen; None for any solid that a hand could hold.
-        placed: Object that a camera saw, in the frame of the tip; None without a camera.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-        settings: Settings of nuisances and samples.
+    Gains are those for this run, drift included. A placed object is what a camera saw, in the frame of the tip, its
+    density about its material's mean with an SD in [kg/m^3]; the prior of a body that no camera has seen is any solid
+    that a hand could hold if None.
     """
     evidence = replace(evidence, least_variance=np.maximum(evidence.least_variance, gains.least_variance))
     solid = SolidPrior.for_hand() if solid is None else solid

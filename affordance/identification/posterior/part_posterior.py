@@ -131,19 +131,11 @@ def infer_parts(
     rng: np.random.Generator,
     num_samples: int,
 ) -> PartPosterior:
-    """Applies Bayes' rule to a run with a seen object.
+    """Applies Bayes' rule to a run with a seen object, placed in the frame of the tip.
 
-    Args:
-        likelihood: Likelihood of the run.
-        placed: Object in the frame of the tip.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-        unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
-        common_gain_sd: Relative standard deviation of a factor common to all gains; treated to first order.
-        rng: Random number generator of the samples.
-        num_samples: Number of samples.
-
-    Raises:
-        NotTheSeenObjectError: Hardly any sample is physically consistent, fewer than one in 50.
+    Standard deviations are of the density about its material's mean, [kg/m^3], of the unseen mass, as a fraction of
+    the mass, and, relative, of a factor common to all gains, which is treated to first order. If fewer than one
+    sample in 50 is physically consistent, a NotTheSeenObjectError is raised.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
     phantom = likelihood.prior.phantom_covariance

@@ -101,11 +101,7 @@ class Run:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Rejects impossible data.
-
-        Raises:
-            BadValueError: A shape, a time or a value is impossible (see the module).
-        """
+        """Raises a BadValueError for an impossible shape, time or value (see the module)."""
         joints = self.description.joint_names
         tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
         given = {name: values for name, values in tables.items() if values is not None}
