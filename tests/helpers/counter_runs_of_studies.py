@@ -5,8 +5,10 @@ Robots, recordings and tools that others published are not in the repository; in
 
 import dataclasses
 import functools
+import re
+import shutil
 import tempfile
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -14,8 +16,10 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
+from affordance.arrays import Array
 from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identify_module
@@ -114,20 +118,14 @@ def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes
 
 
 def _load_suite(names: list[str], out: Path, *, models: Path, **more: Any) -> None:
-    from affordance.experiments.protocol_runs import load_protocol_experiment
-
+    settings = dataclasses.replace(DEFAULT_SETTINGS, arm=models / "arm.dmd.yaml")
     for name in names:
-        load_protocol_experiment(
-            name, models, settings=dataclasses.replace(DEFAULT_SETTINGS, arm=models / "arm.dmd.yaml")
-        )
+        load_protocol_experiment(name, models, settings=settings)
         write_json(out / name / "metrics.json", {})
         write_json(out / name / "section.json", {"claims": []})
 
 
 def _weaken(folder: Path) -> Path:
-    import re
-    import shutil
-
     models = folder / "weak"
     shutil.copytree(MODELS, models)
     text = (models / "arm.sdf").read_text(encoding="utf-8")
@@ -158,6 +156,19 @@ def _build_robot() -> Any:
     return build_robot(Path(tempfile.mkdtemp()))
 
 
+# A load as heavy as that of the UR10e.
+_LOAD = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
+
+
+def _generate_pair(
+    truth: Truth, rng: np.random.Generator, duration: float, empty: Array | None = None, loaded: Array = _LOAD
+) -> Ur10eData:
+    """Generates currents of the empty hand, or with something left in it, and with a load."""
+    robot, options = _build_robot(), {"kind": SignalKind.CURRENT, "duration": duration, "rate": 40.0}
+    runs = [generate_run(robot, load, truth=truth, rng=rng, **options) for load in (empty, loaded)]
+    return Ur10eData(robot, *runs)
+
+
 def identify_current(*, is_wrong: bool = False) -> Numbers:
     """The study of the UR10e on generated currents.
 
@@ -165,24 +176,21 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
         is_wrong: True if joints lose nothing to friction, gains rise by a tenth half-way, and something is left in
             the hand that counts as empty.
     """
-    robot, rng = _build_robot(), np.random.default_rng(4)
     truth = Truth(
         gain=0.1, load_friction=0.0 if is_wrong else 0.1, friction=(2.0, 1.0, 0.5), noise_sd=0.05, agreement=0.3
     )
-    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
-    left = 0.1 * pi if is_wrong else None
-    empty, loaded = (
-        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=24.0, rate=40.0)
-        for load in (left, pi if left is None else pi + left)
-    )
+    left = {"empty": 0.1 * _LOAD, "loaded": 1.1 * _LOAD} if is_wrong else {}
+    pair = _generate_pair(truth, np.random.default_rng(4), 24.0, **left)
     if is_wrong:
-        factor = np.where(np.arange(len(loaded.times)) < len(loaded.times) // 2, 1.0, 1.1)[:, None]
-        empty, loaded = (dataclasses.replace(run, signal=factor * run.signal) for run in (empty, loaded))
+        count = len(pair.loaded.times)
+        factor = np.where(np.arange(count) < count // 2, 1.0, 1.1)[:, None]
+        runs = (dataclasses.replace(run, signal=factor * run.signal) for run in (pair.empty, pair.loaded))
+        pair = Ur10eData(pair.robot, *runs)
     with pytest.MonkeyPatch.context() as patch:
         # Beliefs and windows are details that no claim is about.
         patch.setattr(ur10e, "identify", Mock())
         patch.setattr(ur10e, "_measure_drift", Mock())
-        return flatten({"ur10e": ur10e.study_ur10e(Ur10eData(robot, empty, loaded), _IDENTIFICATION).numbers})
+        return flatten({"ur10e": ur10e.study_ur10e(pair, _IDENTIFICATION).numbers})
 
 
 def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
@@ -200,11 +208,8 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
         file_error=0.0 if is_white else 0.05,
     )
     empty = generate_run(robot, None, truth=truth, rng=rng, duration=20.0, rate=40.0)
-    settings = (
-        dataclasses.replace(_IDENTIFICATION, correlated_noise=False, floor=False)
-        if believes_white
-        else _IDENTIFICATION
-    )
+    believed = {"correlated_noise": False, "floor": False} if believes_white else {}
+    settings = dataclasses.replace(_IDENTIFICATION, **believed)
     result = study_panda(PandaData(robot, empty), settings, num_injections=4 if is_white else 1, seed=0)
     claims = result.injections[5].claims.mean(axis=0)
     return flatten(
@@ -257,15 +262,11 @@ def judge_itself(
         only: Names of the numbers that are wanted; none for all.
     """
     robot, rng = _build_robot(), np.random.default_rng(3)
-    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
     truth = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=noise_sd)
-    empty, loaded = (
-        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=20.0, rate=40.0)
-        for load in (None, pi)
-    )
-    panda = PandaData(robot, generate_run(robot, pi, truth=Truth(noise_sd=0.1), rng=rng, duration=20.0, rate=40.0))
-    pair = Ur10eData(robot, empty, loaded)
-    gains = calibrate_gains(pair_runs(robot, empty, loaded, _IDENTIFICATION), UR10E_LOAD, _IDENTIFICATION)
+    pair = _generate_pair(truth, rng, 20.0)
+    quiet = Truth(noise_sd=0.1)
+    panda = PandaData(robot, generate_run(robot, _LOAD, truth=quiet, rng=rng, duration=20.0, rate=40.0))
+    gains = calibrate_gains(pair_runs(*pair, _IDENTIFICATION), UR10E_LOAD, _IDENTIFICATION)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[4:5])
         patch.setattr(verdicts, "_PAIR_LENGTHS", (16.0,))
@@ -285,26 +286,22 @@ def judge_itself(
 
 def time_identification(*, num_samples: int = 300) -> Numbers:
     """Times of a sample, of a belief with a number of samples, and of a run."""
-    robot, rng = _build_robot(), np.random.default_rng(7)
-    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
-    empty, loaded = (
-        generate_run(robot, load, truth=Truth(gain=0.1), rng=rng, kind=SignalKind.CURRENT, duration=12.0, rate=40.0)
-        for load in (None, pi)
-    )
+    pair = _generate_pair(Truth(gain=0.1), np.random.default_rng(7), 12.0)
     settings = dataclasses.replace(_IDENTIFICATION, num_samples=num_samples)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(timing, "load_ur10e", lambda data: Ur10eData(robot, empty, loaded))
+        patch.setattr(timing, "load_ur10e", lambda data: pair)
         patch.setattr(timing, "compare_peers", lambda *arguments: {})
         patch.setattr(timing, "_REPEATS", 1)
         patch.setattr(timing, "_NUM_STEPS", 300)
         patch.setattr(systems, "_NUM_SAMPLES", num_samples)
-        evidence = pair_runs(robot, empty, loaded, settings)
+        evidence = pair_runs(*pair, settings)
         gains = calibrate_gains(evidence, UR10E_LOAD, settings)
         return flatten(timing.measure_times(Path(), evidence, gains, settings))
 
 
-def _list_numbers(result: ToolsResult) -> Numbers:
-    """Lists the numbers that claims of the study of tools are about."""
+def _list_numbers(config: ToolsConfig | None = None, blows: Sequence[Any] = (), **found: Any) -> Numbers:
+    """Lists the numbers that claims of the study of tools are about, where nothing else was found."""
+    result = ToolsResult(config or ToolsConfig(), Choices((), {}, [*blows]), Uncommon((), [], []), **found)
     return {**tools_numbers.list_metrics(result), **tools_numbers.list_facts(result)}
 
 
@@ -357,15 +354,7 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
         truths = {name: observer.read_truth_in_hand(workshop, name) for name in names}  # type: ignore[arg-type]
         found = run_observer(config, workshop, 0)  # type: ignore[arg-type]
         scores = {key: study._score([each], truths) for key, each in found.first_touch.items()}
-        result = ToolsResult(
-            config,
-            Choices((), {}, []),
-            Uncommon((), [], []),
-            scores=scores,
-            predictions=[found],
-            truths=truths,
-        )
-        return _list_numbers(result)
+        return _list_numbers(config, scores=scores, predictions=[found], truths=truths)
 
 
 def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
@@ -379,8 +368,7 @@ def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
         )
         for name, truth in truths.items()
     }
-    result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), parity=found)
-    return _list_numbers(result)
+    return _list_numbers(parity=found)
 
 
 def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
@@ -426,7 +414,7 @@ def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.
         nail = dataclasses.replace(hammer.nail, depth_demanded=_TAP / hammer.nail.stiffness)
         task = dataclasses.replace(hammer, nail=nail, force=_TAP)
         blows = check_blows([HAMMERS["mallet"]], ["handle"], task, settings)
-    return _list_numbers(ToolsResult(ToolsConfig(), Choices((), {}, blows), Uncommon((), [], [])))
+    return _list_numbers(blows=blows)
 
 
 def look(*, is_of_one_colour: bool = False) -> Numbers:
@@ -436,5 +424,4 @@ def look(*, is_of_one_colour: bool = False) -> Numbers:
         tool = paint(tool, [(0.5, 0.5, 0.5)] * len(tool.components))
     outcome = examine(tool, get_turning_stand(), MATERIALS, np.random.default_rng(0))
     made_out = {str(number): outcome for number in range(20)}
-    result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), made_out=made_out)
-    return _list_numbers(result)
+    return _list_numbers(made_out=made_out)
