@@ -248,7 +248,7 @@ ALL = {
                 "classes own_prior hidden_part",
             ),
             "sizes are taken to be right": (partial(studies.see_sizes, size_error=0.0), "sizes"),
-            "many samples": (partial(studies.time_identification, num_samples=50_000), "speed"),
+            "many samples": (partial(studies.time_identification, num_samples=15_000), "speed"),
         },
         # With six draws or three, on any machine, with four mistakes, and fewer samples than the study's; and the
         # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure, and
