@@ -125,8 +125,7 @@ def draw_heights(
     for k, (name, (colour, line)) in enumerate(zip(names, styles, strict=True)):
         one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=name, linewidth=1.6)
         for axes in (every, near):
-            axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
-            _shade(axes, times, mean.low[k], mean.high[k], colour)
+            _plot_mean(axes, times, Estimate(*(each[k] for each in mean)), line, colour)
     every.sharey(one)
     _mark_times(times, one, every, near)
     # The limits follow the curves: with few observers the intervals reach beyond the region to be enlarged.
@@ -166,14 +165,12 @@ def draw_heights_of_points(
     for k in range(len(labels)):
         colour = of_decoy if k == len(labels) - 1 else others[k % len(others)]
         one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
-        every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=label(labels[k]), linewidth=1.6)
-        _shade(every, times, mean.low[k], mean.high[k], colour)
+        _plot_mean(every, times, Estimate(*(each[k] for each in mean)), "-", colour, labels[k])
     for k, (point, heights) in enumerate(decoy.items()):
         # All in the decoy's colour, as long as line styles suffice to distinguish them.
         line = LINE_STYLES[k % len(LINE_STYLES)]
         colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
-        points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=label(point), linewidth=1.6)
-        _shade(points, times, heights.low, heights.high, colour)
+        _plot_mean(points, times, heights, line, colour, point)
     _mark_times(times, one, every, points)
     one.set_ylabel("height above the start (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
@@ -238,9 +235,11 @@ def _mark_times(times: Array, *all_axes: Axes) -> None:
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
 
 
-def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> None:
-    """Draws an interval of heights, [m]."""
-    axes.fill_between(times, _METRES_TO_CM * low, _METRES_TO_CM * high, color=colour, alpha=0.3, linewidth=0.0)
+def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:
+    """Draws mean heights, [m], with their interval; a name is for the legend."""
+    mean, low, high = (_METRES_TO_CM * each for each in heights)
+    axes.plot(times, mean, line, color=colour, label=label(name) if name else None, linewidth=1.6)
+    axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)
 
 
 def _style(k: int) -> tuple[str, str]:
