@@ -71,7 +71,7 @@ class DaskCluster:
 
     def _wait_for_scheduler(self) -> str:
         deadline = time.monotonic() + _START_PATIENCE
-        while not self._file.exists():
+        while not (self._file.exists() and self._file.stat().st_size):  # made first, and written then
             if time.monotonic() > deadline:
                 raise TimeoutError(f"no Dask scheduler after {_START_PATIENCE:g} s")
             time.sleep(0.05)
