@@ -115,10 +115,10 @@ _load_own = lru_cache(maxsize=1)(load_materials)
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Returns a mapping from names to materials, as of ``load_materials``; else raises a BadArgumentError."""
+    """Returns a mapping from names to materials, as from ``load_materials``; else raises a BadArgumentError."""
     if not isinstance(materials, Mapping):
         problem = (
-            f"is of type {type(materials).__name__}, must be a mapping of names to materials, as from load_materials"
+            f"is of type {type(materials).__name__}, must be a mapping of names to materials, see load_materials"
         )
         raise BadArgumentError("materials", "", problem)
     return {name: check_kind(f"materials[{name!r}]", each, Material) for name, each in materials.items()}
