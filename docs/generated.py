@@ -27,6 +27,7 @@ from affordance.files.constraints import Setting
 from affordance.files.model_folder import import_study, list_studies
 from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
 from affordance.named_settings import list_settings, read_meanings, show_setting
+from affordance.proprioception.faults import Faults
 from affordance.vision.pixels.seen_tool import ERROR
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
@@ -36,14 +37,18 @@ _ROOT = Path(__file__).parents[1]
 _FORMATS = {
     "tools/*.yaml, an entry of `tools`": "affordance.objects.tool_entries.ToolEntry",
     "materials.yaml, an entry": "affordance.objects.materials.MaterialEntry",
-    "paths/*.yaml": "affordance.control.timed_path.PathEntry",
-    "nail.yaml": "affordance.plant.nail.NailEntry",
-    "tasks/*.yaml, of a load that is kept or carried": "affordance.choice.keep.KeepEntry",
+    "paths/*.yaml, or another file of `kind: reach` or `kind: mash`": "affordance.control.timed_path.PathEntry",
+    "nail.yaml, or another file of `kind: hammer`": "affordance.choice.hammer.HammerEntry",
+    "tasks/carry.yaml, or another file of `kind: carry`": "affordance.choice.carry.CarryEntry",
+    "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.keep.KeepEntry",
     "protocols/*.yaml": "affordance.protocols.protocol.Protocol",
     "RUN.yaml, which describes the recording RUN.csv": "affordance.identification.recording.run_entry.RunEntry",
     "The payload on a controller, of `--claimed`": "affordance.identification.payload_formats.PayloadEntry",
     "gains.yaml, which `identify` writes and `--gains` reads": "affordance.identification.evidence.gains._GainsEntry",
+    "faults.yaml, an entry, of `--fault`": "affordance.proprioception.faults._FaultsEntry",
 }
+# Models whose keys are those of a class, which says what they mean.
+_MEANINGS = {"_FaultsEntry": Faults}
 
 
 # Assumption of the study of robustness, by the settings that it changes, where names differ.
@@ -202,6 +207,8 @@ def _find(place: str) -> type[BaseModel]:
 
 def _describe_model(model: type[BaseModel]) -> str:
     schema = model.model_json_schema(by_alias=True)
+    for key, meaning in read_meanings(_MEANINGS.get(model.__name__, object)).items():
+        schema["properties"][key]["description"] = meaning
     parts = [(schema.get("description", ""), schema)]
     parts += [(f"**{name}**: {each.get('description', '')}", each) for name, each in schema.get("$defs", {}).items()]
     tables = [(lead, list(_list_keys(each, schema.get("$defs", {})))) for lead, each in parts]
