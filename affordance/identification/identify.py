@@ -1,6 +1,7 @@
 """Identification of a held payload from recorded q, v, vdot and tau."""
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -38,6 +39,7 @@ type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, Identificatio
 _MASSES = (1e-3, 1e3)
 _LIMIT_SLACK = 0.5  # files of robots limit joints more narrowly than some controllers do, [rad]
 _DEVIATION_MAX = 1e6
+_OVERLAP = 0.2  # share of samples in common above which two runs are one recording
 
 
 class Runs(NamedTuple):
@@ -92,8 +94,7 @@ def identify(
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
         _check_angles(arm, run)
-        if run.description.kind is not SignalKind.WRENCH:
-            check_sensors(run)
+        check_sensors(run)
     description = loaded.description
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
@@ -106,26 +107,27 @@ def identify(
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
         before = _find_gains(arm, loaded, empty, gains, settings)
-    evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
-    solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
-    calibration = None
-    if is_calibration and reference_mass is not None:
-        calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
-        solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
-    belief = infer(
-        evidence,
-        before,
-        solid=solid,
-        placed=None if seen is None else seen.place(description.object_pose),
-        deviation_sd=deviation_sd,
-        settings=settings,
-    )
-    assumed = (*belief.assumptions, *_assume_of_hand(arm, before, calibration is not None))
-    belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
-    if calibration is not None and reference_mass is not None:
-        belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
-    belief = replace(belief, notes=(*belief.notes, *suggest_motion(arm, belief, before, settings)))
-    return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
+    with _name_unsolvable(loaded.source):
+        evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
+        solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
+        calibration = None
+        if is_calibration and reference_mass is not None:
+            calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
+            solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
+        belief = infer(
+            evidence,
+            before,
+            solid=solid,
+            placed=None if seen is None else seen.place(description.object_pose),
+            deviation_sd=deviation_sd,
+            settings=settings,
+        )
+        assumed = (*belief.assumptions, *_assume_of_hand(arm, before, calibration is not None, seen is not None))
+        belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
+        if calibration is not None and reference_mass is not None:
+            belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
+        belief = replace(belief, notes=(*belief.notes, *suggest_motion(arm, belief, before, settings)))
+        return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 
 def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
@@ -175,14 +177,29 @@ def _check_arguments(
     check_kind("settings", settings, IdentificationSettings)
 
 
-def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool) -> Iterator[str]:
+@contextmanager
+def _name_unsolvable(source: str) -> Iterator[None]:
+    """Turns equations without a solution into a BadValueError of the loaded run."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
+        raise BadValueError(source, "", problem) from error
+
+
+def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool) -> Iterator[str]:
     """Lists what no recording can show, a sentence each."""
     yield (
         f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the "
         "empty runs does so still: a gripper forgotten then is part of the payload"
     )
+    yield f"the arm that was recorded is that of {arm.source}: a relative's file gives another mass"
+    if gains.kind is SignalKind.WRENCH:
+        yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
     if is_weighed or (gains.kind is SignalKind.CURRENT and gains.common_sd == 0.0):
         yield "the scale is right: its error is that of every mass found with these gains"
+    if is_seen:
+        yield "what is held is the object that was named, posed in the hand as stated, with sizes as right as stated"
 
 
 def _check_angles(arm: SerialChain, run: Run) -> None:
@@ -233,5 +250,7 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
         for name, (given, needed) in pairs.items():
             if given != needed:
                 raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")
-        if np.array_equal(run.signal, loaded.signal):
-            raise BadValueError(run.source, "", f"has the samples of {loaded.source}, must be another recording")
+        share = loaded.measure_overlap(run) if run.signal.shape[1] == loaded.signal.shape[1] else 0.0
+        if share > _OVERLAP:
+            problem = f"has {100.0 * share:.0f} % of the samples of {loaded.source}, must be another recording"
+            raise BadValueError(run.source, "", problem)

@@ -5,9 +5,9 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
 
 from affordance.exceptions import BadValueError
-from affordance.identification.doubts import compare_with_own_weight
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, identify
+from affordance.identification.own_weight import compare_with_own_weight
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=200)
@@ -76,7 +76,7 @@ def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
 
 
 def test_one_recording_given_twice_is_refused(robot, pair):
-    with pytest.raises(BadValueError, match="has the samples of l, must be another recording"):
+    with pytest.raises(BadValueError, match="has 100 % of the samples of l, must be another recording"):
         identify(robot, Runs(pair.loaded, (replace(pair.loaded, source="copy"),)), settings=_SETTINGS)
 
 

@@ -8,7 +8,7 @@ from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.posterior.body_posterior import draw_bodies
 from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, PlacedObject, infer_parts
-from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.posterior.payload_belief import SURPRISE, PayloadBelief
 from affordance.identification.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -72,6 +72,9 @@ def infer(
         )
     except NotTheSeenObjectError as error:
         return replace(belief, notes=(*belief.notes, f"{error}; the camera is left out"), p_value=error.p_value)
+    if parts.p_value < SURPRISE:
+        left_out = "the camera is left out: with what it saw the run would be too improbable"
+        return replace(belief, notes=(*belief.notes, left_out), p_value=parts.p_value)
     return replace(
         belief,
         bodies=parts.bodies,

@@ -92,9 +92,10 @@ def add_friction_error(
     No model of friction is right. One standard deviation of a joint's error is all that its friction does: the change
     of the most probable load if the joint is taken to have none. Joints err independently. Errors of a fitted arm
     are measured, those of its friction included, and to an arm as its file has it no friction is no alternative; so
-    nothing is added where no run was repeated.
+    nothing is added where no run was repeated. Nor is anything where gains are those of the arm's own weight: without
+    friction they would be others, so that the change of the load is one of gains, and as large as the load.
     """
-    if not (evidence.is_repeated and settings.floor and settings.friction):
+    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.common_sd > 0.0:
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)

@@ -43,6 +43,8 @@ _HINTS = {
 _RATE_FACTOR = 5.0
 # Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
 _RATE_APART = 0.3
+# Share of a signal's range, and angle, [rad], to which samples of two recordings are compared.
+_SAME = 1e-3
 _LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
@@ -167,6 +169,21 @@ class Run:
             description=replace(self.description, joint_names=tuple(joint_names)),
             **{name: values[:, order] for name, values in given.items() if values is not None},
         )
+
+    def measure_overlap(self, other: "Run") -> float:
+        """Measures which share of this run's samples are samples of another run, whatever their times.
+
+        Angles and signals are compared to a thousandth of the signals' range, which rounding changes seldom and noise
+        nearly always; of two recordings of one motion hardly any samples agree at every joint.
+        """
+        step = np.concatenate(
+            [np.full(self.q.shape[1], _SAME), _SAME * np.maximum(np.ptp(other.signal, axis=0), 1e-9)]
+        )
+        own, others = (
+            {row.tobytes() for row in np.rint(np.hstack([run.q, run.signal]) / step).astype(np.int64)}
+            for run in (self, other)
+        )
+        return len(own & others) / len(own)
 
     def select(self, rows: slice) -> "Run":
         """Returns a part of the run."""
