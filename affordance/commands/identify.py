@@ -117,6 +117,9 @@ def run(arguments: argparse.Namespace) -> int:
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
     memory = _recall(arguments.memory, prior)
+    for option in ("object_pose", "object_name"):
+        if arguments.object is None and getattr(arguments, option) is not None:
+            raise BadValueError(f"--{option.replace('_', '-')}", "", "is of a seen object, must come with --object")
     tool = None if arguments.object is None else _find_tool(arguments)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
@@ -142,7 +145,8 @@ def run(arguments: argparse.Namespace) -> int:
     claim = None
     if claimed is not None:
         claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
-        content["claimed"] = {"verdict": claim[1].verdict, **claim[1]._asdict(), **claimed._asdict()}
+        verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted}
+        content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
     materials = {each.name: each.colour for each in load_materials(arguments.materials).values()} if seen else {}
     text = describe_payload(belief, claim, materials=materials, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:

@@ -83,12 +83,13 @@ def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdi
     def show(mass: float, centre: list[float]) -> str:
         return f"{mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in centre)}) m"
 
+    mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     errors = ", ".join(
         f"{name} {error:.2g}" for name, error in zip(belief.channel_names, verdict.torque_error, strict=True)
     )
     return "\n".join(
         [
-            f"Claimed: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
+            f"Claimed{mark}: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
             f"{verdict.probability:.2f}: mass to {verdict.mass_tolerance:.3f} kg, first moment to "
             f"{verdict.moment_tolerance:.4f} kg m)",
             f"  set: {show(setting.mass, list(setting.centre_of_mass))}",
@@ -102,7 +103,7 @@ def _write_lines(belief: PayloadBelief, anyway: bool) -> str:
     if belief.doubts and not anyway:
         return "For the robot: no lines, as the result is not to be trusted (--anyway writes them)."
     if belief.setting is None:
-        return "For the robot: no lines, as mass or centre of mass were not seen."
+        return "For the robot: no lines, as the mass was not seen."
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     lines = [f"For the robot, if the tip is its flange{mark}:"]
     lines += [f"  {robot}: {line}" for robot, line in format_payload(belief.setting).items()]

@@ -124,7 +124,7 @@ def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> It
     variance = bare.estimate_variance(fit.statistics, fit.weights)
     before: Array = np.broadcast_to(fit.evidence.least_variance, variance.shape)
     known = (before > 0.0) & (fit.statistics.counts >= FEWEST)
-    louder = np.sqrt(np.divide(variance, before, out=np.zeros_like(variance), where=known))
+    louder = np.divide(np.sqrt(variance), np.sqrt(before), out=np.zeros_like(variance), where=known)
     for j in np.flatnonzero(louder > _LOUDER):
         yield (
             f"{belief.channel_names[j]}: errors are {louder[j]:.3g} times those of the runs before, at most "

@@ -126,7 +126,8 @@ def identify(
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
         if calibration is not None and reference_mass is not None:
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
-        belief = replace(belief, notes=(*belief.notes, *suggest_motion(arm, belief, before, settings)))
+        of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
+        belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
         return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 

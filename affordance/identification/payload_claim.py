@@ -55,7 +55,8 @@ def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float
     """Judges the payload that is set on a controller by the payload that a run shows.
 
     A setting is right if its mass is within the tolerance times the mass set, or times 1 kg for lighter ones, and its
-    first moment within 0.2 m times that. Moments of inertia count in the torques only: slow motions do not show them.
+    first moment within 0.2 m times that. Moments of inertia that are set count by their torques: they may be wrong by
+    no more than a right mass and first moment make them, which slow motions hardly ever show.
 
     Args:
         belief: Posterior of the whole payload at the tip.
@@ -69,9 +70,21 @@ def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float
     mass = tolerance * max(claimed.mass, _LEAST)
     away = belief.bodies.pi - claimed.parameters
     right = (np.abs(away[:, 0]) <= mass) & (np.linalg.norm(away[:, 1:4], axis=1) <= _LEVER * mass)
-    torque = belief.fit.evidence.samples.Y @ (belief.parameters - claimed.parameters)
-    probability = float(np.clip(belief.bodies.weights[right].sum(), 0.0, 1.0))
-    plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), belief.bodies.weights)
+    Y, weights = belief.fit.evidence.samples.Y, belief.bodies.weights
+    torque = Y @ (belief.parameters - claimed.parameters)
+    plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
+    if claimed.inertia is not None:
+        # Root mean squares over the run: of what a right mass and first moment may be off by, and of the moments.
+        squares = np.einsum("nci,ncj->cij", Y, Y, optimize=True) / len(Y)
+        allowed = mass * (
+            np.sqrt(squares[:, 0, 0]) + _LEVER * np.sqrt(np.trace(squares[:, 1:4, 1:4], axis1=1, axis2=2))
+        )
+        of_moments = np.sqrt(
+            np.maximum(np.einsum("si,cij,sj->sc", away[:, 4:], squares[:, 4:, 4:], away[:, 4:]), 0.0)
+        )
+        fits = (of_moments <= allowed).all(axis=1)
+        right, plausibility = right & fits, min(plausibility, float(weights[fits].sum()))
+    probability = float(np.clip(weights[right].sum(), 0.0, 1.0))
     return ClaimVerdict(probability, plausibility, mass, _LEVER * mass, np.abs(torque).max(axis=0))
 
 

@@ -12,6 +12,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import scipy
 from pydantic import ConfigDict, Field
+from pydrake.multibody.tree import RotationalInertia
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -29,6 +30,8 @@ _LIST = rf"\[\s*((?:{_NUMBER}\s*,\s*)*{_NUMBER})\s*\]"
 # Lines of a URScript program: the newer call has moments, the older one may lack the centre of mass.
 _URSCRIPT = re.compile(rf"set_(?:target_)?payload\(\s*({_NUMBER})\s*(?:,\s*{_LIST})?\s*(?:,\s*{_LIST})?")
 
+_URSCRIPT_COG = re.compile(rf"set_payload_cog\(\s*{_LIST}")
+
 
 class PayloadSetting(NamedTuple):
     """Payload that is set on a controller.
@@ -37,11 +40,13 @@ class PayloadSetting(NamedTuple):
         mass: Mass, [kg].
         centre_of_mass: Centre of mass p_TTcm, shape (3,), [m].
         inertia: Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
+        is_centre_guessed: True if the centre of mass is that of the prior, as the run did not show it.
     """
 
     mass: float
     centre_of_mass: Array
     inertia: Array | None = None
+    is_centre_guessed: bool = False
 
     @property
     def parameters(self) -> Array:
@@ -78,7 +83,7 @@ class _EndEffectorEntry(DataModel):
 
 
 def format_payload(payload: PayloadSetting) -> dict[str, str]:
-    """Writes the lines that set a payload, by robot; a fallback without moments is a point, and says so.
+    """Writes the lines that set a payload, by robot; a fallback says what was not seen.
 
     URScript takes a payload without moments. The others need some: those of a point mass, which the line marks.
     """
@@ -89,7 +94,9 @@ def format_payload(payload: PayloadSetting) -> dict[str, str]:
     column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
     centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
     moments = f", [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}]" if known else ""
-    mark = "" if known else "moments were not seen: a point mass"
+    unseen = [*(["centre of mass"] if payload.is_centre_guessed else []), *([] if known else ["moments"])]
+    mark = f"{' and '.join(unseen)} not seen" if unseen else ""
+    mark += "" if known else ": a point mass"
     return {
         "Universal Robots (URScript)": f"set_target_payload({m:.4f}, [{centre}]{moments})",
         "Franka (libfranka)": (
@@ -122,11 +129,11 @@ def read_payload(path: StrPath) -> PayloadSetting:
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
         entry = check_content(path, "", read_yaml(path), PayloadEntry)
-        return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
+        return _build(path, entry.mass, entry.com, _order_moments(path, entry.inertia))
     if suffix == ".json":
         hand = check_content(path, "", _find_mapping(read_json(path)), _EndEffectorEntry)
         matrix = None if hand.inertia is None else np.array(hand.inertia).reshape(3, 3).T
-        return _build(hand.mass, hand.centre, None if matrix is None else _take_moments(matrix))
+        return _build(path, hand.mass, hand.centre, None if matrix is None else _take_moments(matrix))
     if suffix in (".urdf", ".xml", ".xacro"):
         return _read_inertial(path, read_xml(path, SETTINGS))
     if suffix in (".script", ".urscript", ".txt"):
@@ -135,7 +142,11 @@ def read_payload(path: StrPath) -> PayloadSetting:
     raise BadValueError(path, "", f"is of the unknown kind {suffix or path.name!r}, must be {known}")
 
 
-def _build(mass: float, centre: Sequence[float], inertia: Array | None) -> PayloadSetting:
+def _build(path: Path, mass: float, centre: Sequence[float], inertia: Array | None) -> PayloadSetting:
+    if inertia is not None and not (body := RotationalInertia(*inertia)).CouldBePhysicallyValid():
+        moments = ", ".join(f"{value:.3g}" for value in body.CalcPrincipalMomentsOfInertia())
+        problem = f"has the principal moments {moments} kg m^2, none may be negative or exceed the sum of the others"
+        raise BadValueError(path, "inertia", problem)
     return PayloadSetting(float(mass), np.array(centre, dtype=float), inertia)
 
 
@@ -164,17 +175,20 @@ def _find_mapping(content: Any) -> Any:
 
 
 def _read_urscript(path: Path, text: str) -> PayloadSetting:
+    text = "\n".join(line.partition("#")[0] for line in text.splitlines())
     found = _URSCRIPT.findall(text)
     if not found:
         raise BadValueError(path, "", "has no line set_target_payload(mass, [x, y, z], [moments]) with plain numbers")
     mass, centre, moments = found[-1]
+    if not centre and (alone := _URSCRIPT_COG.findall(text)):
+        centre = alone[-1]
     place = [float(value) for value in centre.split(",")] if centre else [0.0, 0.0, 0.0]
     inertia = [float(value) for value in moments.split(",")] if moments else None
     if len(place) != 3 or (inertia is not None and len(inertia) != 6):
         raise BadValueError(path, "set_target_payload", "must have three coordinates and six moments, or none")
     content = {"mass": float(mass), "com": place, "inertia": inertia}
     entry = check_content(path, "", content, PayloadEntry)
-    return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
+    return _build(path, entry.mass, entry.com, _order_moments(path, entry.inertia))
 
 
 def _read_inertial(path: Path, root: Element) -> PayloadSetting:
@@ -200,7 +214,7 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
         moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
         content["inertia"] = list(moments)
     entry = check_content(path, "", content, PayloadEntry)
-    return _build(entry.mass, entry.com, moments)
+    return _build(path, entry.mass, entry.com, moments)
 
 
 def _read_numbers(path: Path, element: Element | None, key: str, count: int) -> list[float]:

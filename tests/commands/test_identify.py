@@ -100,12 +100,23 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
 
 
 def test_an_object_that_is_another_teaches_nothing(folder, tmp_path):
-    """A load ten times as heavy as any stick of its size leaves no memory."""
+    """A weighed load whose centre of mass is in no stick leaves no memory, and is identified without the camera."""
     empty, loaded = _name(folder, "empty", "heavy")
     tools, memory = MODELS / "tools" / "novel.yaml", tmp_path / "memory.sqlite"
     words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick"]
-    _run(folder, *words, "--memory", memory, status=0)
+    text = _run(folder, *words, "--reference-mass", 2.0 * PAYLOAD[0], "--memory", memory, status=0).out
     assert not memory.exists()
+    assert "the camera is left out" in text
+    assert "the object is not what it looks like (p = " in text
+    found = _run(folder, *words[:4], "--reference-mass", 2.0 * PAYLOAD[0], "--json").content
+    assert f"{found['com_m'][2]:.3g}"[:4] in text
+
+
+def test_options_of_an_object_want_one(folder):
+    empty, loaded = _name(folder, "empty", "loaded")
+    for option in (["--object-name", "stick"], ["--object-pose", 0, 0, 0, 0, 0, 0]):
+        answer_of = answer("identify", folder / "robot.urdf", "--empty", empty, "--loaded", loaded, *option, status=2)
+        assert f"{option[0]}: is of a seen object, must come with --object" in answer_of.err
 
 
 def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_behind(folder, tmp_path, monkeypatch):

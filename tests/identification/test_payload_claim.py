@@ -93,3 +93,13 @@ def test_a_wide_belief_leaves_a_right_setting_open(belief):
 def test_tolerances_out_of_bounds_are_refused(belief):
     with pytest.raises(BadArgumentError, match="tolerance: is 0"):
         judge_claim(SimpleNamespace(), PayloadSetting(1.0, np.zeros(3)), 0.0)
+
+
+def test_moments_that_make_larger_torques_than_a_right_mass_may_are_wrong(belief):
+    """Moments of 1 kg m^2 for hundredths are found in a motion that hardly shows hundredths; right ones are right."""
+    true = PAYLOAD[4:].copy()
+    m, c = PAYLOAD[0], _CENTRE
+    true[:3] -= m * np.array([c[1] ** 2 + c[2] ** 2, c[0] ** 2 + c[2] ** 2, c[0] ** 2 + c[1] ** 2])
+    true[3:] += m * np.array([c[0] * c[1], c[0] * c[2], c[1] * c[2]])
+    assert judge_claim(belief, PayloadSetting(m, c, true)).verdict == "right"
+    assert judge_claim(belief, PayloadSetting(m, c, np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]))).verdict == "wrong"

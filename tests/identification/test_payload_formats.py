@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD
+from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -67,7 +68,7 @@ def test_a_payload_without_moments_is_marked():
     lines = format_payload(_SETTING._replace(inertia=None))
     assert lines["Universal Robots (URScript)"] == _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0] + ")"
     for name in ("Franka (libfranka)", "URDF", "Drake (Python)"):
-        assert "moments were not seen: a point mass" in lines[name]
+        assert "moments not seen: a point mass" in lines[name]
 
 
 def _write(folder, name, text):
@@ -115,3 +116,15 @@ def test_axes_of_an_inertial_are_turned(tmp_path):
         "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link>"
     )
     assert_allclose(read_payload(_write(tmp_path, "l.urdf", text)).inertia, [0.02, 0.01, 0.025, 0, 0, 0], atol=1e-12)
+
+
+def test_comments_set_nothing_and_the_centre_may_be_set_by_itself(tmp_path):
+    text = "set_payload(0.55)\nset_payload_cog([0.01, 0, 0.06])\n# set_target_payload(2.0, [0, 0, 0.1])\n"
+    setting = read_payload(_write(tmp_path, "a.script", text))
+    assert (setting.mass, list(setting.centre_of_mass)) == (0.55, [0.01, 0.0, 0.06])
+
+
+@pytest.mark.parametrize("moments", ["[-1, -1, -1]", "[1, 1, 3]", "[0.1, 0.1, 0.1, 0.5, 0, 0]"])
+def test_moments_that_no_body_has_are_refused(tmp_path, moments):
+    path = _write(tmp_path, "a.yaml", f"mass: 1\ninertia: {moments}\n")
+    assert "inertia: has the principal moments" in refuse(read_payload, path)

@@ -14,6 +14,7 @@ from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _NUM_PRIOR_BODIES = 1000
+_ODD = 0.05  # probability of a run below which it is said
 
 
 def infer(
@@ -75,6 +76,9 @@ def infer(
     if parts.p_value < SURPRISE:
         left_out = "the camera is left out: with what it saw the run would be too improbable"
         return replace(belief, notes=(*belief.notes, left_out), p_value=parts.p_value)
+    if parts.p_value < _ODD:
+        odd = f"p = {parts.p_value:.2g}: of objects that are what they look like, so few give as odd a run"
+        belief = replace(belief, notes=(*belief.notes, odd))
     return replace(
         belief,
         bodies=parts.bodies,

@@ -31,6 +31,9 @@ from affordance.identification.posterior.payload_fit import PayloadFit
 _UNSEEN = 0.8
 # or, for a positive quantity, this share of its mean.
 _VAGUE = 0.4
+# SD to which a seen object's centre of mass, [m], mass and moments, as shares of their means, count as known anyway.
+_SHARP, _SHARP_SHARE = 0.005, 0.1
+_OF_COM = np.isin(np.arange(len(QUANTITIES)), np.r_[COM])
 # Effective sample size below which the tails of an interval are unreliable.
 _FEW_SAMPLES = 100.0
 # Probability below which an object is not what it looks like.
@@ -175,12 +178,12 @@ class PayloadBelief:
 
     @property
     def setting(self) -> PayloadSetting | None:
-        """Payload to set on a controller, without moments that were not seen; None if mass or centre were not."""
-        if self.hidden & set(QUANTITIES[: COM.stop]):
+        """Payload to set on a controller, without moments that were not seen; None if the mass was not."""
+        if self.hidden & set(QUANTITIES[MASS]):
             return None
         mean = self.marginals.mean
         inertia = None if self.hidden & set(QUANTITIES[MOMENTS]) else mean[MOMENTS.start :]
-        return PayloadSetting(float(mean[0]), mean[COM], inertia)
+        return PayloadSetting(float(mean[0]), mean[COM], inertia, bool(self.hidden & set(QUANTITIES[COM])))
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
@@ -188,10 +191,11 @@ class PayloadBelief:
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
-        colours = self.seen.memory.colours
+        colours, own = self.seen.memory.colours, self.seen.geometry.Phi.any(axis=0)
         return tuple(
             LearnedDensity(colour, float(median[i]), (float(low[i]), float(high[i])))
             for i, colour in enumerate(colours)
+            if own[i]
         )
 
     @property
@@ -208,6 +212,8 @@ class PayloadBelief:
     def hidden(self) -> frozenset[str]:
         """Quantities, by their names in QUANTITIES, that the run left undetermined."""
         is_hidden = (self._share_of_prior > _UNSEEN) | self._is_vague
+        if self.seen is not None:  # by whose prior little is left open
+            is_hidden &= self.marginals.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(self.marginals.mean))
         if self.calibration is not None:
             is_hidden[MASS] = False  # the scale determined the mass
         return frozenset(name for name, hidden in zip(QUANTITIES[: MOMENTS.stop], is_hidden, strict=False) if hidden)

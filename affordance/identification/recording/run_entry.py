@@ -86,10 +86,13 @@ def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None
         matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())
         hit = next(((ours, match) for ours, match in matches if match), None)
         found.append(None if hit is None else (hit[0], int(hit[1][1]) if hit[1].groups() else None))
-    numbers = [each[1] for each in found if each is not None and each[1] is not None]
-    first = min(numbers, default=0) if column_map.first is None else column_map.first
+    first: dict[str, int] = {}  # the number of a quantity's first joint, 0 or 1
+    for ours, number in filter(None, found):
+        if number is not None:
+            first[ours] = min(number, first.get(ours, number)) if column_map.first is None else column_map.first
     return [
-        None if each is None else each[0] if each[1] is None else f"{each[0]}_{each[1] - first + 1}" for each in found
+        None if each is None else each[0] if each[1] is None else f"{each[0]}_{each[1] - first[each[0]] + 1}"
+        for each in found
     ]
 
 

@@ -74,6 +74,10 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
             if len(torn) > max_torn + _ENOUGH_TORN:
                 break
     if len(torn) > max_torn:
+        if len(numbers) < len(torn) and (head := _count_head(lines)):
+            where = f"rows {skipped + 1} to {skipped + head}" if head > 1 else f"row {skipped + 1}"
+            above = f"stands above the table (skip_rows: {skipped + head} skips what stands there)"
+            raise BadValueError(path, where, above)
         raise _refuse_torn(path, torn, max_torn, len(numbers))
     values = np.array(samples, dtype=float).reshape(-1, width)
     return RunTable(names, values, np.array(numbers, dtype=np.intp), len(torn))
@@ -96,6 +100,13 @@ def _read_whole(lines: list[str], delimiter: str, width: int) -> Array | None:
         return None
     is_whole = values.shape == (len(lines), width) and np.isfinite(values).all()
     return values if is_whole else None
+
+
+def _count_head(lines: list[str]) -> int:
+    """Counts the lines above the first one that has as many cells as most."""
+    delimiter = _find_delimiter(next((line for line in reversed(lines) if line.strip()), ""))
+    counts = [len(line.split() if delimiter == " " else line.split(delimiter)) for line in lines]
+    return counts.index(max(set(counts), key=counts.count))
 
 
 def _refuse_torn(path: Path, torn: list[tuple[int, str]], max_torn: int, num_whole: int) -> BadValueError:

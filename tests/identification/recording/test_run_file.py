@@ -129,7 +129,7 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
 def test_rows_above_a_table_are_skipped_if_asked(tmp_path):
     path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
     path.write_text("robot 7, serial 12\nstarted at noon\n" + path.read_text())
-    assert "skip_rows: N skips what stands above a table" in refuse(read_run, path)
+    assert "rows 1 to 2: stands above the table (skip_rows: 2 skips what stands there)" in refuse(read_run, path)
     path.with_suffix(".yaml").write_text("joints: [a, b]\nskip_rows: 2\n")
     run = read_run(path)
     assert_allclose(run.q, _Q)
