@@ -220,8 +220,8 @@ def _place_object(run: Run, values: Sequence[float]) -> Run:
         bound = 2.0 if len(name) == 1 else 360.0
         check_number(f"--object-pose {name}", value, -bound, bound)
     x, y, z, roll, pitch, yaw = values
-    pose = ObjectPoseEntry(position=(x, y, z), rpy_deg=(roll, pitch, yaw)).build()
-    return replace(run, description=replace(run.description, object_pose=pose))
+    entry = ObjectPoseEntry.model_validate({"position": [x, y, z], "rpy_deg": [roll, pitch, yaw]})
+    return replace(run, description=replace(run.description, object_pose=entry.build()))
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:

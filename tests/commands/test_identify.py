@@ -112,6 +112,27 @@ def test_an_object_that_is_another_teaches_nothing(folder, tmp_path):
     assert f"{found['com_m'][2]:.3g}"[:4] in text
 
 
+def test_pose_of_an_object_on_the_command_line_is_that_of_the_description(folder):
+    """The stick held by its end, or half turned: no pose is the first, and only it explains the load."""
+    empty, stick = _name(folder, "empty", "stick")
+    words = [
+        "--empty",
+        empty,
+        "--loaded",
+        stick,
+        "--object",
+        MODELS / "tools" / "novel.yaml",
+        "--object-name",
+        "stick",
+    ]
+    plain, zero, turned = (
+        _run(folder, *words, *pose, "--json").content
+        for pose in ([], ["--object-pose", *[0] * 6], ["--object-pose", *[0] * 5, 180])
+    )
+    assert zero["com_m"] == plain["com_m"]
+    assert turned["surprise_p"] < 1e-3 < plain["surprise_p"]
+
+
 def test_options_of_an_object_want_one(folder):
     empty, loaded = _name(folder, "empty", "loaded")
     for option in (["--object-name", "stick"], ["--object-pose", 0, 0, 0, 0, 0, 0]):
