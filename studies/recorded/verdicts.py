@@ -19,21 +19,25 @@ from studies.recorded.mistakes import MISTAKES, Case, count_outcomes, try_mistak
 # Durations of the windows in which a good recording is judged, [s]; windows overlap by half.
 _PAIR_LENGTHS, _SINGLE_LENGTHS = (8.0, 12.0, 16.0, 25.0), (5.0, 7.0, 10.0, 15.0)
 _SEEDS = range(5)
+# Windows of the pair, by their number, that are identified without gains: two of 8 s and one of 12 s.
+_UNWEIGHED = (0, 9, 12)
 # Ways in which gains and the empty arm are known.
 _MODES = ("by the arm's weight", "weighed", "gains", "unpaired")
 _FEW = 1000  # samples that suffice for a verdict
 
 
 def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettings) -> tuple[dict[str, Any], Any]:
-    """Makes every mistake in the pair, once with its load weighed and once with gains of before.
+    """Makes every mistake in the pair: with its load weighed, with gains of before, and with neither.
 
-    Returns: Counts of the verdicts, and each of them with its reason.
+    Returns: Counts of the verdicts of the first two, and of the last under ``without_gains``; and each of them with its
+        reason.
     """
     settings = replace(settings, num_samples=_FEW)
     case = Case(data.robot, data.empty, data.loaded, UR10E_LOAD)
-    cases = {"weighed": replace(case, reference_mass=UR10E_LOAD), "gains": replace(case, gains=gains)}
+    cases = {"weighed": replace(case, reference_mass=UR10E_LOAD), "gains": replace(case, gains=gains), "neither": case}
     outcomes = {name: try_mistakes(each, MISTAKES, settings) for name, each in cases.items()}
-    counts = count_outcomes([outcome for each in outcomes.values() for outcome in each])
+    counts: dict[str, Any] = count_outcomes([*outcomes["weighed"], *outcomes["gains"]])
+    counts["without_gains"] = count_outcomes(outcomes["neither"])
     return counts, {name: [outcome._asdict() for outcome in each] for name, each in outcomes.items()}
 
 
@@ -98,10 +102,12 @@ def measure_seed_shift(data: Ur10eData, gains: Gains, panda: PandaData, settings
     Returns: The largest distance of an edge from its mean over the seeds, in standard deviations of its quantity.
     """
     pair = Runs(data.loaded, (data.empty,))
+    windows = [each for number, each in enumerate(_cut_pairs(data)) if number in _UNWEIGHED]
     kinds: list[tuple[Any, Runs, dict[str, Any]]] = [
         (data.robot, pair, {"gains": gains}),
         (data.robot, pair, {"reference_mass": UR10E_LOAD}),
         (panda.robot, Runs(panda.empty), {}),
+        *((data.robot, Runs(loaded, (empty,)), {}) for loaded, empty in windows),
     ]
     shifts = []
     for robot, runs, known in kinds:
