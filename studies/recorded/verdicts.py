@@ -34,7 +34,11 @@ def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettin
     """
     settings = replace(settings, num_samples=_FEW)
     case = Case(data.robot, data.empty, data.loaded, UR10E_LOAD)
-    cases = {"weighed": replace(case, reference_mass=UR10E_LOAD), "gains": replace(case, gains=gains), "neither": case}
+    cases = {
+        "weighed": replace(case, reference_mass=UR10E_LOAD),
+        "gains": replace(case, gains=gains),
+        "neither": case,
+    }
     outcomes = {name: try_mistakes(each, MISTAKES, settings) for name, each in cases.items()}
     counts: dict[str, Any] = count_outcomes([*outcomes["weighed"], *outcomes["gains"]])
     counts["without_gains"] = count_outcomes(outcomes["neither"])
