@@ -29,7 +29,7 @@ _FEW = 1000  # samples that suffice for a verdict
 def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettings) -> tuple[dict[str, Any], Any]:
     """Makes every mistake in the pair: with its load weighed, with gains of before, and with neither.
 
-    Returns: Counts of the verdicts of the first two, and of the last under ``without_gains``; and each of them with its
+    Returns: Counts of the verdicts of the first two, and of the last under ``without_gains``; and each with its
         reason.
     """
     settings = replace(settings, num_samples=_FEW)
