@@ -14,6 +14,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from myst_nb.sphinx_ import NbMetadataCollector  # noqa: E402
 from nbclient import NotebookClient  # noqa: E402
 
 from affordance import __version__  # noqa: E402
@@ -53,6 +54,8 @@ napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
 
 
+# Longest time that a tutorial may take to run, on an idle core, [s].
+_LONGEST = 60.0
 # Size of the heaviest page, with the motion that it shows, [bytes].
 _HEAVIEST = 3_000_000
 
@@ -71,7 +74,7 @@ def _hash_program() -> str:
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(ROOT / "build" / "docs_cache" / _hash_program())
 nb_execution_in_temp = True
-nb_execution_timeout = 300  # of a cell, on a loaded machine; a notebook takes less than a minute of one core, [s]
+nb_execution_timeout = 120  # of a cell, on a loaded machine, [s]
 nb_execution_raise_on_error = True
 # What a command prints comes in pieces that end within lines.
 NotebookClient.__init__ = functools.partialmethod(NotebookClient.__init__, coalesce_streams=True)
@@ -100,9 +103,13 @@ def write_entrance(app: Any, exception: Exception | None) -> None:
     """Writes the page at the top of the site, which leads to the pages' index.
 
     Raises:
-        RuntimeError: A page is too heavy, as with a motion of too many frames.
+        RuntimeError: A page is too heavy, as with a motion of too many frames, or a tutorial took too long.
     """
     if exception is None:
+        for name in app.env.found_docs:
+            took = (NbMetadataCollector.get_exec_data(app.env, name) or {}).get("runtime") or 0.0
+            if "tutorials/" in name and took > _LONGEST:
+                raise RuntimeError(f"{name}: took {took:.0f} s to run, must take at most {_LONGEST:g} s")
         for path in Path(app.outdir).rglob("*.html"):
             if path.stat().st_size > _HEAVIEST:
                 raise RuntimeError(f"{path}: has {path.stat().st_size} bytes, must have at most {_HEAVIEST}")

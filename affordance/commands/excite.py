@@ -213,7 +213,7 @@ def _describe(
     )
     yield (
         f"a random motion within the same limits has {design.typical / design.score:.1f} times that in the median; "
-        f"{arguments.floor:g} g no motion averages out"
+        f"an error of {arguments.floor:g} g stays however long it moves (--floor)"
     )
     if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:
         yield f"the mass is within {_NEAR_FLOOR:g} times of that: longer motions bring little"

@@ -50,18 +50,18 @@ def run(arguments: argparse.Namespace) -> int:
             case "show":
                 _show(arguments, ledger, prior)
             case "forget":
-                print(f"{ledger.place}: {ledger.forget(_select(arguments))} trials forgotten, {len(ledger)} remain")
+                print(f"{ledger.place}: {_count(ledger.forget(_select(arguments)))} forgotten, {len(ledger)} remain")
             case "merge":
                 _merge(ledger, arguments.files)
             case "export":
                 path = Path(arguments.files[0])
-                print(f"{path}: {export_trials(ledger, path)} trials written")
+                print(f"{path}: {_count(export_trials(ledger, path))} written")
             case "import":
                 trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
                 print(f"{ledger.place}: {ledger.append(trials)} trials are new, {len(ledger)} in all")
             case "verify":
                 faults = ledger.verify()
-                print("\n".join(faults) or f"{ledger.place}: {len(ledger)} trials, all sound")
+                print("\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound")
                 return FAULTY if faults else 0
     return 0
 
@@ -73,7 +73,8 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
     for each in summary.materials:
         nearest = find_nearest_colour(each.colour, known)
         is_known = is_same_colour(each.colour, known[nearest])
-        names[each.colour] = f"{nearest} {show_colour(each.colour)}" if is_known else show_colour(each.colour)
+        shown = nearest.replace("_", " ")
+        names[each.colour] = f"{shown} {show_colour(each.colour)}" if is_known else show_colour(each.colour)
     return names
 
 
@@ -101,7 +102,7 @@ def _merge(ledger: Ledger, files: list[str]) -> None:
     for file in files:
         with open_memory(file, create=False) as other:
             print(f"{file}: {ledger.merge(other)} of {len(other)} trials are new")
-    print(f"{ledger.place}: {len(ledger)} trials")
+    print(f"{ledger.place}: {_count(len(ledger))}")
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
@@ -123,9 +124,13 @@ def _unfold(each: object) -> dict[str, object]:
     return {**content, **experience._asdict()}
 
 
+def _count(number: int) -> str:
+    return f"{number} trial{'' if number == 1 else 's'}"
+
+
 def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
     """Writes the tables of materials and things."""
-    lines = [f"{ledger.place}: {len(ledger)} trials"]
+    lines = [f"{ledger.place}: {_count(len(ledger))}"]
     width = max((len(name) for name in (*names.values(), *(thing.name for thing in summary.things))), default=0)
     rows = [
         [f"{'material':<{width}}", f"{'kg/m^3':>7}", f"{'90 % interval':>15}", "trials", "things", "since", "robots"]

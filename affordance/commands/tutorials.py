@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     program = next((each for each in _PROGRAMS if importlib.util.find_spec(each)), None)
     if program is None:
         missing = ["jupyterlab", *([] if importlib.util.find_spec("jupytext") else ["jupytext"])]
-        print(f"pip install {' '.join(missing)} opens them as notebooks; any editor shows them")
+        print(f"after pip install {' '.join(missing)} this command opens them as notebooks; any editor shows them")
     elif not arguments.copy_only:
         return subprocess.call([sys.executable, "-m", program, str(folder)])
     return 0

@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
@@ -69,7 +69,9 @@ class Part:
         if name is None:
             raise self.error(key, "is missing")
         if name not in self.materials:
-            raise self.error(key, describe_choice(name, self.materials))
+            own = "others stand in a materials.yaml that --materials FILE or --robot FOLDER names"
+            hint = "" if suggest(name, self.materials) else f"; {own}"
+            raise self.error(key, f"{describe_choice(name, self.materials)}{hint}")
         return self.materials[name]
 
 

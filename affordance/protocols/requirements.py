@@ -60,7 +60,10 @@ def _list_faults(requirement: Requirement, tools: Sequence[Tool]) -> Iterator[tu
                 if len(tool.grips) != 2:
                     yield f": {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2"
         case Requirement.ONE_LOOK if len(shown := _list_looks(tools)) > 1:
-            yield "", f"look like {_join_names(shown)}, must all look like one material"
+            yield (
+                "",
+                f"look like {_join_names(shown)}, must all look like one material (a decoy by its looks_like)",
+            )
         case Requirement.COLOURS_DIFFER:
             for one, other in itertools.combinations({each.name: each for each in _list_looks(tools)}.values(), 2):
                 if is_same_colour(one.colour, other.colour):

@@ -169,8 +169,14 @@ def _say_criterion(criterion: Criterion) -> str:
 def _say_memory(question: AdviceQuestion) -> str:
     if not question.memory:
         return "no memory is given: all materials have the prior"
-    unknown = f", which has no evidence about {', '.join(question.unknown)}" if question.unknown else ""
+    unknown = (
+        f", which has no evidence about {', '.join(map(_say_material, question.unknown))}" if question.unknown else ""
+    )
     return f"with the memory {question.memory}{unknown}"
+
+
+def _say_material(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _tabulate(advice: Ranking) -> list[str]:
@@ -200,7 +206,7 @@ def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
     if not shares:
         lines = [f"{against} no material's density affects the difference."]
     else:
-        parts = [f"{name} ({_percent(share)})" for name, share in shares.items()]
+        parts = [f"{_say_material(name)} ({_percent(share)})" for name, share in shares.items()]
         lines = [f"{against} the uncertainty of their difference is due to the density of {' and '.join(parts)}."]
     told = [turn for turn in _list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
     lines += [f"  {_say_turn(turn, advice, question)}" for turn in told]
@@ -210,8 +216,9 @@ def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
 def _say_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
     side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option)
+    material = _say_material(question.names(turn.colour))
     return (
-        f"If {question.names(turn.colour)} were known to be {side} than {format_number(turn.density)} kg/m³ "
+        f"If {material} were known to be {side} than {format_number(turn.density)} kg/m³ "
         f"(probability {turn.probability:.2g}), {other} would be better."
     )
 

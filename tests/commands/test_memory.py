@@ -59,7 +59,7 @@ def test_forget_merge_export_import_verify(memory, tmp_path):
     answer("memory", "import", tmp_path / "again.sqlite", file)
     with open_memory(memory) as one, open_memory(tmp_path / "again.sqlite") as two:
         assert [trial.to_dict() for trial in one.list_trials()] == [trial.to_dict() for trial in two.list_trials()]
-    assert "1 trials forgotten, 9 remain" in answer("memory", "forget", memory, "--object", "plank").out
+    assert "1 trial forgotten, 9 remain" in answer("memory", "forget", memory, "--object", "plank").out
     assert "9 trials, all sound" in answer("memory", "verify", memory).out
 
 

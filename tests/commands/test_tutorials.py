@@ -44,14 +44,14 @@ def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_
     first = out / LESSONS[0].name
     assert first.read_text() == LESSONS[0].read_text()
     first.write_text("mine")
-    assert said.lines[-1].startswith("pip install jupyterlab jupytext opens them")
+    assert said.lines[-1].startswith("after pip install jupyterlab jupytext this command opens")
     assert f"{first}: kept as it is" in answer("tutorials", "--out", out).out
     assert first.read_text() == "mine"
 
 
 def test_only_what_is_missing_is_named(tmp_path, monkeypatch):
     without(monkeypatch, "jupyterlab", "notebook")
-    assert answer("tutorials", "--out", tmp_path).lines[-1].startswith("pip install jupyterlab opens them")
+    assert answer("tutorials", "--out", tmp_path).lines[-1].startswith("after pip install jupyterlab this command")
 
 
 def test_notebooks_link_to_notebooks():

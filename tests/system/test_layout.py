@@ -72,5 +72,6 @@ def test_every_folder_of_the_library_is_packaged():
     listed = tomllib.loads((LIBRARY.parent / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"][
         "packages"
     ]
-    folders = {".".join(path.parent.relative_to(LIBRARY.parent).parts) for path in LIBRARY.rglob("*.py")}
+    files = [path for path in LIBRARY.rglob("*.*") if path.is_file() and "__pycache__" not in path.parts]
+    folders = {".".join(path.parent.relative_to(LIBRARY.parent).parts) for path in files}
     assert sorted(folders - set(listed)) == []

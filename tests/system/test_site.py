@@ -60,7 +60,7 @@ def test_generated_parts_name_all_there_is():
         generated.PARTS[name]() for name in ("names", "commands", "settings", "errors")
     )
     for name in affordance.__all__:
-        assert f":: affordance.{name}\n" in f"{names}\n" or not callable(getattr(affordance, name))
+        assert f":: affordance.{name}\n" in f"{names}\n" or name == "__version__"
     for name in COMMANDS:
         assert f"## {name}\n" in commands
     assert "`--reference-mass KG`" in commands
