@@ -21,6 +21,7 @@ _RIGHT, _FAILED = 0.95, 2.0
 _NUM_JUDGED = 1000
 # Times of which the first, in which caches are filled, does not count.
 _NUM_TIMED = 10
+_NUM_SAMPLES = 4000
 
 
 @dataclass(frozen=True)
@@ -135,19 +136,16 @@ def _describe(found: Mapping[str, Mapping[str, NDArray[Any]]]) -> dict[str, Any]
     return rules
 
 
-def time_advice(tasks: tuple[str, ...] = worlds.TASKS, num_samples: int = 4000) -> float:
+def time_advice(tasks: tuple[str, ...] = worlds.TASKS) -> float:
     """Times the advice on all candidates; CPU time for each, the median of several times, [ms]."""
     workshop = worlds.build_workshop(tasks)
     names = list(workshop.candidates)
     memory = worlds.start_memory(workshop, start_learner())
-    taken = [
-        [_time(workshop, memory, names[:number], num_samples) for number in (len(names), 1)]
-        for _ in range(_NUM_TIMED)
-    ]
+    taken = [[_time(workshop, memory, names[:number]) for number in (len(names), 1)] for _ in range(_NUM_TIMED)]
     return 1e3 * float(np.median(np.diff(taken[1:]))) / (1 - len(names))
 
 
-def _time(workshop: worlds.Workshop, memory: Memory, names: Sequence[str], num_samples: int) -> float:
+def _time(workshop: worlds.Workshop, memory: Memory, names: Sequence[str]) -> float:
     begin = process_time()
-    worlds.advise(workshop, memory, names, num_samples=num_samples)
+    worlds.advise(workshop, memory, names, num_samples=_NUM_SAMPLES)
     return process_time() - begin

@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -139,11 +140,24 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
         return experiment.compute_metrics(None, None, stack([experiment.run_observer(None, None, 0)]))
 
 
-def time_advice(num_samples: int = 4000) -> Numbers:
-    """Returns the time of an advice with a number of samples, for one of three candidates."""
+def time_advice(slower: float = 0.0) -> Numbers:
+    """Returns the time of an advice, for one of three candidates.
+
+    Args:
+        slower: CPU time that each candidate takes in addition, [s]; far above the scatter of a loaded machine.
+    """
     workshop = study.worlds.build_workshop(TASKS)  # what is built once is not timed
     few = workshop._replace(candidates=dict(itertools.islice(workshop.candidates.items(), 3)))
+    advise = study.worlds.advise
+
+    def advise_slowly(workshop, memory, names, **options):
+        end = time.process_time() + slower * len(names)
+        while time.process_time() < end:
+            pass
+        return advise(workshop, memory, names, **options)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study.worlds, "build_workshop", lambda tasks: few)
+        patch.setattr(study.worlds, "advise", advise_slowly)
         patch.setattr(study, "_NUM_TIMED", 2)
-        return {"ms_per_candidate": study.time_advice(TASKS, num_samples)}
+        return {"ms_per_candidate": study.time_advice(TASKS)}
