@@ -9,12 +9,14 @@ import pytest
 from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command, main
 from affordance.commands.demo import TRIALS
 from affordance.experiments.suite import run_suite
-from affordance.files.model_folder import list_studies
+from affordance.files.model_folder import import_study
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS_PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 HOW_TO = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "howto").glob("*.md")))
+# Pages of pictures, where a folder of the reader's is in capitals.
+GALLERY = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("gallery*.md")))
 # Commands that are run, with options that make them cheap; the others are only parsed: they take a robot's file or a
 # recording of the reader's, or long (run, watch, study, excite), and have tests of their own.
 RUN = {
@@ -40,6 +42,8 @@ def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
     lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
     lines += re.findall(r"`(affordance [^`]*)`", README)
+    drawn = [*find_blocks("bash", GALLERY), *re.findall(r'"(affordance [^"]*)"', GALLERY)]
+    lines += [line for block in drawn for line in block.replace("\\\n", " ").split(" && ") if "affordance" in line]
     return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND|NAME", line)})
 
 
@@ -71,13 +75,18 @@ def test_own_objects_make_an_experiment(tmp_path, models):
 @pytest.mark.parametrize("line", list_commands())
 def test_commands_are_such_as_the_program_takes(line):
     _, name, *words = shlex.split(line)
-    if name == "study":
-        assert words[0] in list_studies()
-        return
-    assert name in (*COMMANDS, *EXPERIMENTS)
     parser = OneLineParser(prog=name)
-    load_command(name).add_arguments(parser)
+    if name == "study":
+        import_study(words.pop(0)).add_arguments(parser)
+    else:
+        assert name in (*COMMANDS, *EXPERIMENTS)
+        load_command(name).add_arguments(parser)
     parser.parse(words)
+
+
+def test_kept_pictures_are_in_the_gallery():
+    pictures = {path.name for path in (ROOT / "docs" / "images").iterdir()}
+    assert pictures == set(re.findall(r"\bimages/([\w.]+)", GALLERY))
 
 
 def test_commands_that_are_cheap_run_as_shown(tmp_path, monkeypatch, capsys):
