@@ -51,6 +51,9 @@ _FORMATS = {
 _MEANINGS = {"_FaultsEntry": Faults}
 
 
+# Claims that are named beside an assumption; the page on robustness has all.
+_MOST_MOVED = 3
+
 # Assumption of the study of robustness, by the settings that it changes, where names differ.
 _CHANGED_BY = {
     "prior.deviation_sd": "deviation_sd",
@@ -132,8 +135,7 @@ def list_assumptions() -> str:
     for name, entry in _read_assumptions().items():
         span = entry.get("range") or entry["choices"]
         shown = " to ".join(f"{each:g}" for each in span) if "range" in entry else ", ".join(map(str, span))
-        default = entry["default"]
-        rows.append((entry["label"], default, shown, _name_moved(kept, name), _link(entry["source"])))
+        rows.append((entry["label"], _show(entry["default"]), shown, _name_moved(kept, name), _link(entry["source"])))
     return format_rows(["assumption", "value", "varied over", "claims that it moves most", "source"], rows)
 
 
@@ -146,7 +148,7 @@ def list_all_settings() -> str:
         name = _CHANGED_BY.get(each.name, each.name.replace(".", "_"))
         moved = _name_moved(kept, name) if name in varied else "not varied"
         unit = "" if each.unit == "1" else each.unit
-        rows.append((f"`{each.name}`", show_setting(each.value), unit, each.meaning, moved, _link(each.source)))
+        rows.append((f"`{each.name}`", _show(each.value), unit, each.meaning, moved, _link(each.source)))
     return format_rows(["setting", "value", "unit", "meaning", "claims that it moves most", "source"], rows)
 
 
@@ -173,8 +175,14 @@ def _list_fields(lead: str, holder: Any) -> Iterator[tuple[str, str, str, str, s
         for note in get_args(hint)[1:]:
             if isinstance(note, Setting):
                 unit = "" if note.unit == "1" else note.unit
-                shown = show_setting(getattr(holder, name))
+                shown = _show(getattr(holder, name))
                 yield f"{lead}`{name}`", shown, unit, meanings.get(name, ""), _link(note.source)
+
+
+def _show(value: float | str | bool | None) -> str:
+    """Formats a value; fractions with four significant digits."""
+    is_fraction = isinstance(value, float) and not value.is_integer()
+    return show_setting(float(f"{value:.4g}") if is_fraction else value)
 
 
 def _link(source: str) -> str:
@@ -191,9 +199,12 @@ def _read_assumptions() -> dict[str, Any]:
 
 
 def _name_moved(kept: dict[str, Any], name: str) -> str:
-    claims = {key: each["strongest_index"] for key, each in kept["claims"].items()}
-    moved = [key for key in claims if kept["claims"][key]["strongest_assumption"] == name]
-    return ", ".join(f"{key} ({claims[key]:.2f})" for key in sorted(moved, key=lambda key: -claims[key])) or "none"
+    """Names the three claims that an assumption explains best, with the shares of settings between which they move."""
+    claims = {key: each for key, each in kept["claims"].items() if each["strongest_assumption"] == name}
+    moved = sorted(claims, key=lambda key: -claims[key]["strongest_index"])
+    levels = {key: [100.0 * share for share in claims[key]["holds_by_level"].values()] for key in moved[:_MOST_MOVED]}
+    named = [f"`{key}` {min(shares):.0f} to {max(shares):.0f} %" for key, shares in levels.items()]
+    return ", ".join(named + [f"{len(moved) - len(named)} more"] * (len(moved) > len(named))) or "none"
 
 
 def list_formats() -> str:

@@ -76,9 +76,17 @@ def test_cells_of_a_table_hold_bars_and_line_breaks():
 
 def test_claims_stand_with_the_assumption_that_moves_them_most():
     (row,) = (line for line in generated.list_assumptions().splitlines() if line.startswith("| density of the rods"))
-    assert "weight.density_estimate (0.67)" in row
+    moved = ["`weight.density_estimate` 0 to 97 %", "`weight.drop_reduced` 2 to 100 %", "`weight.first_object` 2 to 100 %"]
+    assert f"| {', '.join(moved)}, 2 more |" in row
     (row,) = (line for line in generated.list_all_settings().splitlines() if line.startswith("| `cost_measure`"))
-    assert "reach.correct_grip (0.20)" in row
+    assert "`reach.correct_grip` 43 to 100 %" in row
+
+
+def test_values_are_shown_without_noise_of_rounding():
+    parts = (generated.list_assumptions(), generated.list_all_settings(), generated.list_identification())
+    values = [line.split(" | ")[1] for part in parts for line in part.splitlines()[2:]]
+    assert {"0.08471", "0.004363", "1000000", "32000"} <= set(values)
+    assert not [value for value in values if re.search(r"\d\.\d{7}", value)]
 
 
 def test_settings_of_the_noise_stand_with_the_structure_that_varies_them():
