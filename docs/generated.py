@@ -199,7 +199,7 @@ def _read_assumptions() -> dict[str, Any]:
 
 
 def _name_moved(kept: dict[str, Any], name: str) -> str:
-    """Names the three claims that an assumption explains best, with the shares of settings between which they move."""
+    """Names the three claims that an assumption explains best, with the shares of settings at their extremes."""
     claims = {key: each for key, each in kept["claims"].items() if each["strongest_assumption"] == name}
     moved = sorted(claims, key=lambda key: -claims[key]["strongest_index"])
     levels = {key: [100.0 * share for share in claims[key]["holds_by_level"].values()] for key in moved[:_MOST_MOVED]}
