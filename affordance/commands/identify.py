@@ -1,7 +1,7 @@
 """``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,6 +19,7 @@ from affordance.commands.options import (
     read_prior,
 )
 from affordance.commands.payload_text import describe_payload
+from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains
@@ -32,8 +33,9 @@ from affordance.identification.recording.run_entry import ObjectPoseEntry
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.memory.identified_trial import build_identified_trial, teach
+from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
+from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
@@ -86,6 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MEMORY",
         help="lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL",
     )
+    add_same_colours(parser)
     add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
@@ -116,11 +119,13 @@ def run(arguments: argparse.Namespace) -> int:
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
-    memory = _recall(arguments.memory, prior)
+    materials = load_materials(arguments.materials)
+    same_colours = read_same_colours(arguments, materials)
+    memory = _recall(arguments.memory, prior, same_colours)
     for option in ("object_pose", "object_name"):
         if arguments.object is None and getattr(arguments, option) is not None:
             raise BadValueError(f"--{option.replace('_', '-')}", "", "is of a seen object, must come with --object")
-    tool = None if arguments.object is None else _find_tool(arguments)
+    tool = None if arguments.object is None else _find_tool(arguments, materials)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
     if mass is not None:
@@ -137,7 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     lesson = ""
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
-        belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior)
+        belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     if is_used and belief.setting is not None:
@@ -147,8 +152,8 @@ def run(arguments: argparse.Namespace) -> int:
         claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
         verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted}
         content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
-    materials = {each.name: each.colour for each in load_materials(arguments.materials).values()} if seen else {}
-    text = describe_payload(belief, claim, materials=materials, taught=lesson, anyway=arguments.anyway)
+    colours = {each.name: each.colour for each in materials.values()} if seen else {}
+    text = describe_payload(belief, claim, materials=colours, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
         _write(arguments.out, belief, is_used)
     give_answer(arguments, "belief", text, content)
@@ -170,16 +175,18 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     return status
 
 
-def _recall(place: str | None, prior: Prior) -> Memory:
+def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> Memory:
     """Recalls a memory; one that does not exist yet knows nothing."""
     if place is None:
         return MaterialMemory()
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
 
     if not has_memory(place):
+        if same_colours:
+            raise BadValueError("--same-colour", "", f"is of what is remembered, but {place} does not exist")
         return MaterialMemory()
     with open_memory(place) as ledger:
-        return ledger.recall(prior=prior)
+        return ledger.recall(prior=prior, same_colours=same_colours)
 
 
 def _teach(
@@ -191,6 +198,7 @@ def _teach(
     object_name: str,
     settings: IdentificationSettings,
     prior: Prior,
+    same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
     place = arguments.learned or arguments.memory
@@ -199,7 +207,7 @@ def _teach(
         return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
-    taught = teach(place, trial, prior, known=known, arms=_recognise(Path(robot.source)))
+    taught = teach(place, trial, prior, known=known, arms=_recognise(Path(robot.source)), same_colours=same_colours)
     belief = replace(belief, seen=replace(belief.seen, memory=taught.memory))
     lesson = f"{place} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}"
     if num := taught.num_other_arms:
@@ -251,10 +259,10 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     return load_robot(robot, tip, arguments.base or loaded.description.base or None)
 
 
-def _find_tool(arguments: argparse.Namespace) -> Tool:
+def _find_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
     """Finds the object that a camera saw."""
     check_number("--size-error", arguments.size_error, 0.0, 1.0)
-    tools = load_tools(arguments.object, load_materials(arguments.materials))
+    tools = load_tools(arguments.object, materials)
     named = {tool.name: tool for tool in tools}
     name = arguments.object_name or tools[0].name
     if name not in named:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from affordance.belief.density_belief import Prior
 from affordance.commands.options import add_answer, add_prior_set, give_answer, read_prior
-from affordance.commands.workbench import parse_same_colours
+from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--until", default="", metavar="TIME", help="trials before this time")
     add("--trial", default="", metavar="ID", help="the trial whose id begins so, four digits at least")
-    add("--same-colour", action="append", default=[], metavar="A=B", help="colours that show counts as one")
+    add_same_colours(parser)
     add("--materials", type=Path, metavar="FILE", help="materials whose names are shown (default: ours)")
     add_answer(parser, "the picture and the table of show")
     add_prior_set(parser)
@@ -93,6 +93,8 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
         raise BadValueError(arguments.action, "", f"is given {files} files, must be {needed[arguments.action]}")
     if arguments.action not in needed and files:
         raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be none")
+    if arguments.same_colour and arguments.action != "show":
+        raise BadValueError("--same-colour", "", f"changes nothing in {arguments.action}, only show takes it")
     given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
     if given and arguments.action != "forget":
         raise BadValueError(f"--{given[0]}", "", f"selects nothing in {arguments.action}, only forget takes it")
@@ -106,7 +108,7 @@ def _merge(ledger: Ledger, files: list[str]) -> None:
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
-    summary = summarise(ledger, prior, parse_same_colours(arguments.same_colour))
+    summary = summarise(ledger, prior, read_same_colours(arguments, {}))
     names = name_colours(summary, arguments.materials)
     content = {
         "trials": len(ledger),

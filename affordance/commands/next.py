@@ -15,8 +15,8 @@ from affordance.commands.options import give_answer, read_options
 from affordance.commands.workbench import add_choice, check_choice, choose_criterion, open_bench, see_tools
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import SameColours
 from affordance.memory.ledger import open_memory
+from affordance.memory.same_colours import SameColours
 from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool

@@ -13,10 +13,12 @@ from affordance.commands.options import (
     find_shipped,
     read_options,
 )
+from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import list_studies
 from affordance.named_settings import parse_changes
+from affordance.objects.materials import MATERIALS, load_materials
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
@@ -58,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="MEMORY",
         help="lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended",
     )
+    add_same_colours(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
@@ -67,10 +70,12 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
+    models = _open_models(arguments)
+    materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
     report, left_out = run_suite(
         all_there if arguments.experiment == "all" else [arguments.experiment],
         arguments.out,
-        models=_open_models(arguments),
+        models=models,
         seed=arguments.seed,
         repeats=arguments.repeats,
         jobs=arguments.jobs,
@@ -78,6 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
         cluster=arguments.cluster,
         changes=_list_changes(arguments),
         memory=arguments.memory,
+        same_colours=read_same_colours(arguments, materials),
         announce=lambda page: print(f"The report, which grows: {page.resolve().as_uri()}", flush=True),
     )
     print(f"The report: {report}")

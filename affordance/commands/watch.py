@@ -21,6 +21,7 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands.options import add_robot, add_seed, add_set, check_bounds, check_experiment, read_options
+from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
@@ -54,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--memory", default="", help="lasting memory: the observer begins with it, and every hold is appended"
     )
+    add_same_colours(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -68,8 +70,10 @@ def run(arguments: argparse.Namespace) -> int:
         models = open_robot(arguments.robot, read_options(arguments), Path(folder)).folder
         changes = parse_changes(arguments.changes)
         settings, seed = Settings(arm=models / ARM.name), arguments.seed
+        materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
+        same_colours = read_same_colours(arguments, materials)
         if arguments.memory:
-            settings, seed = begin_with(settings, arguments.memory, seed, changes)
+            settings, seed = begin_with(settings, arguments.memory, seed, changes, same_colours)
         experiment = load_experiment(arguments.experiment, models, seed, settings, changes)
         assert isinstance(experiment, PresentationExperiment | ChoiceExperiment)  # vision was refused
         if isinstance(experiment, ChoiceExperiment):

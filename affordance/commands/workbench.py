@@ -19,11 +19,11 @@ from affordance.commands.options import (
     change_by_name,
     check_bounds,
 )
+from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import SameColours
-from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
+from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
@@ -38,7 +38,7 @@ class Bench(NamedTuple):
     """What the options of a choice name: a robot with its settings, materials, tools, and a memory of materials.
 
     Attributes:
-        same_colours: Pairs of colours of the memory that count as one.
+        same_colours: Pairs of colours, of which the memory's second is read as the first.
     """
 
     robot: Robot
@@ -71,9 +71,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int, sig
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
-    # For what two cameras see differently.
-    same = "colours of a memory that are to count as one, as #b5a642=#c0b050; more than once"
-    add("--same-colour", action="append", default=[], metavar="A=B", help=same)
+    add_same_colours(parser)
     add_answer(parser, f"{files}.json, .txt, .png and .svg")
     add_robot(parser)
     add_seed(parser)
@@ -91,7 +89,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot) -> Bench:
     settings = change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    same_colours = parse_same_colours(arguments.same_colour)
+    same_colours = read_same_colours(arguments, materials)
     memory = recall(arguments.memory, settings, same_colours)
     return Bench(robot, settings, materials, tools, memory, same_colours)
 
@@ -111,17 +109,6 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
 def choose_criterion(named: str | None, robot: Robot) -> Criterion:
     """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others."""
     return Criterion(named or (Criterion.WORK if robot.is_default else Criterion.GRIP))
-
-
-def parse_same_colours(words: Sequence[str]) -> list[tuple[Colour, Colour]]:
-    """Parses pairs of colours, as '#b5a642=#c0b050'; anything else raises a BadValueError."""
-    pairs = []
-    for word in words:
-        one, _, other = word.partition("=")
-        if not (is_colour(one) and is_colour(other)):
-            raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
-        pairs.append((parse_colour(one), parse_colour(other)))
-    return pairs
 
 
 def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:

@@ -20,6 +20,7 @@ from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
 from affordance.memory.ledger import open_memory
+from affordance.memory.same_colours import SameColours
 from affordance.memory.summary import recall_with_objects
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM
@@ -94,6 +95,7 @@ def run_suite(
     cluster: str | None = None,
     changes: Changes = NO_CHANGES,
     memory: str = "",
+    same_colours: SameColours = (),
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
@@ -112,6 +114,8 @@ def run_suite(
         changes: Settings that differ from their defaults, by name: ``{"learner": "kinds_map"}``.
         memory: Path or URL of a lasting memory, with which the observer begins and to which its trials are appended;
             empty for none. It is of one observer, and root and number of its trials determine the random draws.
+        same_colours: Pairs of colours that two cameras see differently; of each, the second, which must be in the
+            memory, is read as the first.
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
@@ -129,7 +133,7 @@ def run_suite(
     if memory:
         if repeats != 1:
             raise BadValueError("--repeats", "", f"is {repeats}, must be 1 with a memory, which is of one observer")
-        settings, seed = begin_with(settings, memory, seed, changes)
+        settings, seed = begin_with(settings, memory, seed, changes, same_colours)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
@@ -188,14 +192,16 @@ def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Sett
     return experiment
 
 
-def begin_with(settings: Settings, memory: str, seed: int, changes: Changes) -> tuple[Settings, int]:
+def begin_with(
+    settings: Settings, memory: str, seed: int, changes: Changes, same_colours: SameColours = ()
+) -> tuple[Settings, int]:
     """Returns the settings of an observer that begins with a lasting memory, and the root of its random draws.
 
     The number of remembered trials is added to the root, so that no error of measurement is drawn again.
     """
     changed = change_settings(settings, changes)
     with open_memory(memory) as ledger:
-        known = format_memory(recall_with_objects(ledger, changed.learner, changed.prior, seed))
+        known = format_memory(recall_with_objects(ledger, changed.learner, changed.prior, seed, same_colours))
         return replace(settings, known=known, ledger=memory), seed + len(ledger)
 
 

@@ -24,9 +24,6 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import find_fixed_point
 
-# Pairs of colours that count as one.
-type SameColours = Sequence[tuple[Colour, Colour]]
-
 
 class ObjectSum(NamedTuple):
     """Sum of the evidence about one object.
@@ -115,11 +112,11 @@ class MaterialSum:
         self.precision = np.zeros((size, size)) if precision is None else precision
         self.information = np.zeros(size) if information is None else information
 
-    def recognise(self, parts: Sequence[PartAppearance], same_colours: SameColours = ()) -> tuple[int, ...]:
+    def recognise(self, parts: Sequence[PartAppearance]) -> tuple[int, ...]:
         """Finds the material of each part by its colour, and adds those that were never met."""
         columns = []
         for part in parts:
-            column = find_material(part, self.colours, same_colours)
+            column = find_material(part, self.colours)
             if column is None:
                 column = len(self.colours)
                 self.colours = (*self.colours, part.colour)
@@ -142,18 +139,13 @@ class MaterialSum:
         return DensityBelief(precision, start.information_vector + self.information)
 
 
-def find_material(part: PartAppearance, colours: Sequence[Colour], same_colours: SameColours = ()) -> int | None:
+def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
     """Finds the material of a part by its colour; None if no colour is recognised with certainty."""
-    for colour in (part.colour, *_list_equals(part.colour, same_colours)):
-        if part.colour_sd == 0.0:
-            found = find_colour_index(colours, colour)
-        else:
-            probabilities = compute_colour_probabilities(colour, part.colour_sd, colours, part.lightness_sd)
-            best = int(np.argmax(probabilities))
-            found = best if best < len(colours) and probabilities[best] >= CERTAIN else None
-        if found is not None:
-            return found
-    return None
+    if part.colour_sd == 0.0:
+        return find_colour_index(colours, part.colour)
+    probabilities = compute_colour_probabilities(part.colour, part.colour_sd, colours, part.lightness_sd)
+    best = int(np.argmax(probabilities))
+    return best if best < len(colours) and probabilities[best] >= CERTAIN else None
 
 
 def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> Quadratic:
@@ -167,13 +159,11 @@ def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> 
     return Quadratic(of_body.precision, of_body.information_vector)
 
 
-def sum_objects(
-    groups: Iterable[Sequence[TrialEvidence]], prior: Prior, same_colours: SameColours = ()
-) -> MaterialSum:
+def sum_objects(groups: Iterable[Sequence[TrialEvidence]], prior: Prior) -> MaterialSum:
     """Sums the evidence of objects, each with its trials, in the order in which colours are to be met."""
     total = MaterialSum(prior)
     for trials in groups:
-        total.add(ObjectSum.of(trials, total.recognise(trials[0].parts, same_colours), prior))
+        total.add(ObjectSum.of(trials, total.recognise(trials[0].parts), prior))
     return total
 
 
@@ -187,13 +177,3 @@ def gather(geometry: Geometry, columns: Sequence[int], size: int) -> Geometry:
     selection = np.zeros((len(columns), size))
     selection[np.arange(len(columns)), list(columns)] = 1.0
     return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)
-
-
-def _list_equals(colour: Colour, same_colours: SameColours) -> list[Colour]:
-    """Lists the colours that are to count as a colour."""
-    return [
-        other
-        for pair in same_colours
-        for one, other in (pair, pair[::-1])
-        if find_colour_index([one], colour) is not None
-    ]

@@ -13,6 +13,7 @@ from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
 from affordance.memory.felt_models import PayloadQuadratic, pack
+from affordance.memory.same_colours import SameColours
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.plant.arm import ARM
@@ -65,7 +66,15 @@ class Lesson(NamedTuple):
     num_other_arms: int
 
 
-def teach(place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", arms: Sequence[str] = ()) -> Lesson:
+def teach(
+    place: str,
+    trial: TrialEvidence,
+    prior: Prior,
+    *,
+    known: str = "",
+    arms: Sequence[str] = (),
+    same_colours: SameColours = (),
+) -> Lesson:
     """Appends a trial to a lasting memory, and recalls it.
 
     Args:
@@ -74,6 +83,7 @@ def teach(place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", ar
         prior: Prior of densities.
         known: Another memory that is merged into it first; empty, or not existing yet, if there is none.
         arms: Further fingerprints of the robot's present arm.
+        same_colours: Pairs of colours, of which the memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
 
@@ -83,7 +93,7 @@ def teach(place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", ar
                 ledger.merge(before)
         is_new = ledger.append([trial]) > 0
         num_other_arms = ledger.count_of_other_arms(trial.robot, trial.fingerprint, *arms)
-        return Lesson(ledger.recall(prior=prior), is_new, num_other_arms)
+        return Lesson(ledger.recall(prior=prior, same_colours=same_colours), is_new, num_other_arms)
 
 
 def _name_robot(source: Path) -> str:

@@ -5,7 +5,7 @@ which they were added: for learners with kinds by replaying all trials, for lear
 from sums that are kept with the trials.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from itertools import groupby
@@ -23,8 +23,9 @@ from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
-from affordance.memory.evidence_sums import MaterialSum, SameColours, gather, sum_objects
+from affordance.memory.evidence_sums import MaterialSum, gather, sum_objects
 from affordance.memory.kept_sums import KeptSums, drop_sums, name_prior, read_sums
+from affordance.memory.same_colours import SameColours, translate
 from affordance.memory.stored_trials import (
     ALL,
     BATCH,
@@ -34,6 +35,7 @@ from affordance.memory.stored_trials import (
     get_order,
     insert_trials,
     list_things,
+    name_thing,
     name_things,
     read_selected,
     read_thing,
@@ -129,16 +131,18 @@ class Ledger:
             learner: Learner, or its name.
             prior: Prior of materials that were never felt.
             seed: Seed of the learner's random draws, if it makes any.
-            same_colours: Pairs of colours that count as one, for a learner with one density for each colour.
+            same_colours: Pairs of colours that two cameras see differently; of each, the second, which must be in the
+                memory, is read as the first.
 
         Raises:
             BadArgumentError: An argument is of the wrong kind.
-            BadValueError: The database cannot be read, or a record is invalid.
+            BadValueError: The database cannot be read, a record is invalid, or no part has a pair's second colour.
         """
         learner = check_member("learner", learner, Learner)
         check_kind("prior", prior, Prior)
         if learner is not Learner.DENSITY:
-            return replay(self.list_trials(), start_memory(learner, seed), prior)
+            trials = translate(self.list_trials(), same_colours, self.place)
+            return replay(trials, start_memory(learner, seed), prior)
         if same_colours:
             return _build_memory(self._sum(prior, same_colours))
         with connect(self._engine, self.place, writes=False) as connection:
@@ -165,6 +169,20 @@ class Ledger:
         """Lists the trials of a thing in the order of their times."""
         with connect(self._engine, self.place, writes=False) as connection:
             return read_thing(connection, thing, self.place)
+
+    def walk_things(self, same_colours: SameColours = ()) -> Iterator[tuple[str, list[TrialEvidence]]]:
+        """Yields each thing, in the order in which they were first met, with its trials in the order of their times.
+
+        Arguments and errors are those of ``recall``.
+        """
+        if not same_colours:
+            yield from ((thing, self.list_thing_trials(thing)) for thing in self.list_things())
+            return
+        looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+        things: dict[str, list[TrialEvidence]] = {}
+        for trial in translate(self.list_trials(), same_colours, self.place):
+            things.setdefault(name_thing(looks.setdefault(trial.object_name, []), trial), []).append(trial)
+        yield from things.items()
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
         """Counts the trials of a robot of this name with an arm of none of these fingerprints."""
@@ -232,9 +250,7 @@ class Ledger:
 
     def _sum(self, prior: Prior, same_colours: SameColours = ()) -> MaterialSum:
         """Sums all trials."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            things = (read_thing(connection, thing, self.place) for thing in list_things(connection))
-            return sum_objects(things, prior, same_colours)
+        return sum_objects((trials for _, trials in self.walk_things(same_colours)), prior)
 
     def _keep_sums(self, prior: Prior) -> MaterialSum:
         """Sums all trials for a prior, and keeps the sums if the database can be written."""

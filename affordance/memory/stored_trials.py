@@ -90,7 +90,7 @@ def insert_trials(connection: Connection, trials: Sequence[TrialEvidence], place
     for trial in trials:
         if trial.object_name not in looks:
             looks[trial.object_name] = _read_looks(connection, trial.object_name, place)
-        thing = _name_thing(looks[trial.object_name], trial)
+        thing = name_thing(looks[trial.object_name], trial)
         content = json.dumps(trial.to_dict())
         rows.append(
             {
@@ -113,7 +113,7 @@ def name_things(connection: Connection, object_name: str, place: Path | str) -> 
     looks: list[tuple[str, TrialEvidence]] = []
     query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.object == object_name).order_by(_ORDER)
     for row in connection.execute(query).all():
-        thing = _name_thing(looks, read_trial(place, row.id, row.content))
+        thing = name_thing(looks, read_trial(place, row.id, row.content))
         connection.execute(update(TRIALS).where(TRIALS.c.id == row.id).values(thing=thing))
 
 
@@ -165,7 +165,7 @@ def _read_looks(connection: Connection, object_name: str, place: Path | str) -> 
     return [(row.thing, read_trial(place, row.id, row.content)) for row in connection.execute(query.order_by(_ORDER))]
 
 
-def _name_thing(looks: list[tuple[str, TrialEvidence]], trial: TrialEvidence) -> str:
+def name_thing(looks: list[tuple[str, TrialEvidence]], trial: TrialEvidence) -> str:
     """Returns the name of the thing that a trial is about, and adds its look if it is a new one."""
     for thing, first in looks:
         if is_same_object(first.parts, trial.parts):

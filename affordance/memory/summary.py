@@ -12,9 +12,10 @@ from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import HeldObject, MaterialMemory
 from affordance.belief.object_belief import FeltObject, Memory
-from affordance.memory.evidence_sums import MaterialSum, ObjectSum, SameColours
+from affordance.memory.evidence_sums import MaterialSum, ObjectSum
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger
+from affordance.memory.same_colours import SameColours
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.colour import Colour
 
@@ -58,10 +59,10 @@ class MemorySummary(NamedTuple):
 
 def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
     """Summarises a memory for a learner with one density for each colour."""
-    trials = {thing: ledger.list_thing_trials(thing) for thing in ledger.list_things()}
+    trials = dict(ledger.walk_things(same_colours))
     total, sums = MaterialSum(prior), {}
     for thing, group in trials.items():
-        sums[thing] = ObjectSum.of(group, total.recognise(group[0].parts, same_colours), prior)
+        sums[thing] = ObjectSum.of(group, total.recognise(group[0].parts), prior)
         total.add(sums[thing])
     belief = total.build_belief()
     low, median, high = belief.compute_percentiles(_FRACTIONS) if total.colours else np.zeros((3, 0))
@@ -82,13 +83,12 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
 def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
     """Recalls by its name the evidence about each thing, with a density for each colour of its parts.
 
-    Of colours that count as one, the one that was seen first represents both, as in the belief about materials.
+    Colours that count as one, and errors, are those of ``Ledger.recall``.
     """
     found = {}
     total = MaterialSum(prior)
-    for thing in ledger.list_things():
-        trials = ledger.list_thing_trials(thing)
-        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts, same_colours), prior)
+    for thing, trials in ledger.walk_things(same_colours):
+        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts), prior)
         columns = tuple(dict.fromkeys(of_object.columns))
         order = [of_object.materials.index(column) for column in columns]
         shared = of_object.compute_likelihood(prior)
@@ -107,15 +107,17 @@ def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) ->
     return found
 
 
-def recall_with_objects(ledger: Ledger, learner: Learner, prior: Prior, seed: Seed) -> Memory:
+def recall_with_objects(
+    ledger: Ledger, learner: Learner, prior: Prior, seed: Seed, same_colours: SameColours = ()
+) -> Memory:
     """Recalls what a learner believes, with the evidence about each object, so that none is learned from twice.
 
     Arguments and errors are those of ``Ledger.recall``, whose memory of materials has no objects.
     """
-    memory = ledger.recall(learner, prior, seed=seed)
+    memory = ledger.recall(learner, prior, seed=seed, same_colours=same_colours)
     if not isinstance(memory, MaterialMemory):
         return memory
-    felt = (each for each in recall_felt(ledger, prior).values() if each.own.precision.any())
+    felt = (each for each in recall_felt(ledger, prior, same_colours).values() if each.own.precision.any())
     objects = (HeldObject(each.appearance, tuple(map(memory.colours.index, each.colours)), each.own) for each in felt)
     return replace(memory, objects=tuple(objects))
 

@@ -105,7 +105,6 @@ def test_materials_are_found_by_colour():
     exact = PartAppearance(WOOD, (0.1,), (0.0, 0.0, 0.0))
     assert find_material(exact, (STEEL, WOOD)) == 1
     assert find_material(exact, (STEEL, BRASS)) is None
-    assert find_material(exact, (STEEL, BRASS), [(WOOD, BRASS)]) == 1
     measured = exact._replace(colour=(0.71, 0.5, 0.29), colour_sd=2.0)
     assert find_material(measured, (STEEL, WOOD)) == 1
     assert find_material(measured._replace(colour=(0.1, 0.2, 0.9)), (STEEL, WOOD)) is None

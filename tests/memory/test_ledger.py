@@ -153,15 +153,6 @@ def test_one_name_with_two_looks_is_two_things(ledger):
     assert len(ledger.list_thing_trials("hammer #2")) == 2
 
 
-def test_colours_of_two_cameras_are_one_if_that_is_said(ledger):
-    other = (WOOD[0] + 0.06, WOOD[1] + 0.06, WOOD[2])
-    ledger.append([hold("bar", (WOOD,), (600.0,), 0), hold("plank", (other,), (600.0,), 1)])
-    assert len(ledger.recall().colours) == 2
-    joined = ledger.recall(same_colours=[(WOOD, other)])
-    assert joined.colours == (WOOD,)
-    assert joined.belief.covariance[0, 0] < ledger.recall().belief.covariance[0, 0]
-
-
 def test_sums_for_other_priors_are_kept_beside(ledger):
     ledger.append(hold_workshop(6))
     narrow = Prior(sd=1000.0)
