@@ -21,7 +21,7 @@ from affordance.choice.hold_worth import (
     measure_worth,
 )
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.pricing import price_options
+from affordance.choice.pricing import GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.objects.inertia import build_transform_map
@@ -63,6 +63,7 @@ def advise_hold(
     settings: Settings,
     *,
     criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds | None = None,
     price: float = 0.0,
     felt: Mapping[str, FeltObject] | None = None,
     looks_ahead: bool = False,
@@ -81,6 +82,7 @@ def advise_hold(
         memory: Belief about materials.
         settings: Settings of arm, noise and prior.
         criterion: Criterion by which options are compared; worths have its unit.
+        bounds: Largest wrench that the gripper holds; None for any.
         price: Price of a hold, in that unit.
         felt: Objects that were held before, by name: their own deviations are no news, and one of them may be odd.
         looks_ahead: True to plan a few holds ahead.
@@ -102,7 +104,7 @@ def advise_hold(
     offered = {option.object_name: option.features for each in questions for option in each.choice.options}
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
     samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
-    decisions = [_decide(question, samples, criterion) for question in questions]
+    decisions = [_decide(question, samples, criterion, bounds) for question in questions]
     ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
     open_decisions = [_describe(decision) for decision in decisions]
     scale = sum(each.cost * question.uses for each, question in zip(open_decisions, questions, strict=True))
@@ -122,7 +124,7 @@ def advise_hold(
         stop = "not worth its price"
     check = ""
     if stop:
-        supports = _find_supports(questions, samples, criterion, open_decisions)
+        supports = _find_supports(questions, samples, criterion, bounds, open_decisions)
         open_decisions = [
             each._replace(rests_on=tuple(one.name for one in weak))
             for each, weak in zip(open_decisions, supports, strict=True)
@@ -181,7 +183,7 @@ def _rank(
     return tuple(sorted(found, key=lambda each: (-each.worth, -each.information))), Outlook(felt, priced)
 
 
-def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> Decision:
+def _decide(question: Question, samples: HoldSamples, criterion: Criterion, bounds: GripBounds | None) -> Decision:
     """Builds a decision: the costs of all options under the samples."""
     parameters: dict[str, Array] = {}
     for option in question.choice.options:
@@ -195,13 +197,17 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion) -> D
             for option in question.choice.options
         ]
     )
-    costs, _ = price_options(question.choice, pi, criterion)
+    costs, _ = price_options(question.choice, pi, criterion, bounds)
     names = tuple(option.name for option in question.choice.options)
     return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
 
 
 def _find_supports(
-    questions: Sequence[Question], samples: HoldSamples, criterion: Criterion, chosen: Sequence[OpenDecision]
+    questions: Sequence[Question],
+    samples: HoldSamples,
+    criterion: Criterion,
+    bounds: GripBounds | None,
+    chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
     """Finds, for each choice that is certain, the objects without any one of which it would not be."""
     supports: list[list[Suspicion]] = [[] for _ in questions]
@@ -210,7 +216,7 @@ def _find_supports(
         for place, (question, now) in enumerate(zip(questions, chosen, strict=True)):
             names = {option.object_name for option in question.choice.options}
             if now.p_best >= CERTAIN and samples.concerns(suspicion, names):
-                decision = _decide(question, samples, criterion)
+                decision = _decide(question, samples, criterion, bounds)
                 if decision.mark_best().mean(axis=1)[decision.options.index(now.best)] < CERTAIN:
                     supports[place].append(suspicion)
     return supports

@@ -10,9 +10,17 @@ from affordance.arguments import check_number
 from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
-from affordance.choice.pricing import plan_options
+from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.options import give_answer, read_options
-from affordance.commands.workbench import add_choice, check_choice, choose_criterion, open_bench, see_tools
+from affordance.commands.workbench import (
+    add_choice,
+    check_choice,
+    choose_criterion,
+    open_bench,
+    read_grip_bounds,
+    read_tasks,
+    see_tools,
+)
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -38,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add(
         "tasks",
-        nargs="+",
+        nargs="*",
         metavar="TASK",
         help="tasks of the robot that are to be done: hammer, reach, mash, carry, hold",
     )
@@ -58,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="COST",
         help="price of a hold, in the unit of the cost (default 0)",
     )
-    add_choice(parser, _NAME, samples=4000, sights=("drawing", "pictures"))
+    add_choice(parser, _NAME, samples=4000)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -66,21 +74,25 @@ def run(arguments: argparse.Namespace) -> int:
     check_choice(arguments, 100)
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
+    bounds = read_grip_bounds(arguments)
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, memory, same_colours = bench
-    criterion = choose_criterion(arguments.by, robot)
+    tasks = read_tasks(arguments.tasks, arguments.files, robot)
+    criterion = choose_criterion(arguments.by, robot, tasks.values())
     candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)
     felt = _recall_felt(arguments.memory, settings, same_colours)
     options = see_tools(arguments, bench)
-    tasks = list(dict.fromkeys(arguments.tasks))
-    questions = [Question(t, plan_options(options, robot.load_task(t), settings), arguments.uses) for t in tasks]
+    questions = [
+        Question(name, plan_options(options, task, settings), arguments.uses) for name, task in tasks.items()
+    ]
     advice = advise_hold(
         candidates,
         questions,
         memory,
         settings,
         criterion=criterion,
+        bounds=None if bounds == GripBounds() else bounds,
         price=arguments.price,
         felt=felt,
         looks_ahead=True,

@@ -7,19 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from affordance.arguments import check_number
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
-from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.keep import Keep
-from affordance.choice.pricing import GripBounds, plan_options
+from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
-from affordance.choice.tasks import load_task_file
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import give_answer, read_options, refuse_changes
-from affordance.commands.workbench import add_choice, check_choice, choose_criterion, open_bench, see_tools
+from affordance.commands.workbench import (
+    add_choice,
+    check_choice,
+    choose_criterion,
+    open_bench,
+    read_grip_bounds,
+    read_tasks,
+    see_tools,
+)
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
@@ -33,8 +36,6 @@ from affordance.simulation.trial_record import recognise_arm
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
-_FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 # Name of the written files.
 _NAME = "ranking"
 
@@ -44,9 +45,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = "rank compares tools for one task; affordance next takes several"
     add = parser.add_argument
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
-    add("--task", dest="file", type=Path, metavar="FILE", help="a task's file in place of one of the robot's")
-    add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
-    add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--demo", action="store_true", help="rank our hammers by what simulated recordings of the package taught")
     add_choice(parser, _NAME, samples=10_000)
 
@@ -61,8 +59,12 @@ def run(arguments: argparse.Namespace) -> int:
     robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, known, _ = bench
-    name, task = read_task(arguments, robot)
-    criterion = _choose_criterion(arguments.by, robot, task)
+    names = [arguments.task] if arguments.task else []
+    if (given := len(names) + len(arguments.files)) > 1:
+        raise BadValueError("task", "", f"is given {given} times, must be given once; affordance next takes several")
+    tasks = read_tasks(names, arguments.files, robot)
+    ((name, task),) = tasks.items()
+    criterion = choose_criterion(arguments.by, robot, tasks.values())
     colours = [material.colour for material in select_known(materials, tools).values()]
     memory = known.add_colours(list(dict.fromkeys(colours)), settings.prior)
     choice = plan_options(see_tools(arguments, bench), task, settings)
@@ -109,7 +111,7 @@ def _count_other_arms(place: str | None, robot: Robot) -> int:
 
 def _run_demo(arguments: argparse.Namespace) -> int:
     """Ranks our hammers by a memory of the trials that come with the package."""
-    check_alone(arguments, {"task": "a task", "file": "--task", "memory": "--memory"})
+    check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
     announce(
         ["memory", "import", "demo.sqlite", TRIALS],
         ["rank", "hammer", "--memory", "demo.sqlite"],
@@ -121,34 +123,3 @@ def _run_demo(arguments: argparse.Namespace) -> int:
             ledger.append(read_trials(TRIALS, Settings().prior))
         arguments.demo, arguments.task, arguments.memory = False, "hammer", str(place)
         return run(arguments)
-
-
-def read_task(arguments: argparse.Namespace, robot: Robot) -> tuple[str, TaskCostModel]:
-    """Reads the task, one of the robot's or that of a file, and its name; none or both is a BadValueError."""
-    if (arguments.task is None) == (arguments.file is None):
-        problem = f"must be one of {', '.join(robot.tasks)}, or --task a file"
-        raise BadValueError("task", "", f"is {'missing' if arguments.file is None else 'given twice'}, {problem}")
-    if arguments.file is not None:
-        return arguments.file.stem, load_task_file(arguments.file)
-    return arguments.task, robot.load_task(arguments.task)
-
-
-def _choose_criterion(named: str | None, robot: Robot, task: TaskCostModel) -> Criterion:
-    """Chooses what is compared; holding still, which takes no work, is compared by the wrench at the grip."""
-    if not isinstance(task, Keep):
-        return choose_criterion(named, robot)
-    criterion = Criterion(named or Criterion.GRIP)
-    if criterion is Criterion.WORK:
-        others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
-        raise BadValueError("--by", "", f"is 'work', which is zero for holding still, must be one of {others}")
-    return criterion
-
-
-def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
-    """Reads what the gripper holds."""
-    given = {}
-    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
-        value = getattr(arguments, f"max_grip_{name}")
-        if value is not None:
-            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
-    return GripBounds(**given)

@@ -1,16 +1,20 @@
 """Workbench of the commands that choose tools: their options, and the robot, tools and memory that these name."""
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from affordance.arguments import check_whole
+from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.keep import Keep
 from affordance.choice.listed_options import list_drawn_options, list_options, list_seen_options
 from affordance.choice.options import Option
+from affordance.choice.pricing import GripBounds
+from affordance.choice.tasks import load_task_file
 from affordance.commands.options import (
     add_answer,
     add_robot,
@@ -31,7 +35,9 @@ from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
 # Ways in which the form of tools is known.
-SIGHTS = ("drawing", "features", "pictures")
+_SIGHTS = ("drawing", "features", "pictures")
+# Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
+_FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
@@ -49,21 +55,25 @@ class Bench(NamedTuple):
     same_colours: SameColours
 
 
-def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int, sights: Sequence[str] = SIGHTS) -> None:
+def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
     """Adds the options of a choice of tools: what they are, how they are known and compared, and for which robot."""
     add = parser.add_argument
+    what = "a task's file in place of one of the robot's; for next besides them too, more than once"
+    add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
     add(
         "--see",
-        choices=sights,
-        default=sights[0],
+        choices=_SIGHTS,
+        default=_SIGHTS[0],
         help="how the tools' form is known; features are sizes with errors (vision_error)",
     )
     add(
         "--by",
         choices=[each.value for each in Criterion],
         help="what is compared: expected work, effort, highest share of a torque limit, or wrench at the grip "
-        "(default: work for the paper's arm, grip for any other)",
+        "(default: work for the paper's arm, grip for any other and for holding still)",
     )
+    add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
+    add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--samples", type=int, default=samples, metavar="N", help=f"samples of the belief (default {samples})")
     tools = MODELS / "workshop" / "tools.yaml"
     add("--tools", type=Path, default=tools, metavar="FILE", help="tools with grips (default: ours)")
@@ -106,9 +116,40 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     )
 
 
-def choose_criterion(named: str | None, robot: Robot) -> Criterion:
-    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others."""
-    return Criterion(named or (Criterion.WORK if robot.is_default else Criterion.GRIP))
+def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
+    """Reads tasks of the robot and of files, by name; none, or two of one name, is a BadValueError."""
+    if not (names or files):
+        raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")
+    tasks = {name: robot.load_task(name) for name in names}
+    for file in files:
+        if file.stem in tasks:
+            problem = f"is {str(file)!r}, must not have the name of another task, {file.stem}"
+            raise BadValueError("--task", "", problem)
+        tasks[file.stem] = load_task_file(file)
+    return tasks
+
+
+def choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
+    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
+
+    Holding still, which takes no work, is compared by the wrench at the grip; work is a BadValueError.
+    """
+    holds_still = any(isinstance(task, Keep) for task in tasks)
+    criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
+    if holds_still and criterion is Criterion.WORK:
+        others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)
+        raise BadValueError("--by", "", f"is 'work', which is zero for holding still, must be one of {others}")
+    return criterion
+
+
+def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
+    """Reads what the gripper holds; infinite where no option says it."""
+    given = {}
+    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
+        value = getattr(arguments, f"max_grip_{name}")
+        if value is not None:
+            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
+    return GripBounds(**given)
 
 
 def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:

@@ -64,6 +64,33 @@ def test_sentence_says_worth_of_one_use_and_what_to_hold_then():
     assert " J a use; then the rod of cast steel" in one["sentence"]
 
 
+def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
+    """Holding still is compared by the grip, as by rank; what the gripper cannot hold is no option."""
+    path = tmp_path / "aside.yaml"
+    path.write_text("kind: hold\nduration: 1\n")
+    words = ["--samples", 800, "--only", "mallet", "--only", "machinist hammer", "--task", path, "--json"]
+    asked, ranked = (answer(command, *words).content for command in ("next", "rank"))
+    assert (asked["unit"], asked["decisions"][0]["name"]) == (ranked["unit"], "aside") == ("N", "aside")
+    (decision,) = asked["decisions"]
+    assert decision["cost"] > 0.0
+    assert decision["best"] == "{tool} by {grip}".format(**ranked["choice"])
+    force = next(each["grip_force"]["p05"] for each in ranked["options"] if each["tool"] == "mallet")
+    possible = [
+        answer("next", "reach", *words[:6], *more, "--json").content["decisions"][0]["p_possible"]
+        for more in ([], ["--max-grip-force", 0.5 * force])
+    ]
+    assert possible[1] < 0.5 < possible[0]
+
+
+def test_features_seen_with_errors_leave_a_choice_more_open():
+    """Sizes with an error of a fifth leave more to lose than drawings."""
+    losses = [
+        answer(*ONE, "--json", "--see", *sight).content["decisions"][0]["regret"]
+        for sight in (["drawing"], ["features", "--set", "vision_error.size=0.2"])
+    ]
+    assert losses[1] > losses[0]
+
+
 def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
     """One grip by two names is a tie, which no hold decides."""
     grips = "{one: {position: [0, 0, 0]}, two: {position: [0, 0, 0]}}"
