@@ -58,7 +58,7 @@ class Bench(NamedTuple):
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
     """Adds the options of a choice of tools: what they are, how they are known and compared, and for which robot."""
     add = parser.add_argument
-    what = "a task's file in place of one of the robot's; for next besides them too, more than once"
+    what = "file of a task, in place of one of the robot's; next takes several, with those of the robot too"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
     add(
         "--see",

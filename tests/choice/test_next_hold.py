@@ -153,7 +153,7 @@ def test_questions_that_are_none_are_refused(question):
 def test_pair_is_advised_where_only_both_densities_tell(question, monkeypatch):
     """Where costs depend on whether two densities are on the same side of their medians, neither alone tells."""
 
-    def decide(question, samples, criterion):
+    def decide(question, samples, *_):
         own = np.stack([samples.draw_own(tool.name)[:, column] for column, tool in enumerate((OAK, STEEL))])
         high = own > np.median(own, axis=1)[:, None]
         cost = np.where(high[0] == high[1], 1.0, 2.0)
