@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
                 print(f"{path}: {_count(export_trials(ledger, path))} written")
             case "import":
                 trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
-                print(f"{ledger.place}: {ledger.append(trials)} trials are new, {len(ledger)} in all")
+                print(f"{ledger.place}: {_count(ledger.append(trials))} new, {len(ledger)} in all")
             case "verify":
                 faults = ledger.verify()
                 print("\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound")
@@ -103,7 +103,7 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
 def _merge(ledger: Ledger, files: list[str]) -> None:
     for file in files:
         with open_memory(file, create=False) as other:
-            print(f"{file}: {ledger.merge(other)} of {len(other)} trials are new")
+            print(f"{file}: {ledger.merge(other)} of {_count(len(other))} new")
     print(f"{ledger.place}: {_count(len(ledger))}")
 
 

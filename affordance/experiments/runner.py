@@ -30,7 +30,7 @@ from affordance.proprioception.faults import Faults
 from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
-from affordance.reporting.formatting import ENOUGH_OBSERVERS
+from affordance.reporting.formatting import ENOUGH_OBSERVERS, count_observers
 from affordance.reporting.report import OWN_MODELS, write_section
 from affordance.reporting.section import Section, render_report, render_section
 from affordance.runs.commit import find_commit
@@ -170,7 +170,7 @@ def describe_few_observers(repeats: int) -> str:
     """Returns a warning if claims rest on too few observers; else an empty text."""
     if repeats >= ENOUGH_OBSERVERS:
         return ""
-    return f"Claims need about {ENOUGH_OBSERVERS} observers or more; this run has {repeats}."
+    return f"Of {count_observers(repeats)} only: claims need about {ENOUGH_OBSERVERS} or more."
 
 
 def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object]]:

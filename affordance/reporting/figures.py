@@ -106,7 +106,7 @@ def draw_density_and_drop(
     right.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
     right.tick_params(axis="x", labelsize=7 if crowded else None)
     right.set(ylabel="drop (cm)", ylim=(0.0, 1.15 * (height + error[1]).max()))
-    right.set_title(f"Drop of the object, mean of {num_repeats} and 95 % interval", fontsize=FONT_SIZE)
+    right.set_title(f"Drop, mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     tidy(left, right)
     return figure
 
@@ -174,7 +174,7 @@ def draw_heights_of_points(
     _mark_times(times, one, every, points)
     one.set_ylabel("height above the start (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
-    every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
+    every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
     # The first legend serves two of the three plots.
     figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")

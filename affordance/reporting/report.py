@@ -119,7 +119,7 @@ def _find_trust(folder: Path) -> str:
 
 
 class _Run(NamedTuple):
-    """Description of a run: setup; number of observers, seed, versions and date."""
+    """Description of a run: setup; number of repeats, seed, versions and date."""
 
     setup: str
     done: str
@@ -132,9 +132,9 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
-            who = "observer or object" if numbers["repeats"] == 1 else "observers or objects"
+            times = "repeat" if numbers["repeats"] == 1 else "repeats"  # observers, of vision objects
             done = (
-                f"{numbers['repeats']} {who}, seed {numbers['seed']}, by version "
+                f"{numbers['repeats']} {times}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
             run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)

@@ -53,6 +53,7 @@ class Section(NamedTuple):
     Attributes:
         order: Position among the sections.
         finding: Outcome in one sentence, for visitors; empty if there is only the summary.
+        caution: Caution that is shown beside the outcome; empty for none.
     """
 
     order: int
@@ -63,6 +64,7 @@ class Section(NamedTuple):
     tables: Sequence[Table]
     remarks: Sequence[str]
     finding: str = ""
+    caution: str = ""
 
 
 def load_claims(path: Path) -> tuple[Claim, ...]:
@@ -205,8 +207,8 @@ def check_names(report: PlainReport, known: Collection[str]) -> None:
 
 def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
     """Renders a protocol's report with numbers and facts; a wrong template or expression is an AffordanceError."""
-    remarks = [facts[name] for name in ("few_observers", "faults") if facts[name]]
-    given = dict(report.given)
+    remarks = [facts["faults"]] if facts["faults"] else []
+    given = {**report.given, "caution": facts["few_observers"]}
     if "remarks" in given:
         given["remarks"] = [*given["remarks"], *remarks]
     if report.prose is not None:

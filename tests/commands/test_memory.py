@@ -54,7 +54,7 @@ def test_forget_merge_export_import_verify(memory, tmp_path):
     other, file = tmp_path / "other.sqlite", tmp_path / "trials.jsonl"
     with open_memory(other) as ledger:
         ledger.append([*hold_workshop(3), hold("plank", (WOOD,), (610.0,), 77)])
-    assert "1 of 4 trials are new" in answer("memory", "merge", memory, other).out
+    assert "1 of 4 trials new" in answer("memory", "merge", memory, other).out
     answer("memory", "export", memory, file)
     answer("memory", "import", tmp_path / "again.sqlite", file)
     with open_memory(memory) as one, open_memory(tmp_path / "again.sqlite") as two:

@@ -55,7 +55,8 @@ def claim(value, **bounds):
 
 def test_report_is_made_of_question_figures_and_every_number(tmp_path):
     section = render_report(make(tmp_path, claims=(claim("share", at_most=0.5),)), NUMBERS, FACTS)
-    assert (section.title, section.summary, section.remarks) == ("mine", "What is it?", ["They are few."])
+    assert (section.title, section.summary, section.remarks) == ("mine", "What is it?", [])
+    assert section.caution == "They are few."
     assert section.figures == [ReportFigure(file="drawn.png", caption="Drawn")]
     assert section.claims[0].met
     (table,) = section.tables
@@ -91,7 +92,7 @@ def test_texts_are_taken_as_they_stand(tmp_path):
     }
     section = render_report(make(tmp_path, given=given), NUMBERS, {**FACTS, "faults": "Faulty."})
     assert (section.order, section.title, section.summary) == (7, attack, attack)
-    assert section.remarks == [attack, "They are few.", "Faulty."]
+    assert section.remarks == [attack, "Faulty."]
     assert section.figures == given["figures"]
 
 

@@ -155,17 +155,26 @@ def test_anchor_is_of_the_folders_name(tmp_path):
     assert Page(write_report(tmp_path).read_text(encoding="utf-8")).ids == ["my-results-2-"]
 
 
+def test_caution_stands_beside_the_outcome(tmp_path):
+    (tmp_path / "weight").mkdir()
+    section = make_section(1, "Simulation I")._replace(figures=[], finding="It sinks.", caution="Of 2 <only>.")
+    write_section(tmp_path / "weight", section)
+    assert 'It sinks. <span class="caution">Of 2 &lt;only&gt;.</span></p>' in write_report(tmp_path).read_text(
+        encoding="utf-8"
+    )
+
+
 def test_run_is_named_with_observers_seed_versions_and_time(folder):
     for name in ("weight", "com"):
         write_metrics(folder, name, setup=None)
-    line = "20 observers or objects, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22"
+    line = "20 repeats, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22"
     assert f"com, weight: {line}<" in write_both(folder)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"repeats": 3}', '{"versions": []}'])
 def test_numbers_that_do_not_say_what_was_run_leave_the_report_without(folder, text):
     (folder / "weight" / "metrics.json").write_text(text, encoding="utf-8")
-    assert "observers or objects" not in write_both(folder)
+    assert " repeats, seed" not in write_both(folder)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00", "[" * 100_000])
@@ -257,7 +266,7 @@ def test_head_names_arm_models_learner_and_changed_settings(folder):
         "the arm arm.dmd.yaml of my_models; one density for each colour; changed settings: prior.sd = 8000, "
         "uses_posterior ="
     )
-    assert f"com, weight</b>: {said} true; 20 observers or objects, seed 3" in page
+    assert f"com, weight</b>: {said} true; 20 repeats, seed 3" in page
     assert page.index(said) < page.index("<section")
     assert "One noise model, one prior" in page
 

@@ -225,14 +225,16 @@ def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[st
 def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: str, num_observers: int) -> Figure:
     """Draws the proportions of correct choices, figures 8 and 10."""
     estimates = {
-        f"{name} (chance by symmetry)" if each["chance_by_symmetry"] else name: Estimate(
-            each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0)
-        )
+        name: Estimate(each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0))
         for name, each in numbers["tools"].items()
     }
     bayes = Estimate(numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0))
     first, *others = estimates
-    panels = {tools[0].name: {first: estimates[first], "least expected absolute work": bayes}}
+    rules = {
+        "one density drawn from the belief (the paper)": estimates[first],
+        "expected over the whole belief": bayes,
+    }
+    panels = {tools[0].name: rules}
     if others:
         panels["other tools"] = {name: estimates[name] for name in others}
     return figures.draw_choices(panels, title=f"{title}, {count_observers(num_observers)}, 95 % intervals")
