@@ -231,8 +231,8 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
     bayes = Estimate(numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0))
     first, *others = estimates
     rules = {
-        "one density drawn from the belief (the paper)": estimates[first],
-        "expected over the whole belief": bayes,
+        "the paper's rule: one density is drawn": estimates[first],
+        "work expected over the whole belief": bayes,
     }
     panels = {tools[0].name: rules}
     if others:
