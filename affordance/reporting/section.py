@@ -53,7 +53,7 @@ class Section(NamedTuple):
     Attributes:
         order: Position among the sections.
         finding: Outcome in one sentence, for visitors; empty if there is only the summary.
-        caution: Caution beside the outcome, for few observers; empty for none.
+        caution: Warning next to the finding, for few observers; empty for none.
     """
 
     order: int
