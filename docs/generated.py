@@ -84,7 +84,7 @@ def format_rows(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def list_names() -> str:
-    """Names at the top of the package, by the folder that defines them; the folder of models last."""
+    """Names at the top of the package, by the folder that defines them; data last."""
     names = [name for name in affordance.__all__ if callable(getattr(affordance, name))]
     places = {name: getattr(affordance, name).__module__.split(".")[1] for name in names}
     parts = []
@@ -92,8 +92,12 @@ def list_names() -> str:
         lead = (importlib.import_module(f"affordance.{folder}").__doc__ or "").partition("\n")[0]
         entries = "\n\n".join(map(_refer_to, group))
         parts.append(f"## affordance.{folder}\n\n{lead}\n\n```{{eval-rst}}\n{entries}\n```")
-    models = ":type: pathlib.Path\n\n   Folder of the models that come with the package."
-    parts.append(f"## Data\n\n```{{eval-rst}}\n.. py:data:: affordance.MODELS\n   {models}\n```")
+    data = {
+        "MODELS": ":type: pathlib.Path\n\n   Folder of the models that come with the package.",
+        "__version__": ":type: str\n\n   Version of the package.",
+    }
+    entries = "\n\n".join(f".. py:data:: affordance.{name}\n   {text}" for name, text in data.items())
+    parts.append(f"## Data\n\n```{{eval-rst}}\n{entries}\n```")
     return "\n\n".join(parts)
 
 
