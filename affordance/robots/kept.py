@@ -111,23 +111,24 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
 
     Args:
         path: Folder that ``import_arm`` wrote, or URDF, SDF or MJCF file; None for the paper's arm.
-        options: Options of the import of a file.
+        options: Options of the import of a file; those of none for a folder, ``ImportOptions("")``.
         root: Folder that holds the cached folders.
 
     Raises:
         BadValueError: The path is neither, the folder holds no arm, the file or an option is invalid or incomplete,
-            or a tip is given without a file.
+            or an option is given without a file.
         ModelFileError: The file cannot be parsed, or no home posture was found.
     """
     path = None if path is None else check_path("path", path)
     if path is not None and path.is_file():
         return Robot.load(import_kept(path, options, check_path("root", root)))
-    if options.tip:
-        raise BadValueError("--tip", "", "is of a robot's file, which --robot must name")
     if path is not None and not path.is_dir():
         raise BadValueError(
             "--robot", "", f"is {str(path)!r}, which is not a folder and no robot's file{suggest_file(path)}"
         )
+    for name in options.list_given():
+        instead = "" if path is None else f" in place of the folder {path}"
+        raise BadValueError(name, "", f"is of a robot's file, which --robot must name{instead}")
     return Robot() if path is None else Robot.load(path)
 
 

@@ -5,7 +5,7 @@ hand, at the tip, Hx pointing out of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -16,6 +16,9 @@ from affordance.exceptions import BadValueError
 from affordance.robots.chain import FEWEST_JOINTS, Chain, group_bodies
 from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
+
+# Fields whose options of the command line have another name.
+_OPTIONS = {"height": "base_height"}
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,15 @@ class ImportOptions:
     damping: bool = True
     height: float | None = None
     up: str = "z"
+
+    def list_given(self) -> list[str]:
+        """Lists the options of the command line whose values are not their defaults."""
+        defaults = ImportOptions("")
+        return [
+            f"--{_OPTIONS.get(each.name, each.name).replace('_', '-')}"
+            for each in fields(self)
+            if getattr(self, each.name) != getattr(defaults, each.name)
+        ]
 
 
 @dataclass(frozen=True)
