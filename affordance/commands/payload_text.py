@@ -67,7 +67,10 @@ def _give_verdict(belief: PayloadBelief) -> str:
 
 def _tabulate(belief: PayloadBelief) -> str:
     m = belief.marginals
-    lines = [f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}"]
+    lines = [
+        f"In the frame {belief.tip}:",
+        f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}",
+    ]
     for i, (name, unit) in enumerate(zip(_NAMES, UNITS, strict=True)):
         intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
         lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
@@ -105,6 +108,6 @@ def _write_lines(belief: PayloadBelief, anyway: bool) -> str:
     if belief.setting is None:
         return "For the robot: no lines, as the mass was not seen."
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
-    lines = [f"For the robot, if the tip is its flange{mark}:"]
+    lines = [f"For the robot, if the tip, {belief.tip}, is its flange{mark}:"]
     lines += [f"  {robot}: {line}" for robot, line in format_payload(belief.setting).items()]
     return "\n".join(lines)

@@ -128,7 +128,7 @@ def identify(
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
-        return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
+        return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings), tip=arm.tip)
 
 
 def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:

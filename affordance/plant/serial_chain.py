@@ -24,6 +24,8 @@ from affordance.plant.arm import Arm
 from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 _ALL = np.eye(NUM_PARAMETERS)
+# Steps in which numbers of an arm are compared, and where their edges lie: not at decimals, as files have them.
+_FINGERPRINT_STEP, _FINGERPRINT_EDGE = 1e-6, 1.0 / np.pi
 
 
 class ChainMotion(NamedTuple):
@@ -81,10 +83,10 @@ class SerialChain:
 
     @property
     def fingerprint(self) -> str:
-        """Text by which the arm is recognised, whatever the name of its file and its mounting."""
+        """Text by which the arm is recognised, whatever the name of its file, its mounting and its tip."""
         digest = hashlib.sha256(" ".join(self.joint_names).encode())
-        for part in (self.R_PF, self.p_PF, self.axes, self.R_MT, self.p_MT, self.link_parameters):
-            digest.update(np.round(part, 6).tobytes())
+        for part in (self.R_PF, self.p_PF, self.axes, self.link_parameters):
+            digest.update(np.floor(part / _FINGERPRINT_STEP + _FINGERPRINT_EDGE).astype(np.int64).tobytes())
         return digest.hexdigest()[:12]
 
     def with_gravity(self, gravity_W: Sequence[float] | Array) -> "SerialChain":

@@ -9,10 +9,12 @@ from pydrake.math import RigidTransform, RollPitchYaw
 
 from affordance.arrays import Array
 from affordance.files.template import render_template
+from affordance.plant.load import HAND_FRAME
 from affordance.robots.description import MOMENTS, SHAPES, Inertial, Visual
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 
 BASE = "base"
+_TAKEN = (BASE, HAND_FRAME, "world")
 # The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 _FILTERS: dict[str, Callable[..., str]] = {
@@ -28,6 +30,9 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
     for name, link in zip(name_links(arm), arm.links, strict=True):
         pose = sum(describe_pose(link.X_PL), ())
         parts.append((name, parts[-1][0], link, link.inertial, pose, visuals.get(name, ())))
+    frames = {HAND_FRAME: sum(describe_pose(arm.X_LH), ())}
+    if arm.options.tip not in (*_TAKEN, *(part[0] for part in parts)) and "::" not in arm.options.tip:
+        frames[arm.options.tip] = sum(describe_pose(arm.X_LT), ())  # so that it can be the tip of a recording too
     return render_template(
         "affordance.robots",
         "arm.sdf.j2",
@@ -35,7 +40,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
         filters=_FILTERS,
         source=source,
         parts=parts,
-        hand_pose=sum(describe_pose(arm.X_LH), ()),
+        frames=frames,
         moments=MOMENTS,
         shapes=SHAPES,
     )
@@ -64,11 +69,12 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
 
 
 def name_links(arm: ReducedArm) -> list[str]:
-    """Lists the names of the written links: those of the file, changed where they clash with base or hand frame."""
+    """Lists the names of the written links: those of the file, changed where they clash with base, hand or tip."""
+    taken = _TAKEN if arm.X_LT.IsExactlyIdentity() else (*_TAKEN, arm.options.tip)
     names: list[str] = []
     for link in arm.links:
         name = link.name
-        while name in (BASE, "hand_grip", "world", *names) or "::" in name or not name:
+        while name in (*taken, *names) or "::" in name or not name:
             name = f"{name.replace('::', '_')}_link"
         names.append(name)
     return names

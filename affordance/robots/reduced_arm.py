@@ -101,7 +101,8 @@ class ReducedArm:
         options: Options of the import.
         X_WB: Pose of the base, as read with the robot's root upright at the world's origin.
         links: Links from base to tip.
-        X_LH: Pose of the hand in the last link.
+        X_LT: Pose of the tip's frame of the file in the last link.
+        X_LH: Pose of the hand in the last link: the tip's, turned so that Hx points out of the hand.
         out_axis: Axis of the tip's frame that points out of the hand, such as ``-z``.
         base_bodies: Names of the base and the links above it, with their poses in B.
         frozen: Values of the frozen joints, [rad] or [m].
@@ -112,6 +113,7 @@ class ReducedArm:
     options: ImportOptions
     X_WB: RigidTransform
     links: tuple[ReducedLink, ...]
+    X_LT: RigidTransform
     X_LH: RigidTransform
     out_axis: str
     base_bodies: tuple[tuple[str, RigidTransform], ...]
@@ -189,6 +191,7 @@ def reduce_arm(
         options=options,
         X_WB=X_WB if options.up == "z" else turn_up(options.up) @ X_WB,
         links=tuple(links),
+        X_LT=X_LT,
         X_LH=X_LH,
         out_axis=axis,
         base_bodies=_place(tree, context, base_frame, [tree.plant.get_body(BodyIndex(index)) for index in support]),

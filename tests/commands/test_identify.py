@@ -15,9 +15,12 @@ from affordance.identification.settings import SignalKind
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
 from affordance.reporting import figures
+from affordance.robots.importer import ImportOptions
+from affordance.robots.kept import import_arm
 
 _TOOLS = load_tools(MODELS / "tools" / "novel.yaml")
 _STICK = next(tool for tool in _TOOLS if tool.name == "stick")
+_QUICK = {"with_meshes": False, "fits_tasks": False}
 _TRUTH = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
 
 
@@ -74,6 +77,28 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     assert len(found["com_m"]) == len(found["com_sd_m"]) == 3
     assert found["mass_sd_kg"] < 0.1
     assert "samples of a joint slower than 0.05 rad/s are left out" in found["assumed"]
+
+
+def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
+    """The folder knows the tip of the file: the same numbers, and gains of one robot; its hand is the tip, turned."""
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y"), tmp_path / "six", **_QUICK)
+    empty, loaded, heavy = _name(folder, "empty", "loaded", "heavy")
+    _run(folder, "--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0], "--out", tmp_path)
+    words = ("--empty", empty, "--loaded", loaded, "--gains", tmp_path / "gains.yaml", "--samples", 500, "--json")
+    of_file, imported, in_hand = (
+        answer("identify", *robot, *words).content
+        for robot in (
+            [folder / "robot.urdf"],
+            ["--robot", tmp_path / "six"],
+            [tmp_path / "six", "--tip", "hand_grip"],
+        )
+    )
+    assert (of_file["frame"], imported["frame"], in_hand["frame"]) == ("flange", "flange", "hand_grip")
+    assert imported["doubts"] == of_file["doubts"] == []
+    for key in ("mass_kg", "com_m", "inertia_kg_m2", "mass_sd_kg", "com_sd_m"):
+        assert imported[key] == pytest.approx(of_file[key], rel=1e-6, abs=1e-9)
+    x, y, z = of_file["com_m"]
+    assert in_hand["com_m"] == pytest.approx([y, z, x], abs=0.2 * max(of_file["com_sd_m"]))
 
 
 def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):

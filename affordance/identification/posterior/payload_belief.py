@@ -98,6 +98,7 @@ class PayloadBelief:
         felt: Quadratic log likelihood of the ten parameters, without what is unseen; None without a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
         doubts: Reasons not to trust the result, a sentence each; empty if it fits.
+        tip: Name of the frame T.
     """
 
     source: str
@@ -121,6 +122,7 @@ class PayloadBelief:
     felt: Quadratic | None = None
     p_value: float | None = None
     doubts: tuple[str, ...] = ()
+    tip: str = ""
 
     def __repr__(self) -> str:
         x, y, z = self.centre_of_mass
@@ -280,6 +282,7 @@ class PayloadBelief:
             "doubts": list(self.doubts),
             "source": self.source,
             "analysis": self.analysis,
+            "frame": self.tip,
             "mass_kg": self.mass,
             "mass_sd_kg": self.mass_sd,
             "mass_interval50": list(pairs50[0]),
