@@ -33,10 +33,12 @@ from affordance.identification.recording.run_entry import ObjectPoseEntry
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.memory.identified_trial import build_identified_trial, teach
+from affordance.memory.past_arms import count_past_arms, describe_past_arms
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools
-from affordance.objects.materials import Material, load_materials
+from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
+from affordance.plant.arm import name_robot
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
@@ -48,10 +50,11 @@ NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml"
+    what = "folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
     add("robot", nargs="?", type=Path, help=what)
     add("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as other commands name it")
-    add("--tip", help="link that carries the payload, or the wrist sensor (default: the run's description)")
+    what = "link that carries the payload, or the wrist sensor (default: the run's description, of a folder the hand)"
+    add("--tip", help=what)
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, metavar="RUN", help="recording with the load (must be given)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
@@ -82,7 +85,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="SD",
         help="mass that the camera does not see, relative (default .2; .02 of solid stock)",
     )
-    add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
+    add(
+        "--materials",
+        type=Path,
+        metavar="FILE",
+        help="materials of that file (default: the robot's, else ours)",
+    )
     add(
         "--memory",
         metavar="MEMORY",
@@ -119,7 +127,7 @@ def run(arguments: argparse.Namespace) -> int:
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
-    materials = load_materials(arguments.materials)
+    materials = load_materials(arguments.materials or _find_materials(robot))
     same_colours = read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, prior, same_colours)
     for option in ("object_pose", "object_name"):
@@ -140,6 +148,8 @@ def run(arguments: argparse.Namespace) -> int:
         deviation_sd=prior.deviation_sd,
         settings=settings,
     )
+    if past := _find_past_arms(arguments, robot):
+        belief = replace(belief, notes=(*belief.notes, past))
     lesson = ""
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
@@ -207,19 +217,28 @@ def _teach(
         return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
-    taught = teach(place, trial, prior, known=known, arms=_recognise(Path(robot.source)), same_colours=same_colours)
+    taught = teach(place, trial, prior, known=known, same_colours=same_colours)
     belief = replace(belief, seen=replace(belief.seen, memory=taught.memory))
-    lesson = f"{place} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}"
-    if num := taught.num_other_arms:
-        lesson += f"; the arm of {trial.robot} was another in {num} earlier trials, which still count for materials"
-    return belief, lesson
+    return (
+        belief,
+        f"{place} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}",
+    )
 
 
-def _recognise(source: Path) -> list[str]:
-    """Lists the fingerprint that simulated trials of an arm in directives have."""
-    from affordance.simulation.trial_record import recognise_arm  # here, as a run that teaches nothing need not wait
+def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
+    """Says of how many trials of the memories the robot's arm was another; empty if of none."""
+    source = Path(robot.source)
 
-    return [recognise_arm(source)] if source.name == ARM_FILE.name else []
+    def recognise() -> str:
+        from affordance.simulation.trial_record import recognise_arm  # here, as it takes half a second
+
+        # Simulated trials know an arm in directives by its files.
+        return recognise_arm(source) if source.name == ARM_FILE.name else robot.fingerprint
+
+    name = name_robot(source, robot.tip)
+    places = [place for place in (arguments.memory, arguments.learned) if place]
+    number = max((count_past_arms(place, name, lambda: robot.fingerprint, recognise) for place in places), default=0)
+    return describe_past_arms(name, number)
 
 
 def _place_object(run: Run, values: Sequence[float]) -> Run:
@@ -248,15 +267,21 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
 
 def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
-    if len(given) != 1:
+    if len(given) > 1:
         raise BadValueError(
             "--robot", "", f"is given {len(given)} times, must be given once, as an option or without"
         )
-    (robot,) = given
+    robot = given[0] if given else MODELS
     tip = arguments.tip or loaded.description.tip or (HAND_FRAME if robot.is_dir() else "")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
     return load_robot(robot, tip, arguments.base or loaded.description.base or None)
+
+
+def _find_materials(robot: SerialChain) -> Path:
+    """Finds the materials of the robot's folder of models, or those of the program for a robot's file."""
+    own = Path(robot.source).parent / MATERIALS.name
+    return own if Path(robot.source).name == ARM_FILE.name and own.is_file() else MODELS / MATERIALS.name
 
 
 def _find_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:

@@ -11,7 +11,7 @@ from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.commands.options import give_answer, read_options
+from affordance.commands.options import give_answer, open_named_robot
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -24,13 +24,13 @@ from affordance.commands.workbench import (
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
+from affordance.memory.past_arms import describe_past_arms
 from affordance.memory.same_colours import SameColours
 from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
 from affordance.reporting.formatting import tabulate
-from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
@@ -75,7 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = read_grip_bounds(arguments)
-    robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
+    robot = open_named_robot(arguments)
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, memory, same_colours = bench
     tasks = read_tasks(arguments.tasks, arguments.files, robot)
@@ -100,8 +100,15 @@ def run(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     sentence = describe_stop(advice, arguments.uses)
-    content = {**advice._asdict(), "rests_on": advice.rests_on, "sentence": sentence}
-    text = "\n".join([*describe_holds(advice, arguments.uses), sentence])
+    num_past = robot.count_past_arms(arguments.memory)
+    content = {
+        **advice._asdict(),
+        "rests_on": advice.rests_on,
+        "trials_of_other_arms": num_past,
+        "sentence": sentence,
+    }
+    past = [describe_past_arms(robot.name, num_past)] if num_past else []
+    text = "\n".join([*past, *describe_holds(advice, arguments.uses), sentence])
 
     def draw() -> Figure:
         return draw_holds(

@@ -20,6 +20,8 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from affordance.robots.robot import Robot
+
 # Bounds of shared numbers; values beyond any practical run are typing errors.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
@@ -66,6 +68,16 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     for former in ("--models", "--arm"):
         parser.add_argument(former, type=Path, dest="robot", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     add_arm_arguments(parser)
+
+
+def open_named_robot(arguments: argparse.Namespace) -> "Robot":
+    """Opens the robot of ``add_robot``: that of a file is imported once, into ``arms`` of the results."""
+    from affordance.robots.kept import (
+        open_robot,
+    )  # here, as it takes time that commands without a robot need not wait
+
+    out: Path | None = getattr(arguments, "out", None)
+    return open_robot(arguments.robot, read_options(arguments), (out or Path("results")) / "arms")
 
 
 def find_shipped(arguments: argparse.Namespace) -> Path:

@@ -13,7 +13,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import give_answer, read_options, refuse_changes
+from affordance.commands.options import give_answer, open_named_robot, refuse_changes
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -28,10 +28,7 @@ from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import select_known
 from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
-from affordance.robots.kept import open_robot
-from affordance.robots.robot import Robot
 from affordance.settings import Settings
-from affordance.simulation.trial_record import recognise_arm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_choice(arguments, 1)
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     bounds = read_grip_bounds(arguments)
-    robot = open_robot(arguments.robot, read_options(arguments), (arguments.out or Path("results")) / "arms")
+    robot = open_named_robot(arguments)
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, known, _ = bench
     names = [arguments.task] if arguments.task else []
@@ -81,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
         Path(arguments.memory).name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
-        _count_other_arms(arguments.memory, robot),
+        robot.count_past_arms(arguments.memory),
         explain_choice(ranking, draws, choice.options),
     )
     text, content = describe_advice(ranking, question), build_content(ranking, question)
@@ -95,18 +92,6 @@ def run(arguments: argparse.Namespace) -> int:
 
     give_answer(arguments, _NAME, text, content, draw)
     return 0
-
-
-def _count_other_arms(place: str | None, robot: Robot) -> int:
-    """Counts the trials of a memory that the robot made with another arm than it has now."""
-    if place is None:
-        return 0
-    name = robot.name.removeprefix("the ")
-    with open_memory(place, create=False) as ledger:
-        if not ledger.count_of_other_arms(name):
-            return 0
-        # An arm is loaded only for the robot's own trials: simulated ones know its files, recorded ones its chain.
-        return ledger.count_of_other_arms(name, recognise_arm(robot.directives), robot.chain.fingerprint)
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:

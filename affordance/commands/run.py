@@ -2,7 +2,6 @@
 
 import argparse
 import sys
-from pathlib import Path
 from typing import Any
 
 from affordance.belief.learner import Learner
@@ -11,16 +10,16 @@ from affordance.commands.options import (
     check_bounds,
     check_experiment,
     find_shipped,
-    read_options,
+    open_named_robot,
 )
 from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import list_studies
+from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.protocols.protocol import find_number_of_observers
-from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
 
 # Experiments whose number of repeats is not in a file.
@@ -70,12 +69,16 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
-    models = _open_models(arguments)
-    materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
+    robot = open_named_robot(arguments)
+    if arguments.robot is not None and arguments.robot.is_file():
+        print(f"{arguments.robot.name}: models in {robot.folder}")
+    if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
+        print(past, flush=True)
+    materials = load_materials(robot.folder / MATERIALS.name) if arguments.same_colour else {}
     report, left_out = run_suite(
         all_there if arguments.experiment == "all" else [arguments.experiment],
         arguments.out,
-        models=models,
+        models=robot.folder,
         seed=arguments.seed,
         repeats=arguments.repeats,
         jobs=arguments.jobs,
@@ -116,11 +119,3 @@ def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
                 raise BadValueError("--set", name, f"is given with --{option}, only one of them may be")
             changes[name] = value
     return changes
-
-
-def _open_models(arguments: argparse.Namespace) -> Path:
-    """Finds the folder of models, importing it from a robot's file if one is given."""
-    robot = open_robot(arguments.robot, read_options(arguments), arguments.out / "arms")
-    if arguments.robot is not None and arguments.robot.is_file():
-        print(f"{arguments.robot.name}: models in {robot.folder}")
-    return robot.folder

@@ -4,11 +4,9 @@ import argparse
 import os
 import socket
 import sys
-import tempfile
 import webbrowser
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -20,12 +18,13 @@ from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
-from affordance.commands.options import add_robot, add_seed, add_set, check_bounds, check_experiment, read_options
+from affordance.commands.options import add_robot, add_seed, add_set, check_bounds, check_experiment, open_named_robot
 from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.experiments.suite import begin_with, load_experiment
+from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
@@ -33,7 +32,6 @@ from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.reporting.live_scene import LiveScene, Wish
-from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 from affordance.simulation.blow import run_blow
 from affordance.simulation.trial import TrialRunner, finish
@@ -65,31 +63,33 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
     check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
-        print(f"{arguments.robot.name} is imported first, some half a minute; import-arm would keep it.", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
-        models = open_robot(arguments.robot, read_options(arguments), Path(folder)).folder
-        changes = parse_changes(arguments.changes)
-        settings, seed = Settings(arm=models / ARM.name), arguments.seed
-        materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
-        same_colours = read_same_colours(arguments, materials)
-        if arguments.memory:
-            settings, seed = begin_with(settings, arguments.memory, seed, changes, same_colours)
-        experiment = load_experiment(arguments.experiment, models, seed, settings, changes)
-        assert isinstance(experiment, PresentationExperiment | ChoiceExperiment)  # vision was refused
-        if isinstance(experiment, ChoiceExperiment):
-            print("The task is planned with every grip first, which takes some seconds.", flush=True)
-        show = _Show(experiment)
-        address = show.scene.address
-        port = address.rsplit(":", 1)[1]
-        print(f"Watch {experiment.name} at {address} (Ctrl-C ends it)", end="; ")
-        print(f"from another machine first: ssh -L {port}:localhost:{port} {socket.gethostname()}", flush=True)
-        if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-            webbrowser.open_new_tab(address)
-        try:
-            show.run()
-        except KeyboardInterrupt:
-            print()
-        return 0
+        print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
+    robot = open_named_robot(arguments)
+    if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
+        print(past, flush=True)
+    models = robot.folder
+    changes = parse_changes(arguments.changes)
+    settings, seed = Settings(arm=models / ARM.name), arguments.seed
+    materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
+    same_colours = read_same_colours(arguments, materials)
+    if arguments.memory:
+        settings, seed = begin_with(settings, arguments.memory, seed, changes, same_colours)
+    experiment = load_experiment(arguments.experiment, models, seed, settings, changes)
+    assert isinstance(experiment, PresentationExperiment | ChoiceExperiment)  # vision was refused
+    if isinstance(experiment, ChoiceExperiment):
+        print("The task is planned with every grip first, which takes some seconds.", flush=True)
+    show = _Show(experiment)
+    address = show.scene.address
+    port = address.rsplit(":", 1)[1]
+    print(f"Watch {experiment.name} at {address} (Ctrl-C ends it)", end="; ")
+    print(f"from another machine first: ssh -L {port}:localhost:{port} {socket.gethostname()}", flush=True)
+    if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
+        webbrowser.open_new_tab(address)
+    try:
+        show.run()
+    except KeyboardInterrupt:
+        print()
+    return 0
 
 
 class _Show:

@@ -1,6 +1,5 @@
 """Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,7 +15,7 @@ from affordance.memory.felt_models import PayloadQuadratic, pack
 from affordance.memory.same_colours import SameColours
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
-from affordance.plant.arm import ARM
+from affordance.plant.arm import name_robot
 from affordance.plant.serial_chain import SerialChain
 from affordance.vision.systems import measure_geometry
 
@@ -44,7 +43,7 @@ def build_identified_trial(
         features=pack(felt),
         num_samples=len(run.q),
         num_joints=len(robot.joint_names),
-        robot=_name_robot(Path(robot.source)),
+        robot=name_robot(Path(robot.source), robot.tip),
         fingerprint=robot.fingerprint,
         p_value=1.0 if belief.p_value is None else belief.p_value,
         source=Path(run.source).name,
@@ -58,12 +57,10 @@ class Lesson(NamedTuple):
     Attributes:
         memory: Memory as recalled.
         is_new: True if the trial was not in it before.
-        num_other_arms: Number of its trials of the same robot with another arm.
     """
 
     memory: Memory
     is_new: bool
-    num_other_arms: int
 
 
 def teach(
@@ -72,7 +69,6 @@ def teach(
     prior: Prior,
     *,
     known: str = "",
-    arms: Sequence[str] = (),
     same_colours: SameColours = (),
 ) -> Lesson:
     """Appends a trial to a lasting memory, and recalls it.
@@ -82,7 +78,6 @@ def teach(
         trial: Trial to be learned from.
         prior: Prior of densities.
         known: Another memory that is merged into it first; empty, or not existing yet, if there is none.
-        arms: Further fingerprints of the robot's present arm.
         same_colours: Pairs of colours, of which the memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
@@ -92,12 +87,4 @@ def teach(
             with open_memory(known) as before:
                 ledger.merge(before)
         is_new = ledger.append([trial]) > 0
-        num_other_arms = ledger.count_of_other_arms(trial.robot, trial.fingerprint, *arms)
-        return Lesson(ledger.recall(prior=prior, same_colours=same_colours), is_new, num_other_arms)
-
-
-def _name_robot(source: Path) -> str:
-    """Names a robot by its file, or by the folder that import-arm wrote; the paper's arm as simulations do."""
-    if source.resolve() == ARM.resolve():
-        return "paper's arm"
-    return source.resolve().parent.name if source.name == ARM.name else source.stem
+        return Lesson(ledger.recall(prior=prior, same_colours=same_colours), is_new)

@@ -5,6 +5,7 @@ with H while held), E a component of the tool, B any body, Bcm its centre of mas
 directives file describes (see models/arm.dmd.yaml), with any number of joints.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,21 @@ from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.plant.clamp import Clamp
 
 ARM = MODELS / "arm.dmd.yaml"
+# End of the name of a folder that holds a kept import (robots/kept.py): a digest.
+_DIGEST = re.compile("-[0-9a-f]{12}$")
+
+
+def name_robot(source: Path, tip: str = "") -> str:
+    """Names a robot by its folder of models, without the digest of a kept import, or by its file and the tip.
+
+    The paper's arm is "paper's arm".
+    """
+    source = source.resolve()
+    if source == ARM.resolve():
+        return "paper's arm"
+    if source.name == ARM.name:
+        return _DIGEST.sub("", source.parent.name)
+    return f"{source.stem}-{tip}" if tip else source.stem
 
 
 class JointLimits(NamedTuple):

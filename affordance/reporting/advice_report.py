@@ -11,6 +11,7 @@ from affordance.choice.pricing import Amount
 from affordance.choice.ranking import RankedOption, Ranking
 from affordance.choice.reasons import Reasons, Turn
 from affordance.files.atomic import to_plain
+from affordance.memory.past_arms import describe_past_arms
 from affordance.objects.colour import Colour, find_nearest_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
@@ -57,8 +58,7 @@ def describe_advice(advice: Ranking, question: AdviceQuestion) -> str:
     title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
     lines = [title]
     if question.num_other_arms:
-        changed = f"{question.robot} had another arm in {question.num_other_arms} of its trials"
-        lines.append(f"{changed}, which still count for materials")
+        lines.append(describe_past_arms(question.robot, question.num_other_arms))
     lines += _tabulate(advice)
     if advice.p_none > 0.0:
         lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")

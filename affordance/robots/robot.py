@@ -1,8 +1,7 @@
 """Robot as one thing: its arm, its tasks and its objects, all from one folder of models."""
 
-import re
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 from affordance.arrays import Array
@@ -11,7 +10,8 @@ from affordance.choice.tasks import list_tasks, load_task
 from affordance.exceptions import BadValueError
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import ARM, Arm, JointLimits
+from affordance.memory.past_arms import count_past_arms
+from affordance.plant.arm import ARM, Arm, JointLimits, name_robot
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain
 from affordance.robots.recorded_arm import load_robot
@@ -50,7 +50,8 @@ class Robot:
     @property
     def name(self) -> str:
         """Name of the folder, without the digest of a kept import, or "the paper's arm"."""
-        return "the paper's arm" if self.is_default else re.sub("-[0-9a-f]{12}$", "", self.folder.name)
+        name = name_robot(self.directives)
+        return f"the {name}" if self.is_default else name
 
     @property
     def is_default(self) -> bool:
@@ -95,6 +96,14 @@ class Robot:
     def tasks(self) -> tuple[str, ...]:
         """Names of the tasks of its folder."""
         return list_tasks(self.folder)
+
+    def count_past_arms(self, memory: str | None) -> int:
+        """Counts the trials of a memory, if there is one, that the robot made with another arm than it has now."""
+        from affordance.simulation.trial_record import recognise_arm  # here, as most robots are asked for no memory
+
+        # Simulated trials know the files of their arm, recorded ones its chain.
+        own = partial(recognise_arm, self.directives), lambda: self.chain.fingerprint
+        return count_past_arms(memory or "", name_robot(self.directives), *own)
 
     def load_task(self, name: str) -> TaskCostModel:
         """Loads one of its tasks.

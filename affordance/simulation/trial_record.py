@@ -12,7 +12,7 @@ from affordance.files.bounded import MESH, read_bytes
 from affordance.files.html_table import build_table
 from affordance.files.model_files import list_arm_files
 from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
-from affordance.plant.arm import ARM
+from affordance.plant.arm import name_robot
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import SampleCounts
@@ -99,7 +99,6 @@ class TrialRecord(NamedTuple):
         if percept is None or type(percept.noise) not in FELT_MODELS.values():
             return None
         num_parts = len(percept.features)
-        is_ours = percept.arm == ARM
         return TrialEvidence(
             object_name=percept.object_name,
             parts=tuple(part.appearance for part in percept.features),
@@ -108,7 +107,7 @@ class TrialRecord(NamedTuple):
             features=percept.statistics.features,
             num_samples=percept.statistics.num_samples,
             num_joints=percept.num_joints,
-            robot="paper's arm" if is_ours else percept.arm.parent.name,
+            robot=name_robot(percept.arm),
             fingerprint=recognise_arm(percept.arm),
             log_evidence=self.log_evidence,
             p_value=self.p_value,

@@ -1,7 +1,9 @@
 """``affordance identify`` on generated logs: its output, its files, and its messages for bad input."""
 
 import json
+import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from helpers.answers import Answer, answer
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 
+from affordance.commands.demo import EMPTY, LOADED, PIECE, STOCK
 from affordance.files.model_folder import MODELS
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import SignalKind
@@ -17,6 +20,7 @@ from affordance.objects.load import load_tools
 from affordance.reporting import figures
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_arm
+from affordance.robots.recorded_arm import load_robot
 
 _TOOLS = load_tools(MODELS / "tools" / "novel.yaml")
 _STICK = next(tool for tool in _TOOLS if tool.name == "stick")
@@ -116,12 +120,19 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
         assert np.array_equal(ledger.recall().belief.precision, before.precision)
     assert "has learned them" in _run(folder, *words, "--loaded", again).out
     with open_memory(memory) as ledger:
+        trials = ledger.list_trials()
+        assert {(each.robot, each.fingerprint) for each in trials} == {
+            ("robot-flange", load_robot(folder / "robot.urdf", "flange").fingerprint)
+        }
         assert len(ledger) == 2
         assert len(ledger.list_things()) == 1
         # A thing's deviation from its materials counts once: of two runs hardly more is known of these than of one.
         sds = np.sqrt(np.diag(ledger.recall().belief.covariance))
         assert (sds < np.sqrt(np.diag(before.covariance))).all()
         assert ledger.verify() == []
+        ledger.append([replace(trials[0], fingerprint="of another", source_hash="of another")])
+    past = "robot-flange had another arm in 1 of its trials, which still count for materials"
+    assert past in _run(folder, *words, "--loaded", again).out
 
 
 def test_an_object_that_is_another_teaches_nothing(folder, tmp_path):
@@ -156,6 +167,30 @@ def test_pose_of_an_object_on_the_command_line_is_that_of_the_description(folder
     )
     assert zero["com_m"] == plain["com_m"]
     assert turned["surprise_p"] < 1e-3 < plain["surprise_p"]
+
+
+def test_arm_and_materials_are_those_of_other_commands(tmp_path):
+    """Without a robot the arm is the paper's; the materials of a robot's folder name what is seen."""
+    words = [
+        "--empty",
+        EMPTY,
+        "--loaded",
+        LOADED,
+        "--object",
+        STOCK,
+        "--object-name",
+        PIECE,
+        "--samples",
+        500,
+        "--json",
+    ]
+    named = answer("identify", *words).content
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "materials.yaml"
+    own = answer("identify", "--robot", tmp_path / "models", *words).content
+    assert own["mass_kg"] == named["mass_kg"]
+    path.write_text(path.read_text().replace("oak:", "red_oak:"))
+    assert "red_oak" in answer("identify", "--robot", tmp_path / "models", *words, status=2).err
 
 
 def test_options_of_an_object_want_one(folder):

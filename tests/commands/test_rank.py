@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.answers import answer
@@ -11,7 +12,7 @@ from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
 
 from affordance.choice.pricing import GRIP_LEVER
-from affordance.commands import workbench
+from affordance.commands import run, watch, workbench
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -22,6 +23,8 @@ from affordance.robots.kept import import_arm
 from affordance.robots.robot import Robot
 from affordance.simulation.trial_record import recognise_arm
 
+PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
+_Scene = SimpleNamespace(address="http://localhost:1")
 OAK = load_materials()["oak"].colour
 ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
 
@@ -135,7 +138,10 @@ def test_features_are_seen_with_the_errors_of_the_settings(known: list[object]) 
     assert widths[1] > 2.0 * widths[0]
 
 
-def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path: Path, known: list[object]) -> None:
+def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
+    tmp_path: Path, known: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every command that recalls a memory says it; identify is asked in test_identify."""
     place = Path(known[1])
     with open_memory(place) as ledger:
         ledger.append(
@@ -145,8 +151,13 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path: Path
             ]
         )
     said = answer(*ONE, *known).out
-    assert "the paper's arm had another arm in 1 of its trials, which still count for materials" in said
+    assert PAST in said
     assert "knows nothing" not in said
+    assert answer("next", *ONE[1:], *known).lines[0] == PAST
+    monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}))
+    assert answer("run", "weight", *known).lines[0] == PAST
+    monkeypatch.setattr(watch, "_Show", lambda experiment: SimpleNamespace(scene=_Scene, run=lambda: None))
+    assert answer("watch", *known).lines[0] == PAST
 
 
 def test_tool_without_grips_cannot_be_ranked() -> None:

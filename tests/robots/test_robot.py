@@ -2,6 +2,7 @@
 
 import shutil
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +20,9 @@ from affordance.commands import identify
 from affordance.exceptions import BadArgumentError
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identification
+from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
+from affordance.plant.arm import name_robot
 from affordance.plant.load import load_arm
 from affordance.robots import kept
 from affordance.robots.importer import ImportOptions
@@ -63,6 +66,28 @@ def test_chain_of_a_folder_is_that_of_the_robots_file(folder: Path, tmp_path: Pa
     other = load_robot(write_urdf(tmp_path), "right_tool").with_gravity([0.0, 0.0, 0.0])
     q, v, vdot = np.random.default_rng(0).uniform(-1.0, 1.0, (3, 5, 4))
     np.testing.assert_allclose(one.compute_arm_torques(q, v, vdot), other.compute_arm_torques(q, v, vdot), atol=1e-9)
+
+
+def test_arm_is_recognised_by_what_is_felt_and_by_what_is_recorded(folder: Path, tmp_path: Path) -> None:
+    """An arm of a kept folder has the name of its file and tip, and one fingerprint, whatever its tip."""
+    kept_folder = tmp_path / "two_arms-right_tool-0123456789ab"
+    shutil.copytree(folder, kept_folder)
+    robot, chain = Robot.load(kept_folder), load_robot(write_urdf(tmp_path), "right_tool")
+    assert robot.name == name_robot(Path(chain.source), chain.tip) == "two_arms-right_tool"
+    assert robot.chain.fingerprint == chain.fingerprint
+    record = TrialRunner(robot=robot).run_hold(
+        load_tools(MODELS / "tools" / "novel.yaml")[0], MaterialMemory(), duration=0.1
+    )
+    felt = record.evidence
+    assert felt is not None
+    assert felt.robot == robot.name
+    place = tmp_path / "memory.sqlite"
+    for fingerprint, count in ((felt.fingerprint, 0), (chain.fingerprint, 0), ("of another", 1)):
+        with open_memory(place) as ledger:
+            ledger.append([replace(felt, fingerprint=fingerprint, source_hash=fingerprint)])
+        assert robot.count_past_arms(str(place)) == count
+    assert robot.count_past_arms(None) == robot.count_past_arms(str(tmp_path / "nowhere.sqlite")) == 0
+    assert Robot.load(folder).count_past_arms(str(place)) == 0  # of another name
 
 
 def test_what_is_no_robot_is_refused(tmp_path: Path) -> None:
