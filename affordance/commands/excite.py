@@ -18,8 +18,9 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    find_imports,
     give_answer,
-    open_named_robot,
+    read_options,
 )
 from affordance.commands.workbench import choose_tools
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
@@ -39,6 +40,7 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
+from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
@@ -75,7 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Designs the motion, prints what it is predicted to show, and writes it."""
     _check(arguments)
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
         robot.home,

@@ -11,7 +11,7 @@ from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.commands.options import give_answer, open_named_robot
+from affordance.commands.options import find_imports, give_answer, read_options
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -31,6 +31,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
 from affordance.reporting.formatting import tabulate
+from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
@@ -75,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = read_grip_bounds(arguments)
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, memory, same_colours = bench
     tasks = read_tasks(arguments.tasks, arguments.files, robot)

@@ -20,8 +20,6 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from affordance.robots.robot import Robot
-
 # Bounds of shared numbers; values beyond any practical run are typing errors.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
@@ -70,14 +68,10 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     add_arm_arguments(parser)
 
 
-def open_named_robot(arguments: argparse.Namespace) -> "Robot":
-    """Opens the robot of ``add_robot``: that of a file is imported once, into ``arms`` of the results."""
-    from affordance.robots.kept import (
-        open_robot,
-    )  # here, as it takes time that commands without a robot need not wait
-
+def find_imports(arguments: argparse.Namespace) -> Path:
+    """Finds the folder in which imports of robots' files are kept: ``arms`` in the folder of the results."""
     out: Path | None = getattr(arguments, "out", None)
-    return open_robot(arguments.robot, read_options(arguments), (out or Path("results")) / "arms")
+    return (out or Path("results")) / "arms"
 
 
 def find_shipped(arguments: argparse.Namespace) -> Path:

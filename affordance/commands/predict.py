@@ -2,13 +2,14 @@
 
 import argparse
 
-from affordance.commands.options import add_run_options, check_bounds, find_shipped, open_named_robot
+from affordance.commands.options import add_run_options, check_bounds, find_imports, find_shipped, read_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.suite import load_experiment
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import find_number_of_observers, list_shipped
 from affordance.reporting.learner_predictions import format_predictions
+from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 
@@ -36,7 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     check_folder(arguments.out)
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     settings, changes = Settings(arm=robot.directives), parse_changes(arguments.changes)
     experiment = load_experiment(arguments.protocol, robot.folder, arguments.seed, settings, changes)
     found = predict_protocol(experiment, arguments.out, repeats=arguments.repeats, jobs=arguments.jobs)

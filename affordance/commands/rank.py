@@ -13,7 +13,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import give_answer, open_named_robot, refuse_changes
+from affordance.commands.options import find_imports, give_answer, read_options, refuse_changes
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -28,6 +28,7 @@ from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import select_known
 from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
+from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_choice(arguments, 1)
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     bounds = read_grip_bounds(arguments)
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     bench = open_bench(arguments, robot)
     _, settings, materials, tools, known, _ = bench
     names = [arguments.task] if arguments.task else []

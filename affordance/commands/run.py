@@ -9,8 +9,9 @@ from affordance.commands.options import (
     add_run_options,
     check_bounds,
     check_experiment,
+    find_imports,
     find_shipped,
-    open_named_robot,
+    read_options,
 )
 from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
@@ -20,6 +21,7 @@ from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.protocols.protocol import find_number_of_observers
+from affordance.robots.kept import open_robot
 from affordance.vision.features import FeatureSource
 
 # Experiments whose number of repeats is not in a file.
@@ -69,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):

@@ -18,7 +18,15 @@ from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
-from affordance.commands.options import add_robot, add_seed, add_set, check_bounds, check_experiment, open_named_robot
+from affordance.commands.options import (
+    add_robot,
+    add_seed,
+    add_set,
+    check_bounds,
+    check_experiment,
+    find_imports,
+    read_options,
+)
 from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.choosing import ChoiceExperiment
@@ -32,6 +40,7 @@ from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.reporting.live_scene import LiveScene, Wish
+from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 from affordance.simulation.blow import run_blow
 from affordance.simulation.trial import TrialRunner, finish
@@ -64,7 +73,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
-    robot = open_named_robot(arguments)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
     models = robot.folder
