@@ -87,7 +87,7 @@ def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
     """The folder knows the tip of the file, with the same numbers; its hand is the tip, turned."""
     import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y"), tmp_path / "six", **_QUICK)
     empty, loaded = _name(folder, "empty", "heavy")
-    words = ("--empty", empty, "--loaded", loaded, "--reference-mass", 2.0 * PAYLOAD[0], "--samples", 100, "--json")
+    words = ("--empty", empty, "--loaded", loaded, "--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500, "--json")
     of_file, imported, in_hand = (
         answer("identify", *robot, *words).content
         for robot in (
