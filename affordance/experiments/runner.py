@@ -170,7 +170,7 @@ def describe_few_observers(repeats: int) -> str:
     """Returns a warning if claims rest on too few observers; else an empty text."""
     if repeats >= ENOUGH_OBSERVERS:
         return ""
-    return f"Of {count_observers(repeats)} only: claims need about {ENOUGH_OBSERVERS} or more."
+    return f"Only {count_observers(repeats)}: claims need about {ENOUGH_OBSERVERS} or more."
 
 
 def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object]]:

@@ -20,6 +20,7 @@ import jinja2.meta
 import jinja2.sandbox
 import numpy as np
 
+from affordance.belief.learner import Learner
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.data_model import load_model
 from affordance.reporting import formatting
@@ -35,6 +36,8 @@ _BAR = "\ue000"
 # Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12
 _CI95 = "_ci95"
+# Words for learners, by their names in files.
+_LEARNERS = {learner.value: learner.label for learner in Learner}
 # Name of an object, a material or a grip.
 _NAME = re.compile(r"[A-Za-z0-9]+(_[A-Za-z0-9]+)+")
 
@@ -236,7 +239,7 @@ def _list_numbers(meanings: Mapping[str, str], numbers: Mapping[str, Any]) -> Ta
     for name, meaning in meanings.items():
         for owner, found in (who or {"": numbers}).items():
             if name in found:
-                cells = [name, *([meaning] if any(meanings.values()) else []), *([owner] if who else [])]
+                cells = [name, *([meaning] if any(meanings.values()) else []), *([_LEARNERS.get(owner, owner)] if who else [])]
                 interval = found.get(name + _CI95)
                 rows.append([*cells, _show(found[name]), "" if interval is None else _show_intervals(interval)])
     return Table("Every number; over observers as the protocol says.", [*header, "value", "95 % interval"], rows)

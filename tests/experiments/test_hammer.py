@@ -99,7 +99,7 @@ def find_table(section, title):
 def test_words_of_the_section_follow_its_numbers(experiment, plan, numbers):
     section = render(experiment, plan, numbers, p_light_end_held=0.123)
     remarks = " ".join(section.remarks)
-    assert section.caution == "Of 3 observers only: claims need about 20 or more."
+    assert section.caution == "Only 3 observers: claims need about 20 or more."
     assert "Of 100 choices by densities from the prior 12.3 grip" in remarks
 
 

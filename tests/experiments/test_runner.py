@@ -154,7 +154,7 @@ def test_section_is_filled_in_with_numbers_and_facts(experiment, tmp_path):
     section = json.loads((tmp_path / "made_up" / "section.json").read_text(encoding="utf-8"))
     assert section["summary"] == "4 observers, seed 3, planned: plan."
     assert section["claims"][0]["met"] is True
-    assert section["remarks"] == ["Of 4 observers only: claims need about 20 or more."]
+    assert section["remarks"] == ["Only 4 observers: claims need about 20 or more."]
 
 
 @pytest.mark.parametrize(("outliers", "said"), [((0, 5), False), ((2, 5), True)])

@@ -103,7 +103,7 @@ def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):
 def test_few_observers_are_named_as_few(weight, numbers, repeats, few, begins):
     section = render(weight, None, numbers, repeats=repeats)
     assert section.summary.startswith(f"{begins} simulated.")
-    assert section.caution == ("Of 1 observer only: claims need about 20 or more." if few else "")
+    assert section.caution == ("Only 1 observer: claims need about 20 or more." if few else "")
 
 
 def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):

@@ -76,7 +76,7 @@ def test_each_learner_and_people_have_a_row_and_long_lists_are_cut(tmp_path):
     }
     (table,) = render_report(make(tmp_path, names=("f",)), numbers, FACTS).tables
     assert table.header == ["number", "of", "value", "95 % interval"]
-    assert [row[1] for row in table.rows] == ["density", "kinds_map", "people"]
+    assert [row[1] for row in table.rows] == ["one density for each colour", "kinds, most probable", "people"]
     assert table.rows[0][2].endswith("10.0, 11.0, ... (20 in all)")
     assert table.rows[1][2:] == ["1.00", "[0.500, 1.50]"]
 
