@@ -233,13 +233,14 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
 
 def _list_numbers(meanings: Mapping[str, str], numbers: Mapping[str, Any]) -> Table:
     """Builds a table with a row per number, or per number and owner for several learners or human data."""
-    who = {**numbers.get("learners", {}), **({"people": numbers["people"]} if numbers.get("people") else {})}
+    who = {_LEARNERS.get(name, name): found for name, found in numbers.get("learners", {}).items()}
+    who |= {"people": numbers["people"]} if numbers.get("people") else {}
     header = ["number", *(["meaning"] if any(meanings.values()) else []), *(["of"] if who else [])]
     rows: list[Sequence[str]] = []
     for name, meaning in meanings.items():
         for owner, found in (who or {"": numbers}).items():
             if name in found:
-                cells = [name, *([meaning] if any(meanings.values()) else []), *([_LEARNERS.get(owner, owner)] if who else [])]
+                cells = [name, *([meaning] if any(meanings.values()) else []), *([owner] if who else [])]
                 interval = found.get(name + _CI95)
                 rows.append([*cells, _show(found[name]), "" if interval is None else _show_intervals(interval)])
     return Table("Every number; over observers as the protocol says.", [*header, "value", "95 % interval"], rows)
