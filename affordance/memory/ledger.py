@@ -13,8 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import numpy as np
-from sqlalchemy import delete, func, select
+from sqlalchemy import Connection, func, select
 
 from affordance.arguments import Seed, check_kind, check_member
 from affordance.belief.density_belief import Prior
@@ -22,31 +21,28 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.memory.evidence_sums import MaterialSum, gather, sum_objects
-from affordance.memory.kept_sums import KeptSums, drop_sums, name_prior, read_sums
+from affordance.memory.kept_sums import DamagedSumsError, KeptSums, drop_sums, find_wrong, name_prior, read_sums
 from affordance.memory.same_colours import SameColours, translate
 from affordance.memory.stored_trials import (
     ALL,
-    BATCH,
     Selection,
+    check_trials,
+    delete_trials,
     find_known,
-    find_latest,
     get_order,
+    get_precedence,
     insert_trials,
     list_things,
     name_thing,
     name_things,
     read_selected,
     read_thing,
-    read_trial,
 )
 from affordance.memory.tables import TRIALS, check_file, check_integrity, connect, open_database
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.proprioception.fixed_point import find_fixed_point
-
-# Relative error that sums may have: they are sums of doubles, in another order.
-_ROUNDING = 1e-9
 
 
 class Ledger:
@@ -98,24 +94,22 @@ class Ledger:
         """
         for i, trial in enumerate(trials):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
-        unique = {trial.id: trial for trial in trials}
+        unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
         with connect(self._engine, self.place, writes=True) as connection:
             known = find_known(connection, list(unique))
-            new = sorted((each for key, each in unique.items() if key not in known), key=get_order)
+            precede = [each for key, each in unique.items() if key in known and get_precedence(each) < known[key]]
+            new = sorted([*precede, *(each for key, each in unique.items() if key not in known)], key=get_order)
             if not new:
                 return 0
-            is_later = get_order(new[0]) > find_latest(connection)
-            named = insert_trials(connection, new, self.place)
-            if is_later:
-                for sums in read_sums(connection).values():
-                    for thing, group in groupby(zip(named, new, strict=True), key=lambda each: each[0]):
-                        sums.add(connection, thing, [trial for _, trial in group])
-                    sums.write(connection)
-            else:  # it changes which colours and looks were met first
-                for name in sorted({trial.object_name for trial in new}):
-                    name_things(connection, name, self.place)
+            names = delete_trials(connection, [each.id for each in precede])
+            things, is_settled, unsettled = insert_trials(connection, new, self.place)
+            for name in sorted(names | unsettled):
+                name_things(connection, name, self.place)
+            if precede or not is_settled:  # it changes which colours and looks were met first
                 drop_sums(connection)
-            return len(new)
+            else:
+                self._add_to_sums(connection, things, new)
+            return len(new) - len(precede)
 
     def recall(
         self,
@@ -146,7 +140,10 @@ class Ledger:
         if same_colours:
             return _build_memory(self._sum(prior, same_colours))
         with connect(self._engine, self.place, writes=False) as connection:
-            sums = read_sums(connection, prior).get(name_prior(prior))
+            try:
+                sums = read_sums(connection, name_prior(prior)).get(name_prior(prior))
+            except DamagedSumsError:
+                sums = None
         materials = self._keep_sums(prior) if sums is None else sums.materials
         return _build_memory(materials)
 
@@ -206,19 +203,19 @@ class Ledger:
             query = selection.narrow(select(TRIALS.c.id, TRIALS.c.object, TRIALS.c.thing))
             rows = connection.execute(query).all()
             forgotten = [str(row.id) for row in rows]
-            kept = list(read_sums(connection).values())
-            # Without the first trial of a colour or a thing, colours and looks are distinguished anew.
-            is_founded = any(sums.was_founded_by(connection, forgotten) for sums in kept)
-            for start in range(0, len(forgotten), BATCH):
-                connection.execute(delete(TRIALS).where(TRIALS.c.id.in_(forgotten[start : start + BATCH])))
-            for name in sorted({str(row.object) for row in rows}):
+            for name in sorted(delete_trials(connection, forgotten)):
                 name_things(connection, name, self.place)
-            if is_founded:
+            try:
+                kept = list(read_sums(connection).values())
+                # Without the first trial of a colour or a thing, colours and looks are distinguished anew.
+                if any(sums.was_founded_by(connection, forgotten) for sums in kept):
+                    drop_sums(connection)
+                elif forgotten:
+                    for sums in kept:
+                        sums.renew(connection, sorted({str(row.thing) for row in rows}), self.place)
+                        sums.write(connection)
+            except DamagedSumsError:
                 drop_sums(connection)
-            elif forgotten:
-                for sums in kept:
-                    sums.renew(connection, sorted({str(row.thing) for row in rows}), self.place)
-                    sums.write(connection)
         return len(forgotten)
 
     def merge(self, other: "Ledger") -> int:
@@ -230,32 +227,43 @@ class Ledger:
         return self.append(other.list_trials())
 
     def verify(self) -> list[str]:
-        """Checks the database, every record, and the sums that are kept; returns what is wrong, a line each."""
+        """Checks the database, every record, and the sums that are kept; returns what is wrong, a line each.
+
+        Sums that are wrong are dropped, if the database can be written, and computed anew when they are needed.
+        """
         with connect(self._engine, self.place, writes=False) as connection:
             if problem := check_integrity(connection):
-                return [f"the file is damaged: {problem}"]
-            rows = connection.execute(select(TRIALS.c.id, TRIALS.c.content)).all()
-            kept = list(read_sums(connection).values())
-        problems = []
-        for row in rows:
-            try:
-                read_trial(self.place, row.id, row.content)
-            except AffordanceError as error:
-                problems.append(str(error))
-        if not problems:
-            for sums in kept:
-                if not _is_same(sums.materials, self._sum(sums.prior)):
-                    problems.append(f"the sums for the prior {sums.prior} are not those of the trials")
-        return problems
+                return [f"{self.place}: the file is damaged: {problem}"]
+            faults, trials = check_trials(connection, self.place)
+            wrong = find_wrong(connection, None if faults else trials)
+        faults += [
+            f"{self.place}: the sums for the prior {name} {problem}; they are dropped, and computed anew when needed"
+            for name, problem in wrong.items()
+        ]
+        if wrong:
+            with suppress(BadValueError), connect(self._engine, self.place, writes=True) as connection:
+                for name in wrong:
+                    drop_sums(connection, name)
+        return faults
 
     def _sum(self, prior: Prior, same_colours: SameColours = ()) -> MaterialSum:
         """Sums all trials."""
         return sum_objects((trials for _, trials in self.walk_things(same_colours)), prior)
 
+    def _add_to_sums(self, connection: Connection, things: Sequence[str], trials: Sequence[TrialEvidence]) -> None:
+        """Adds new trials, the thing of each given, to all sums that are kept."""
+        try:
+            for sums in read_sums(connection).values():
+                for thing, group in groupby(zip(things, trials, strict=True), key=lambda each: each[0]):
+                    sums.add(connection, thing, [trial for _, trial in group])
+                sums.write(connection)
+        except DamagedSumsError:
+            drop_sums(connection)
+
     def _keep_sums(self, prior: Prior) -> MaterialSum:
         """Sums all trials for a prior, and keeps the sums if the database can be written."""
         with suppress(BadValueError), connect(self._engine, self.place, writes=True) as connection:
-            drop_sums(connection, prior)
+            drop_sums(connection, name_prior(prior))
             sums = KeptSums(MaterialSum(prior))
             for thing in list_things(connection):
                 sums.add(connection, thing, read_thing(connection, thing, self.place))
@@ -301,11 +309,3 @@ def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Mem
 
 def _build_memory(materials: MaterialSum) -> MaterialMemory:
     return MaterialMemory(materials.colours, materials.build_belief())
-
-
-def _is_same(one: MaterialSum, other: MaterialSum) -> bool:
-    """Returns True if two sums are equal up to rounding."""
-    return one.colours == other.colours and all(
-        np.abs(a - b).max(initial=0.0) <= _ROUNDING * np.abs(b).max(initial=0.0)
-        for a, b in ((one.precision, other.precision), (one.information, other.information))
-    )

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Select, func, insert, select, update
+from sqlalchemy import Connection, Select, delete, func, insert, select, update
 
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.data_model import check_content
@@ -69,43 +69,70 @@ def get_order(trial: TrialEvidence) -> str:
     return trial.time + trial.id
 
 
-def find_latest(connection: Connection) -> str:
-    """Returns the sort key of the last trial; empty if there is none."""
-    return str(connection.execute(select(func.max(_ORDER))).scalar() or "")
+def get_precedence(trial: TrialEvidence) -> str:
+    """Returns the sort key of records of one id, of which the first is kept: the earlier, then the lesser digest."""
+    return trial.time + trial.digest
 
 
-def find_known(connection: Connection, ids: Sequence[str]) -> set[str]:
-    """Finds the given ids that are stored."""
-    known: set[str] = set()
+def find_known(connection: Connection, ids: Sequence[str]) -> dict[str, str]:
+    """Finds the given ids that are stored, with the precedence of each record."""
+    known: dict[str, str] = {}
     for start in range(0, len(ids), BATCH):
-        query = select(TRIALS.c.id).where(TRIALS.c.id.in_(ids[start : start + BATCH]))
-        known |= set(connection.execute(query).scalars())
+        query = select(TRIALS).where(TRIALS.c.id.in_(ids[start : start + BATCH]))
+        known |= {row.id: row.time + row.digest for row in connection.execute(query)}
     return known
 
 
-def insert_trials(connection: Connection, trials: Sequence[TrialEvidence], place: Path | str) -> list[str]:
-    """Inserts trials in the order of their times; returns the thing of each, final if they are later than all."""
+def build_row(trial: TrialEvidence, thing: str, content: str) -> dict[str, str]:
+    """Builds the row of a trial."""
+    return {
+        "id": trial.id,
+        "time": trial.time,
+        "robot": trial.robot,
+        "fingerprint": trial.fingerprint,
+        "object": trial.object_name,
+        "thing": thing,
+        "digest": trial.digest,
+        "content": content,
+    }
+
+
+def insert_trials(
+    connection: Connection, trials: Sequence[TrialEvidence], place: Path | str
+) -> tuple[list[str], bool, set[str]]:
+    """Inserts trials in the order of their times.
+
+    Returns: The thing of each trial, True if no thing is met earlier than before, and the names whose things must be
+        named anew, as looks are met earlier.
+    """
+    latest = connection.execute(select(TRIALS).order_by(TRIALS.c.time.desc(), TRIALS.c.id.desc()).limit(1)).first()
+    last, is_settled = "" if latest is None else latest.time + latest.id, True
     looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+    unsettled: set[str] = set()
     rows = []
     for trial in trials:
         if trial.object_name not in looks:
             looks[trial.object_name] = _read_looks(connection, trial.object_name, place)
         thing = name_thing(looks[trial.object_name], trial)
-        content = json.dumps(trial.to_dict())
-        rows.append(
-            {
-                "id": trial.id,
-                "time": trial.time,
-                "robot": trial.robot,
-                "fingerprint": trial.fingerprint,
-                "object": trial.object_name,
-                "thing": thing,
-                "content": content,
-            }
-        )
+        first = dict(looks[trial.object_name])[thing]
+        if get_order(trial) <= (last if first is trial else get_order(first)):
+            is_settled = False
+            if len(looks[trial.object_name]) > 1 or trial.parts != first.parts:
+                unsettled.add(trial.object_name)
+        rows.append(build_row(trial, thing, json.dumps(trial.to_dict())))
     for start in range(0, len(rows), BATCH):
         connection.execute(insert(TRIALS), rows[start : start + BATCH])
-    return [row["thing"] for row in rows]
+    return [row["thing"] for row in rows], is_settled, unsettled
+
+
+def delete_trials(connection: Connection, ids: Sequence[str]) -> set[str]:
+    """Deletes trials; returns the names of their objects, whose things must be named anew."""
+    names: set[str] = set()
+    for start in range(0, len(ids), BATCH):
+        is_chosen = TRIALS.c.id.in_(ids[start : start + BATCH])
+        names |= set(connection.execute(select(TRIALS.c.object).where(is_chosen)).scalars())
+        connection.execute(delete(TRIALS).where(is_chosen))
+    return names
 
 
 def name_things(connection: Connection, object_name: str, place: Path | str) -> None:
@@ -117,9 +144,11 @@ def name_things(connection: Connection, object_name: str, place: Path | str) -> 
         connection.execute(update(TRIALS).where(TRIALS.c.id == row.id).values(thing=thing))
 
 
-def list_things(connection: Connection) -> dict[str, int]:
-    """Lists the things, in the order in which they were first met, with the number of trials of each."""
+def list_things(connection: Connection, only: str = "") -> dict[str, int]:
+    """Lists the things, or only one, in the order in which they were first met, with the number of trials of each."""
     query = select(TRIALS.c.thing, func.count().label("number"), func.min(_ORDER).label("first"))
+    if only:
+        query = query.where(TRIALS.c.thing == only)
     rows = connection.execute(query.group_by(TRIALS.c.thing).order_by("first")).all()
     return {str(row.thing): int(row.number) for row in rows}
 
@@ -135,6 +164,28 @@ def read_selected(connection: Connection, selection: Selection, place: Path | st
     query = selection.narrow(select(TRIALS.c.id, TRIALS.c.content)).order_by(TRIALS.c.time, TRIALS.c.id)
     for row in connection.execution_options(yield_per=BATCH).execute(query):
         yield read_trial(place, row.id, row.content)
+
+
+def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], dict[str, list[TrialEvidence]]]:
+    """Checks every record and the columns beside it; returns faults, a line each, and sound trials by thing."""
+    faults: list[str] = []
+    trials: dict[str, list[TrialEvidence]] = {}
+    looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+    query = select(TRIALS).order_by(TRIALS.c.time, TRIALS.c.id)
+    for row in connection.execution_options(yield_per=BATCH).execute(query):
+        try:
+            trial = read_trial(place, row.id, row.content)
+        except BadValueError as error:
+            faults.append(str(error))
+            continue
+        thing = name_thing(looks.setdefault(trial.object_name, []), trial)
+        trials.setdefault(thing, []).append(trial)
+        faults += [
+            f"{place}: trial {row.id}: {key} beside it is {getattr(row, key)!r}, must be {value!r}, as in the record"
+            for key, value in build_row(trial, thing, row.content).items()
+            if getattr(row, key) != value
+        ]
+    return faults, trials
 
 
 def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:

@@ -48,6 +48,7 @@ TRIALS = Table(
     Column("fingerprint", String(64), nullable=False),
     Column("object", String(200), nullable=False),
     Column("thing", String(220), nullable=False),
+    Column("digest", String(24), nullable=False),
     Column("content", Text, nullable=False),
     Index("by_time", "time", "id"),
     Index("by_robot", "robot", "fingerprint"),

@@ -132,6 +132,14 @@ class TrialEvidence:
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
 
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the whole record, by which a change of it is noticed."""
+        content = self._list_content()
+        arrays = [np.ascontiguousarray(content.pop(name), dtype=float).tobytes() for name in _ARRAYS]
+        text = json.dumps(to_plain(content), sort_keys=True)
+        return hashlib.sha256(b"".join(arrays) + text.encode()).hexdigest()[:24]
+
     def _digest_content(self) -> bytes:
         arrays = (self.features, self.geometry.Phi, self.geometry.Phi_errors)
         named = json.dumps(to_plain([self.object_name, self.num_samples, [part.colour for part in self.parts]]))
@@ -143,8 +151,12 @@ class TrialEvidence:
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the record as plain numbers and texts, for JSON; SI units."""
+        plain: dict[str, Any] = to_plain({**self._list_content(), "digest": self.digest})
+        return plain
+
+    def _list_content(self) -> dict[str, Any]:
         name = next(name for name, kind in FELT_MODELS.items() if isinstance(self.model, kind))
-        content = {
+        return {
             "id": self.id,
             "time": self.time,
             "robot": self.robot,
@@ -157,12 +169,11 @@ class TrialEvidence:
             "features": self.features,
             **{name: getattr(self, name) for name in _PLAIN},
         }
-        plain: dict[str, Any] = to_plain(content)
-        return plain
 
 
 # The geometry of a body whose "densities" are its ten parameters.
 BODY = Geometry(np.eye(NUM_PARAMETERS), np.zeros((0, NUM_PARAMETERS, NUM_PARAMETERS)))
+_ARRAYS = ("Phi", "Phi_errors", "features")
 _PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
 
 
@@ -210,9 +221,10 @@ class TrialEntry(DataModel):
     source: str
     source_hash: str
     program: str
+    digest: str
 
     def build(self) -> TrialEvidence:
-        """Builds the evidence; raises a BadArgumentError for invalid values, or another id than the content's."""
+        """Builds the evidence; raises a BadArgumentError for invalid values, or another id or digest than theirs."""
         numbers = dict(self.model)
         name = numbers.pop("name", "")
         if name not in FELT_MODELS:
@@ -238,6 +250,9 @@ class TrialEntry(DataModel):
         )
         if trial.id != self.id:
             raise BadArgumentError("id", "", f"is {self.id!r}, must be {trial.id!r}, the digest of the content")
+        if trial.digest != self.digest:
+            problem = f"is {self.digest!r}, must be {trial.digest!r}, that of the record; it was changed"
+            raise BadArgumentError("digest", "", problem)
         return trial
 
 

@@ -8,6 +8,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -55,6 +56,34 @@ def test_a_trial_counts_once(ledger):
     assert trials[0].id in ledger
     assert hold("bar", (WOOD,), (600.0,), 99).id not in ledger
     _assert_same(ledger.recall(), before)
+
+
+def test_of_records_of_one_recording_the_first_is_kept_in_any_order_of_merging(tmp_path):
+    """The same recording, read with another size of the object, by another program, and later."""
+    first, *others = hold_workshop(4)
+    seen = first.parts[0]._replace(sizes=(0.06, 0.05, 0.05))
+    records = [
+        replace(first, source_hash="recording", **changes)
+        for changes in ({}, {"parts": (seen,)}, {"robot": "third"}, {"object_name": "plank", "time": "2026-01-02"})
+    ]
+    assert len({record.id for record in records}) == 1
+    assert len({record.digest for record in records}) == 4
+    beliefs = []
+    for number, order in enumerate(itertools.islice(itertools.permutations(range(4)), 0, 24, 5)):
+        with open_memory(tmp_path / f"{number}.sqlite") as ledger:
+            ledger.append([records[order[0]], *others])
+            ledger.recall()
+            if number % 2:
+                ledger.append([records[i] for i in order[1:]])
+            for i in order[1:]:
+                assert ledger.append([records[i]]) == 0
+            assert ledger.verify() == []
+            digests = [each.digest for each in ledger.list_trials()]
+            beliefs.append((ledger.recall().belief.precision.tolist(), digests))
+    kept = min(records[:3], key=lambda record: record.digest)
+    assert beliefs[0][1][0] == kept.digest
+    assert all(each[1] == beliefs[0][1] for each in beliefs)
+    np.testing.assert_allclose([each[0] for each in beliefs], [beliefs[0][0]] * 5, rtol=1e-9)
 
 
 def test_recalled_belief_is_the_sum_over_things(ledger):
@@ -151,6 +180,36 @@ def test_one_name_with_two_looks_is_two_things(ledger):
     )
     assert ledger.list_things() == {"hammer": 2, "hammer #2": 2}
     assert len(ledger.list_thing_trials("hammer #2")) == 2
+
+
+@pytest.mark.parametrize("number", range(0, 120, 17))
+def test_things_are_the_same_in_any_order_of_appending(ledger, number):
+    """Looks of which each is like the next one, and not like all: the first that is met in time decides."""
+    trials = [hold("bar", (WOOD,), (600.0,), i) for i in range(5)]
+    trials = [
+        replace(trial, parts=(trial.parts[0]._replace(sizes=(size, size, size)),))
+        for trial, size in zip(trials, (0.0512, 0.05, 0.0524, 0.0512, 0.0536), strict=True)
+    ]
+    for index in list(itertools.permutations(range(5)))[number]:
+        ledger.append([trials[index]])
+    assert ledger.list_things() == {"bar": 4, "bar #2": 1}
+    assert ledger.verify() == []
+
+
+def test_trials_between_others_are_added_to_the_sums_that_are_kept(ledger, monkeypatch):
+    """Only a trial in which a thing is met earlier than before has them computed anew."""
+    trials = hold_workshop(12)
+    ledger.append([*trials[1:4], *trials[9:]])
+    ledger.recall()
+    ledger.append(trials[4:9][::-1])
+    with monkeypatch.context() as patch:
+        patch.setattr(stored_trials, "read_trial", None)
+        found = ledger.recall()
+    _assert_same(found, sum_objects([trials[1::3], trials[2::3], trials[3::3]], PRIOR))
+    assert ledger.verify() == []
+    ledger.append(trials[:1])
+    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR))
+    assert ledger.verify() == []
 
 
 def test_sums_for_other_priors_are_kept_beside(ledger):
@@ -291,23 +350,75 @@ def test_a_memory_that_must_exist_is_not_made(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("change", ["content", "sums"])
-def test_verifying_finds_what_was_changed_from_outside(ledger, change):
+def _change(place, table, change):
+    """Changes a text of the first row of a table from outside of the program."""
+    with closing(sqlite3.connect(place, autocommit=True)) as connection:
+        (text,) = connection.execute(f"SELECT content FROM {table} ORDER BY rowid LIMIT 1").fetchone()
+        first = f"rowid = (SELECT min(rowid) FROM {table})"
+        if isinstance(change, str):
+            connection.execute(f"{change} WHERE {first}")
+        else:
+            content = json.loads(text)
+            change(content)
+            connection.execute(f"UPDATE {table} SET content = ? WHERE {first}", (json.dumps(content),))
+
+
+@pytest.mark.parametrize(
+    ("table", "change", "problem"),
+    [
+        ("trials", lambda content: content["features"].__setitem__(0, content["features"][0] + 0.5), "id: is '"),
+        ("trials", lambda content: content["parts"][0]["sizes"].__setitem__(0, 0.0501), "digest: is '"),
+        ("trials", lambda content: content.update(p_value=0.5), "digest: is '"),
+        ("trials", lambda content: content.update(robot="third"), "digest: is '"),
+        ("trials", lambda content: content.pop("digest"), "digest: is missing"),
+        ("trials", "UPDATE trials SET time = '2027'", "time beside it is '2027', must be '2026-01-01T00:00:00"),
+        ("trials", "UPDATE trials SET robot = 'third'", "robot beside it is 'third', must be 'other', as in the"),
+        ("trials", "UPDATE trials SET thing = 'bar #2'", "thing beside it is 'bar #2', must be 'bar', as in the"),
+    ],
+)
+def test_verifying_finds_records_that_were_changed_from_outside(ledger, table, change, problem):
     ledger.append(hold_workshop(6))
     ledger.recall()
-    with closing(sqlite3.connect(ledger.place, autocommit=True)) as connection:
-        if change == "content":
-            name, text = connection.execute("SELECT id, content FROM trials LIMIT 1").fetchone()
-            content = json.loads(text)
-            content["features"][0] += 0.5
-            connection.execute("UPDATE trials SET content = ? WHERE id = ?", (json.dumps(content), name))
-        else:
-            (text,) = connection.execute("SELECT content FROM materials").fetchone()
-            content = json.loads(text)
-            content["precision"][0][0] *= 1.001
-            connection.execute("UPDATE materials SET content = ?", (json.dumps(content),))
-    (problem,) = ledger.verify()
-    assert ("must be '" in problem and "digest" in problem) if change == "content" else "the sums for" in problem
+    _change(ledger.place, table, change)
+    (found,) = ledger.verify()
+    assert problem in found
+    assert found.startswith(f"{ledger.place}: trial {hold_workshop(1)[0].id}")
+
+
+def _double_precision(content):
+    content["precision"][0][0] *= 2.0
+
+
+@pytest.mark.parametrize(
+    ("table", "change", "then"),
+    [
+        ("materials", _double_precision, "recall append forget verify"),
+        ("materials", lambda content: content.pop("founders"), "recall append forget verify"),
+        ("materials", "UPDATE materials SET content = 'nothing'", "recall append forget verify"),
+        ("things", _double_precision, "append forget verify"),  # recalling does not need them
+        ("things", "UPDATE things SET content = '[]'", "append forget verify"),
+        ("things", "DELETE FROM things", "append forget verify"),
+        ("trials", "DELETE FROM trials", "verify"),
+    ],
+)
+def test_damaged_sums_are_found_and_never_used(tmp_path, table, change, then):
+    trials = hold_workshop(9)
+    for action in then.split():
+        with open_memory(tmp_path / f"{action}.sqlite") as ledger:
+            ledger.append(trials[:6])
+            ledger.recall()
+            _change(ledger.place, table, change)
+            if action == "append":
+                ledger.append(trials[6:])
+            elif action == "forget":
+                ledger.forget(Selection(trial=trials[4].id))
+            elif action == "verify":
+                (problem,) = ledger.verify()
+                assert "the sums for the prior" in problem
+                assert ledger.verify() == []
+            things = [ledger.list_thing_trials(thing) for thing in ledger.list_things()]
+            _assert_same(ledger.recall(), sum_objects(things, PRIOR))
+            assert ledger.verify() == []
 
 
 def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
