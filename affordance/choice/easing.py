@@ -48,7 +48,7 @@ def explain_failure(
 def find_easier(
     option: Option, task: TaskCostModel, memory: Memory, settings: Settings, admit: Admit, rng: np.random.Generator
 ) -> str:
-    """Describes what could be done with an option: less weight, the first easier task; empty if nothing."""
+    """Describes what could be done with an option: less weight, the first easier task, or that none was found."""
     arm, parts = load_arm(settings.arm), option.gripped
     plan = plan_once(task, parts, settings, arm)
     (pi,) = Choice([option], [plan], settings).draw_parameters(memory, rng, _NUM_SAMPLES)
@@ -56,11 +56,14 @@ def find_easier(
     share = 0.0 if plan.infeasible_reason else _find_share(plan, pi, admit)
     if share > 0.0:
         ways.append(f"with {share:.2f} times its weight")
+    words = ""
     for easier, words in task.list_easier() if isinstance(task, Easable) else ():
         if _can_do(plan_once(easier, parts, settings, arm), pi, admit):
             ways.append(words)
             break
-    return f"{' or '.join(ways)} it could" if ways else ""
+    if ways:
+        return f"{' or '.join(ways)} it could"
+    return f"{words}, the easiest that was tried, it could not either" if words else ""
 
 
 def _can_do(plan: OptionCost, pi: Array, admit: Admit) -> bool:

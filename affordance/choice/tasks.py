@@ -4,16 +4,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from affordance.choice.carry import CarryEntry
-from affordance.choice.hammer import HammerEntry
+from affordance.choice.carry import Carry, CarryEntry
+from affordance.choice.hammer import Hammer, HammerEntry
 from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.keep import KeepEntry
+from affordance.choice.keep import Keep, KeepEntry
 from affordance.choice.reach import Reach
+from affordance.control.start_posture import check_start
 from affordance.control.timed_path import PathEntry
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.bounded import read_yaml
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import check_content
+from affordance.plant.arm import Arm
 
 # Files of the tasks in a folder of models.
 TASK_FILES = {
@@ -32,25 +34,50 @@ def list_tasks(models: Path) -> tuple[str, ...]:
     return tuple(name for name, file in TASK_FILES.items() if (models / file).is_file())
 
 
-def load_task(models: Path, name: str) -> TaskCostModel:
+def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
     """Loads a task of a folder of models by its name.
 
+    Args:
+        models: Folder of models.
+        name: Name of the task.
+        arm: Arm that is to do it; None to leave unchecked whether it can take the task's posture.
+
     Raises:
-        BadValueError: There is no such task, or its file is invalid; the message names it and the fault.
+        BadValueError: There is no such task, its file is invalid, or names a joint or an angle that the arm has not;
+            the message names file, key and fault.
     """
     names = list_tasks(models)
     if name not in names:
         raise BadValueError(models, "task", describe_choice(name, names))
-    return _build(models / TASK_FILES[name], default=name)
+    return _check(models / TASK_FILES[name], _build(models / TASK_FILES[name], default=name), arm)
 
 
-def load_task_file(path: StrPath) -> TaskCostModel:
+def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
     """Loads the task of a file: hammer, reach, mash, carry or hold, as its key ``kind`` says.
 
+    Args:
+        path: File of the task.
+        arm: Arm that is to do it; None to leave unchecked whether it can take the task's posture.
+
     Raises:
-        BadValueError: The file or one of its values is invalid, or it says no kind; the message names the fault.
+        BadValueError: The file or one of its values is invalid, it says no kind, or it names a joint or an angle that
+            the arm has not; the message names file, key and fault.
     """
-    return _build(check_path("path", path), default=None)
+    path = check_path("path", path)
+    return _check(path, _build(path, default=None), arm)
+
+
+def _check(path: Path, task: TaskCostModel, arm: Arm | None) -> TaskCostModel:
+    """Returns a task of a file, whose posture the arm can take."""
+    if arm is not None:
+        match task:
+            case Reach() | Carry():
+                check_start(path, "start", task.path.start, arm)
+            case Hammer():
+                check_start(path, "blow.start", task.start, arm)
+            case Keep():
+                check_start(path, "posture", task.posture, arm)
+    return task
 
 
 def _build(path: Path, *, default: str | None) -> TaskCostModel:

@@ -125,7 +125,7 @@ def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dic
         if file.stem in tasks:
             problem = f"is {str(file)!r}, must not have the name of another task, {file.stem}"
             raise BadValueError("--task", "", problem)
-        tasks[file.stem] = load_task_file(file)
+        tasks[file.stem] = load_task_file(file, robot.arm)
     return tasks
 
 

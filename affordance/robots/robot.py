@@ -109,6 +109,7 @@ class Robot:
         """Loads one of its tasks.
 
         Raises:
-            BadValueError: There is no such task, or its file is invalid; the message names it and the fault.
+            BadValueError: There is no such task, its file is invalid, or the arm cannot take its posture; the message
+                names it and the fault.
         """
-        return load_task(self.folder, name)
+        return load_task(self.folder, name, self.arm)

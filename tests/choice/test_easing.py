@@ -1,6 +1,7 @@
 """Advice on infeasible tasks: the reason, and less weight or an easier task that would make them feasible."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,6 +31,13 @@ def test_path_beyond_reach_says_where_by_how_much_and_what_could_be_done(task: R
     assert ", where " in said
     assert said.endswith(" it could")
     assert "; 0." in said or "; mirrored" in said or "times slower" in said
+
+
+def test_task_of_which_nothing_is_easy_enough_says_what_was_tried() -> None:
+    said = explain(Reach(replace(FAR, points=((1.9, 0.0, 1.9),), duration=0.3)), GripBounds())
+    assert said.endswith(
+        "; 0.25 times as large, mirrored, 2 times slower, the easiest that was tried, it could not either"
+    )
 
 
 def test_tool_that_is_too_heavy_could_be_lighter() -> None:
