@@ -60,13 +60,14 @@ def draw_advice(advice: Ranking, title: str, picture: Image | None) -> Figure:
     of_cost.set_xlabel(f"{_LABELS[advice.criterion]}, mean and 90 % interval")
     of_probability.barh(places, [each.p_best for each in shown], color=colours, height=0.6)
     of_probability.set_yticks(places, [""] * len(shown))
-    of_probability.set(xlabel="P(best)", xlim=(0.0, 1.0))
+    of_probability.set(xlabel="probability of being best", xlim=(0.0, 1.0))
     tidy(of_cost, of_probability)
     return figure
 
 
 def _label(ranked: RankedOption) -> str:
-    return f"{ranked.option.name} (not usable)" if ranked.infeasible_reason else ranked.option.name
+    name = ", ".join(filter(None, (ranked.option.object_name, ranked.option.grip)))
+    return f"{name} (not usable)" if ranked.infeasible_reason else name
 
 
 def _draw_bars(axes: Axes, places: Array, values: Array, errors: Array, colours: Sequence[str]) -> None:
@@ -99,7 +100,7 @@ def draw_holds(
         right.axvline(now, color=colour, linestyle=":")
         right.plot(after, places, "o", color=colour, label=task)
     right.set_xlim(0.0, 1.05)
-    right.set_xlabel("P(best) of the choice then (dotted: now)")
+    right.set_xlabel("probability that the choice is best, then (dotted: now)")
     right.legend(frameon=False)
     left.invert_yaxis()
     figure.suptitle(fill(title, _TITLE))

@@ -9,6 +9,7 @@ from affordance.identification.posterior.marginals import describe_bodies
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import label
 
 _MODEL, _MEASURED, _RESIDUAL = OBJECT_COLOURS[2], "#999999", OBJECT_COLOURS[0]
 _LABELS = (
@@ -46,7 +47,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
         left.plot(times, gaps * (measured - residual)[:, j], color=_MODEL, linewidth=1.0, label="payload fitted")
         right.plot(times, gaps * residual[:, j], color=_RESIDUAL, linewidth=0.8)
         right.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
-        left.set_ylabel(f"{name}\n({evidence.kind.unit})", fontsize=8)
+        left.set_ylabel(f"{label(name)}\n({evidence.kind.unit})", fontsize=8)
         right.set_ylim(*(np.array([-1.1, 1.1]) * max(np.abs(residual[used, j]).max(initial=0.0), 1e-9)))
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
     axes[0, 0].set_title("What the load adds to the signal, and the fit", fontsize=FONT_SIZE)

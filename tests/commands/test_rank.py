@@ -10,6 +10,7 @@ from helpers.answers import answer
 from helpers.robot_files import write_urdf
 from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
+from matplotlib.axes import Axes
 
 from affordance.choice.pricing import GRIP_LEVER
 from affordance.commands import run, watch, workbench
@@ -90,6 +91,8 @@ def test_results_are_written_with_a_picture(
         return render(directives, poses, **size)
 
     monkeypatch.setattr(advice_figure, "render_poses", note)
+    drawn: list[Axes] = []
+    monkeypatch.setattr(advice_figure, "tidy", lambda *axes: drawn.extend(axes))
     said = answer(*ONE, *known, "--by", "grip", "--out", tmp_path / "out").out
     assert (tmp_path / "out" / "ranking.txt").read_text() == said
     content = json.loads((tmp_path / "out" / "ranking.json").read_text())
@@ -97,6 +100,10 @@ def test_results_are_written_with_a_picture(
     assert [shot.tool.grip for shot in shots] == [content["choice"]["grip"]]
     assert (tmp_path / "out" / "ranking.png").stat().st_size > 20_000
     assert (tmp_path / "out" / "ranking.svg").exists()
+    (of_cost, of_probability) = drawn
+    names = [label.get_text().replace("\n", " ") for label in of_cost.get_yticklabels()]
+    assert names[0] == f"{content['choice']['tool']}, {content['choice']['grip']}"
+    assert of_probability.get_xlabel() == "probability of being best"
 
 
 def test_grip_that_cannot_be_held_is_not_taken(known: list[object]) -> None:
