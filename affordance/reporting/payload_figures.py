@@ -64,7 +64,7 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
     axes = figure.subplots(2, 5).ravel()
     after = describe_bodies(belief.bodies.pi) * _SCALES
     before = describe_bodies(belief.prior_bodies) * _SCALES
-    for i, (axis, label) in enumerate(zip(axes, _LABELS, strict=True)):
+    for i, (axis, quantity) in enumerate(zip(axes, _LABELS, strict=True)):
         interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
         margin = np.ptp(interval) + 1e-12
         edges = np.linspace(interval[0] - margin, interval[1] + margin, 41)
@@ -84,7 +84,7 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
         axis.axvspan(*interval, color=OBJECT_COLOURS[0], alpha=0.12, label="90 % interval")
         if i == 0 and belief.reference_mass is not None:
             axis.axvline(belief.reference_mass, color=OBJECT_COLOURS[2], label="weighed")
-        axis.set_xlabel(label, fontsize=9)
+        axis.set_xlabel(quantity, fontsize=9)
         axis.tick_params(labelsize=7)
         axis.set_yticks([])
     handles, labels = axes[0].get_legend_handles_labels()
