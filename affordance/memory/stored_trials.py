@@ -167,7 +167,7 @@ def read_selected(connection: Connection, selection: Selection, place: Path | st
 
 
 def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], dict[str, list[TrialEvidence]]]:
-    """Checks every record and the columns beside it; returns faults, a line each, and sound trials by thing."""
+    """Checks every record and its columns; returns faults, a line each, and sound trials by thing."""
     faults: list[str] = []
     trials: dict[str, list[TrialEvidence]] = {}
     looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
@@ -181,7 +181,7 @@ def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], 
         thing = name_thing(looks.setdefault(trial.object_name, []), trial)
         trials.setdefault(thing, []).append(trial)
         faults += [
-            f"{place}: trial {row.id}: {key} beside it is {getattr(row, key)!r}, must be {value!r}, as in the record"
+            f"{place}: trial {row.id}: column {key} is {getattr(row, key)!r}, must be {value!r}, as in the record"
             for key, value in build_row(trial, thing, row.content).items()
             if getattr(row, key) != value
         ]

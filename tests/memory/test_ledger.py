@@ -371,9 +371,9 @@ def _change(place, table, change):
         ("trials", lambda content: content.update(p_value=0.5), "digest: is '"),
         ("trials", lambda content: content.update(robot="third"), "digest: is '"),
         ("trials", lambda content: content.pop("digest"), "digest: is missing"),
-        ("trials", "UPDATE trials SET time = '2027'", "time beside it is '2027', must be '2026-01-01T00:00:00"),
-        ("trials", "UPDATE trials SET robot = 'third'", "robot beside it is 'third', must be 'other', as in the"),
-        ("trials", "UPDATE trials SET thing = 'bar #2'", "thing beside it is 'bar #2', must be 'bar', as in the"),
+        ("trials", "UPDATE trials SET time = '2027'", "column time is '2027', must be '2026-01-01T00:00:00"),
+        ("trials", "UPDATE trials SET robot = 'third'", "column robot is 'third', must be 'other', as in the"),
+        ("trials", "UPDATE trials SET thing = 'bar #2'", "column thing is 'bar #2', must be 'bar', as in the"),
     ],
 )
 def test_verifying_finds_records_that_were_changed_from_outside(ledger, table, change, problem):
