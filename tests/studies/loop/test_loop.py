@@ -2,18 +2,25 @@
 
 import numpy as np
 import pytest
+from helpers.answers import answer
+from helpers.generated_runs import write_urdf
 from helpers.loop_runs import QUIET, TASKS, build_bench, remember, run_lives
+from helpers.workshop import HAMMERS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
+from affordance.choice.listed_options import list_drawn_options
+from affordance.choice.pricing import plan_options
 from affordance.identification.identify import identify
+from affordance.memory.ledger import open_memory
 from affordance.robots.robot import Robot
-from affordance.settings import DEFAULT_SETTINGS
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.loop import study
 from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import make_trials
 from studies.loop.lives import LEVELS, draw_truth, find_true_costs, judge, live
+from studies.loop.record import STOCK, record_stock
 from studies.loop.recordings import MOTORS, build_recorder, draw_errors, move
 
 PRIOR = DEFAULT_SETTINGS.prior
@@ -115,3 +122,32 @@ def test_chosen_reach_is_executed_within_its_tolerance(bench):
     found = execute(bench, MaterialMemory(), Criterion.WORK, 0)["reach"]
     assert found["option"] in [option.name for option in bench.choices["reach"].options]
     assert 0.0 < found["error_m"] < found["tolerance_m"]
+
+
+def test_loop_is_closed_on_an_imported_robot(tmp_path):
+    """From a robot's file to a reach and a blow with the tools that its own recordings made it choose."""
+    folder, memory = tmp_path / "six", tmp_path / "memory.sqlite"
+    answer("import-arm", write_urdf(tmp_path), "--tip", "flange", "--out", folder, "--tasks", "keep", "--no-meshes")
+    robot = Robot.load(folder)
+    recorded = record_stock(robot, tmp_path / "logs", QUIET, 0)
+    words = ["--object", STOCK, "--size-error", 0.02, "--unseen", 0.02, "--memory", memory, "--samples", 200]
+    for name in ("bar of oak", "rod of cast steel", "block of rubber"):
+        piece = recorded[name]
+        runs = ["--empty", piece.empty, "--loaded", piece.loaded, "--object-name", name]
+        found = answer("identify", "--robot", folder, *runs, *words, "--json").content
+        assert found["mass_kg"] == pytest.approx(piece.mass, abs=3.0 * found["mass_sd_kg"])
+    with open_memory(memory) as ledger:
+        assert {trial.robot for trial in ledger.list_trials()} == {"six"}
+        believed = ledger.recall()
+    settings, tools = Settings(arm=robot.directives), [HAMMERS[name] for name in ("machinist hammer", "mallet")]
+    tasks = {name: robot.load_task(name) for name in ("reach", "hammer")}
+    choices = {name: plan_options(list_drawn_options(tools), task, settings) for name, task in tasks.items()}
+    done = execute(study.Bench(robot, settings, [], tools, tasks, choices), believed, Criterion.GRIP, 0)
+    words = ["--robot", folder, "--samples", 1000, "--only", tools[0].name, "--only", tools[1].name, "--json"]
+    for name in tasks:
+        ranked = answer("rank", name, "--memory", memory, *words).content
+        assert answer("rank", name, *words).content["choice"] != ranked["choice"]
+        assert (ranked["by"], ranked["unknown"], ranked["trials_of_other_arms"]) == ("grip", [], 0)
+        assert done[name]["option"] == "{tool} by {grip}".format(**ranked["choice"])
+    assert done["reach"]["error_m"] < done["reach"]["tolerance_m"]
+    assert abs(done["hammer"]["force_error"]) < 0.15
