@@ -164,7 +164,10 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
     monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}))
     assert answer("run", "weight", *known).lines[0] == PAST
     monkeypatch.setattr(watch, "_Show", lambda experiment: SimpleNamespace(scene=_Scene, run=lambda: None))
+    roots: list[Path] = []
+    monkeypatch.setattr(watch, "open_robot", lambda path, options, root: roots.append(root) or Robot())
     assert answer("watch", *known).lines[0] == PAST
+    assert roots == [Path("results/arms")]  # where rank keeps imports too
 
 
 def test_tool_without_grips_cannot_be_ranked() -> None:
