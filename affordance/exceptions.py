@@ -1,6 +1,7 @@
 """Errors that a caller can act on; all derive from AffordanceError, whose text is always one line."""
 
 import difflib
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -48,6 +49,11 @@ def describe_choice(value: object, known: Iterable[str]) -> str:
     names = list(known)
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
+
+
+def hide_password(text: str) -> str:
+    """Returns a text with *** in place of the passwords of URLs, as "server://user:***@host/name"."""
+    return re.sub(r"(://[^\s:/@]*):[^\s]*@", r"\1:***@", re.sub(r"([?&]password=)[^\s&]*", r"\1***", text))
 
 
 def name_object(name: str) -> str:
@@ -212,6 +218,6 @@ class NoFitError(SeeingError):
 
 
 def _on_one_line(text: str) -> str:
-    """Returns the text as one line of limited length, without control characters."""
-    line = "".join(letter if letter.isprintable() else "\ufffd" for letter in " ".join(text.split()))
+    """Returns the text as one line of limited length, without control characters and passwords of URLs."""
+    line = "".join(letter if letter.isprintable() else "\ufffd" for letter in " ".join(hide_password(text).split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -20,7 +20,7 @@ from affordance.commands.options import (
 )
 from affordance.commands.payload_text import describe_payload
 from affordance.commands.same_colours import add_same_colours, read_same_colours
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, hide_password
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
@@ -153,6 +153,8 @@ def run(arguments: argparse.Namespace) -> int:
     lesson = ""
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
+    elif place := arguments.learned or arguments.memory:
+        lesson = f"{hide_password(place)} learns nothing: of no object was it said what a camera saw (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     if is_used and belief.setting is not None:
@@ -211,17 +213,17 @@ def _teach(
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
-    place = arguments.learned or arguments.memory
+    place, shown = arguments.learned or arguments.memory, hide_password(arguments.learned or arguments.memory)
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
-        return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
+        return belief, f"{shown} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
     taught = teach(place, trial, prior, known=known, same_colours=same_colours)
     belief = replace(belief, seen=replace(belief.seen, memory=taught.memory))
     return (
         belief,
-        f"{place} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}",
+        f"{shown} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}",
     )
 
 

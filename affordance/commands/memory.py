@@ -12,6 +12,7 @@ from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
 from affordance.memory.stored_trials import Selection
 from affordance.memory.summary import ExperienceSummary, MemorySummary, summarise
+from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import tabulate
@@ -45,6 +46,12 @@ def run(arguments: argparse.Namespace) -> int:
     """Does what is asked; returns the exit status, FAULTY if verifying found faults."""
     prior = read_prior(arguments, "a memory")
     _check_arguments(arguments)
+    trials: list[TrialEvidence] = []  # read first, so that nothing is made if one is wrong
+    if arguments.action == "import":
+        trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
+    elif arguments.action == "merge":
+        for file in arguments.files:
+            open_memory(file, create=False).close()
     with open_memory(arguments.memory, create=arguments.action in ("merge", "import")) as ledger:
         match arguments.action:
             case "show":
@@ -57,7 +64,6 @@ def run(arguments: argparse.Namespace) -> int:
                 path = Path(arguments.files[0])
                 print(f"{path}: {_count(export_trials(ledger, path))} written")
             case "import":
-                trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
                 print(f"{ledger.place}: {_count(ledger.append(trials))} new, {len(ledger)} in all")
             case "verify":
                 faults = ledger.verify()
@@ -103,7 +109,7 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
 def _merge(ledger: Ledger, files: list[str]) -> None:
     for file in files:
         with open_memory(file, create=False) as other:
-            print(f"{file}: {ledger.merge(other)} of {_count(len(other))} new")
+            print(f"{other.place}: {ledger.merge(other)} of {_count(len(other))} new")
     print(f"{ledger.place}: {_count(len(ledger))}")
 
 

@@ -23,7 +23,7 @@ from affordance.commands.workbench import (
     read_tasks,
     see_tools,
 )
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, hide_password
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import select_known
@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
         name,
         robot.name,
         arguments.see,
-        Path(arguments.memory).name if arguments.memory else "",
+        Path(hide_password(arguments.memory)).name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
         robot.count_past_arms(arguments.memory),

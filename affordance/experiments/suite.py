@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import JOBS, REPEATS, check_kind, check_seed, check_whole
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.memory_file import format_memory
 from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError
 from affordance.experiments.definition import Experiment
@@ -19,7 +20,7 @@ from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
-from affordance.memory.ledger import open_memory
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.memory.summary import recall_with_objects
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
@@ -200,7 +201,9 @@ def begin_with(
     The number of remembered trials is added to the root, so that no error of measurement is drawn again.
     """
     changed = change_settings(settings, changes)
-    with open_memory(memory) as ledger:
+    if not has_memory(memory) and not same_colours:  # it is made by the first trial, if there is one
+        return replace(settings, known=format_memory(start_memory(changed.learner, seed)), ledger=memory), seed
+    with open_memory(memory, create=False) as ledger:
         known = format_memory(recall_with_objects(ledger, changed.learner, changed.prior, seed, same_colours))
         return replace(settings, known=known, ledger=memory), seed + len(ledger)
 

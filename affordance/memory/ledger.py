@@ -21,7 +21,7 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError, hide_password
 from affordance.memory.evidence_sums import MaterialSum, gather, sum_objects
 from affordance.memory.kept_sums import DamagedSumsError, KeptSums, drop_sums, find_wrong, name_prior, read_sums
 from affordance.memory.same_colours import SameColours, translate
@@ -50,8 +50,8 @@ class Ledger:
 
     def __init__(self, place: Path | str, *, create: bool = True) -> None:
         """Opens the database; see ``open_memory``."""
-        self.place = place
         self._engine = open_database(place, create=create)
+        self.place = hide_password(place) if isinstance(place, str) else place
 
     def __enter__(self) -> Self:
         """Returns the ledger, which is closed at the end of the block."""

@@ -85,6 +85,8 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
         engine = create_engine(str(place) if is_url else f"sqlite:///{place}")
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
         raise BadValueError(place, "", f"is not the URL of a database that can be used here: {error}") from error
+    if is_url and engine.dialect.name == "sqlite" and engine.url.database:
+        check_file(Path(engine.url.database), create)
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _set_up)
         event.listen(engine, "begin", _begin)

@@ -31,6 +31,8 @@ _ROUNDING = 1e-9
 _COUNTS = Whole(1, 1_000_000_000)
 _JOINTS = Whole(0, 1000)
 _MOST_PARTS = 1000
+# Bounds of lengths in records, [m]: shorter and longer ones are in other units.
+_SIZES = 1e-4, 10.0
 
 
 class FeltModel(Protocol):
@@ -193,6 +195,10 @@ class _PartEntry(DataModel):
         sizes = check_array(f"{name}.sizes", self.sizes, (None,))
         if not len(sizes) or not (sizes > 0.0).all():
             raise BadArgumentError(f"{name}.sizes", "", f"is {self.sizes}, must be lengths above 0 m")
+        for i, size in enumerate(sizes):
+            check_number(f"{name}.sizes[{i}]", size, *_SIZES, "m")
+        for i, coordinate in enumerate(self.position):
+            check_number(f"{name}.position[{i}]", coordinate, -_SIZES[1], _SIZES[1], "m")
         x, y, z = (float(each) for each in check_array(f"{name}.position", self.position, (3,)))
         sds = (self.colour_sd, self.size_sd, self.position_sd, self.lightness_sd)
         for each, value in zip(("colour_sd", "size_sd", "position_sd", "lightness_sd"), sds, strict=True):
@@ -265,6 +271,6 @@ def read_time(name: str, text: str) -> str:
     """Reads a date or a time, UTC unless it says otherwise, for ``show_time``; else raises a BadArgumentError."""
     try:
         moment = datetime.fromisoformat(text)
-    except (TypeError, ValueError) as error:
+        return show_time(moment if moment.tzinfo else moment.replace(tzinfo=UTC))
+    except (TypeError, ValueError, OverflowError) as error:
         raise BadArgumentError(name, "", f"is {text!r}, must be a time such as 2026-03-01T12:00") from error
-    return show_time(moment if moment.tzinfo else moment.replace(tzinfo=UTC))

@@ -67,7 +67,10 @@ def _name(folder, *names: str) -> list[Path]:
 def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     empty, loaded, heavy = _name(folder, "empty", "loaded", "heavy")
     words = ("--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0])
-    text = _run(folder, *words, "--out", tmp_path).out
+    place = tmp_path / "memory.sqlite"
+    text = _run(folder, *words, "--out", tmp_path, "--memory", place).out
+    assert f"{place} learns nothing: of no object was it said what a camera saw (--object)" in " ".join(text.split())
+    assert not place.exists()
     assert "gains from one half, the mass of the other" in text
     assert "set_target_payload(" in text
     assert "Assumed:" in text

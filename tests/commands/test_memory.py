@@ -78,3 +78,14 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     assert recalled.colours == earlier.colours
     np.testing.assert_allclose(recalled.belief.precision, earlier.belief.precision, rtol=1e-12)
     np.testing.assert_allclose(recalled.belief.information_vector, earlier.belief.information_vector, rtol=1e-12)
+
+
+def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
+    (tmp_path / "bad.jsonl").write_text("[]")
+    for words in (
+        ("memory", "import", tmp_path / "new.sqlite", tmp_path / "bad.jsonl"),
+        ("memory", "merge", tmp_path / "new.sqlite", memory, tmp_path / "bad.jsonl"),
+        ("run", "vision", "--memory", tmp_path / "new.sqlite", "--out", tmp_path / "out"),
+    ):
+        answer(*words, status=2)
+        assert not list(tmp_path.glob("new.sqlite*"))

@@ -338,6 +338,7 @@ def test_files_that_are_no_memory_are_refused_in_a_line_and_left_as_they_are(tmp
         (3, "place: is 3, must be a path"),
         ("nowhere/memory.sqlite", "cannot be created: there is no folder 'nowhere'"),
         ("nosql://somewhere/memory", "is not the URL of a database that can be used here"),
+        ("nosql://me:secret@somewhere/memory", r"^nosql://me:\*\*\*@somewhere/memory: is not the URL"),
     ],
 )
 def test_places_that_cannot_be_are_refused(place, message):
@@ -347,6 +348,9 @@ def test_places_that_cannot_be_are_refused(place, message):
 
 def test_a_memory_that_must_exist_is_not_made(tmp_path):
     assert "does not exist, must be a memory" in refuse(open_memory, tmp_path / "memory.sqlite", create=False)
+    assert "does not exist, must be a memory" in refuse(
+        open_memory, f"sqlite:///{tmp_path / 'memory.sqlite'}", create=False
+    )
     assert not list(tmp_path.iterdir())
 
 

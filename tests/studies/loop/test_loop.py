@@ -1,5 +1,7 @@
 """Study of the loop, small: recordings are those of the robot, lives teach, and choices are judged by the truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.answers import answer
@@ -18,7 +20,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.loop import study
 from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
-from studies.loop.ledger_speed import make_trials
+from studies.loop.ledger_speed import count_double, make_trials
 from studies.loop.lives import LEVELS, draw_truth, find_true_costs, judge, live
 from studies.loop.record import STOCK, record_stock
 from studies.loop.recordings import MOTORS, build_recorder, draw_errors, move
@@ -151,3 +153,11 @@ def test_loop_is_closed_on_an_imported_robot(tmp_path):
         assert done[name]["option"] == "{tool} by {grip}".format(**ranked["choice"])
     assert done["reach"]["error_m"] < done["reach"]["tolerance_m"]
     assert abs(done["hammer"]["force_error"]) < 0.15
+
+
+def test_a_trial_that_is_there_twice_by_two_ids_is_counted():
+    first, second = make_trials(0, 2)
+    assert count_double([first, second]) == 0
+    twice = replace(first, source_hash="another id")
+    assert twice.id != first.id
+    assert count_double([first, twice, second]) == 1
