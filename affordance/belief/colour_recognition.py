@@ -17,6 +17,8 @@ from affordance.objects.colour import JUST_NOTICEABLE, Colour, convert_to_lab, i
 GAMUT_VOLUME = 8.2e5
 # Probability above which a colour is taken as certain, and the others are ignored.
 CERTAIN = 0.95
+# L* below which the coordinates of CIELAB are linear in the light.
+_LINEAR = 8.0
 
 
 def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:
@@ -46,8 +48,11 @@ def compute_colour_probabilities(
 
 
 def _find_brightening(colour: Colour) -> Array:
-    """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,)."""
-    dark = np.maximum(np.array(colour), 1.0 / 255.0) * 0.98
-    change = convert_to_lab(dark) - convert_to_lab(0.99 * dark)
-    direction: Array = change / change[0]
-    return direction
+    """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,).
+
+    L* + 16, a* and b* grow as the cube root of the light, and L*, a* and b* as the light itself where L* is below 8
+    (CIE 15:2004), so that no difference of rounded colours is taken.
+    """
+    lab = convert_to_lab(np.maximum(np.array(colour), 1.0 / 255.0))
+    lightness = lab[0] + 16.0 if lab[0] > _LINEAR else lab[0]
+    return np.array([1.0, *lab[1:] / lightness])

@@ -107,18 +107,40 @@ def test_looks_kept_carry_their_beliefs():
     np.testing.assert_allclose(kept.belief.untruncated_mean, [720.0, 8500.0])
 
 
-def test_brightness_has_an_error_of_its_own():
+def light(colours):
+    """Light of colours of sRGB, linear (IEC 61966-2-1)."""
+    colours = np.asarray(colours)
+    return np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
+
+
+def find_lab(light):
+    """CIELAB of linear light, white D65 (CIE 15:2004)."""
+    xyz = light @ np.array(
+        [[0.412453, 0.212671, 0.019334], [0.357580, 0.715160, 0.119193], [0.180423, 0.072169, 0.950227]]
+    )
+    x, y, z = (
+        np.cbrt(t) if t > (6 / 29) ** 3 else t / 3 / (6 / 29) ** 2 + 4 / 29 for t in xyz / (0.950456, 1.0, 1.088754)
+    )
+    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
+
+
+@pytest.mark.parametrize("measured", [(0.80, 0.61, 0.10), (0.113, 0.111, 0.112), (0.03, 0.02, 0.02)], ids=str)
+def test_brightness_has_an_error_of_its_own(measured):
     """Probabilities agree with normal densities in CIELAB whose covariance is longer along changes of brightness."""
-    measured, sd, lightness_sd = (0.80, 0.61, 0.10), 0.7, 4.0
+    sd, lightness_sd = 0.7, 4.0
     known = [BRASS, tuple(0.9 * np.array(measured)), tuple(1.05 * np.array(measured)), BEECH]
-    scales = 0.98 * np.array([0.99, 1.0])
-    along = np.diff(convert_to_lab(scales[:, None] * np.array(measured)), axis=0)[0]
+    along = find_lab(1.001 * light(measured)) - find_lab(0.999 * light(measured))
     u = lightness_sd * along / along[0]
     covariance = (sd**2 + JUST_NOTICEABLE**2) * np.eye(3) + np.outer(u, u)
     at = convert_to_lab(np.array(measured))
     weights = [multivariate_normal.pdf(convert_to_lab(np.array(each)), at, covariance) for each in known]
     weights = np.array([*weights, 1.0 / GAMUT_VOLUME])
     found = compute_colour_probabilities(measured, sd, known, lightness_sd)
-    np.testing.assert_allclose(found, weights / weights.sum(), rtol=1e-9)
-    # Far more probably it is the darker one than if brightness were as sure as hue.
-    assert found[1] > 10.0 * compute_colour_probabilities(measured, sd, known)[1]
+    np.testing.assert_allclose(found, weights / weights.sum(), rtol=0.01, atol=1e-9)
+
+
+def test_darker_colour_is_more_probable_than_if_brightness_were_as_sure_as_hue():
+    measured = (0.80, 0.61, 0.10)
+    known = [tuple(0.9 * np.array(measured)), tuple(1.05 * np.array(measured))]
+    found, sure = (compute_colour_probabilities(measured, 0.7, known, lightness_sd)[0] for lightness_sd in (4.0, 0.0))
+    assert found > 10.0 * sure
