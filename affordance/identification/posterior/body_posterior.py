@@ -23,7 +23,8 @@ from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Effective sample size that suffices, as a share of the samples by which the proposal is refitted.
+# Effective sample size that suffices: by weights, as a share of the samples by which the proposal is refitted, and for
+# the worst parameter, as a share of all samples.
 _ENOUGH = 0.2
 # Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
 # as a share of these samples, after which none is needed.
@@ -158,6 +159,15 @@ def draw_bodies(
             break
         proposal = proposal.refit(theta, bodies.weights)
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
+    if num_samples > few:
+        # Few heavy samples, which edges of intervals of one parameter depend on, are a small part of all weights.
+        for _ in range(_MAX_REFITS):
+            if bodies.effective_size >= _ENOUGH * num_samples:
+                break
+            again = proposal.refit(theta, bodies.weights)
+            drawn = weigh(again, num_samples)
+            if drawn[-1].effective_size > bodies.effective_size:
+                proposal, (theta, normals, log_ratios, bodies) = again, drawn
     if _count(bodies) >= _ENOUGH * few:
         return bodies
     # Moves of many samples take seconds; these are in the order of their kinds, so that the first few are no sample.
