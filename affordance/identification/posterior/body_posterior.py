@@ -23,8 +23,8 @@ from affordance.identification.posterior.normals import Normals
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Effective sample size that suffices: by weights, as a share of the samples by which the proposal is refitted, and for
-# the worst parameter, as a share of all samples.
+# Effective sample size that suffices: by weights, as a share of the samples by which the proposal is refitted, and
+# for the worst parameter, as a share of all samples.
 _ENOUGH = 0.2
 # Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
 # as a share of these samples, after which none is needed.
