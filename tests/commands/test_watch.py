@@ -131,12 +131,16 @@ def test_another_robot_begins_with_what_a_memory_believes(children, tmp_path, we
     protocol = write(tmp_path, "patience.yaml", PROTOCOL)
     with watch(children, protocol, "--robot", robot, "--memory", path) as watched:
         watched.read(2)
-        watched.page.keyboard.press("r")  # as the first hold may have begun before the page was there
-        watched.read(2)
+        # The first hold may have begun before the page was there, and a page that is slow misses lines.
+        for _ in range(3):
+            watched.page.keyboard.press("r")
+            watched.read(2)
+            first, *_, last = [lines for lines in watched.read_curves() if lines][-1]
+            begun, ended = map(find_peak, (first, last))
+            if begun == pytest.approx(remembered, rel=1e-3):
+                break
         links = watched.page.evaluate("() => Object.keys(viewer.scene_tree.find(['drake', 'arm', 'arm']).children)")
-        first, *_, last = [lines for lines in watched.read_curves() if lines][-1]
     assert links == ["right_1", "right_2", "right_3", "right_4"]
-    begun, ended = map(find_peak, (first, last))
     assert begun == pytest.approx(remembered, rel=1e-3)
     assert begun + 50.0 < ended < truth
 

@@ -102,7 +102,8 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
     (table,) = section["tables"]
     assert table["header"] == ["number", "meaning", "of", "value", "95 % interval"]
     assert [row[:3] for row in table["rows"][:2]] == [
-        ["first_N", "first lift of the odd one, N", learner] for learner in ("density", "kinds_map")
+        ["first_N", "first lift of the odd one, N", learner]
+        for learner in ("one density for each colour", "kinds, most probable")
     ]
     assert len(table["rows"]) == 12
 
