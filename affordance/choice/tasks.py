@@ -1,6 +1,6 @@
 """Tasks as files: those of a folder of models by name, and any other by the kind that its file says."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -106,3 +106,8 @@ _BUILDERS: Mapping[str, Callable[[Path, Any], TaskCostModel]] = {
     "carry": lambda path, content: check_content(path, "", content, CarryEntry).build_task(),
     "hold": lambda path, content: check_content(path, "", content, KeepEntry).build_task(),
 }
+
+
+def is_any_still(tasks: Iterable[TaskCostModel]) -> bool:
+    """Returns whether one of the tasks is to hold still, which takes no work."""
+    return any(isinstance(task, Keep) for task in tasks)

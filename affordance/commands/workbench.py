@@ -10,11 +10,10 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.keep import Keep
 from affordance.choice.listed_options import list_drawn_options, list_options, list_seen_options
 from affordance.choice.options import Option
 from affordance.choice.pricing import GripBounds
-from affordance.choice.tasks import load_task_file
+from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands.options import (
     add_answer,
     add_robot,
@@ -134,7 +133,7 @@ def choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCost
 
     Holding still, which takes no work, is compared by the wrench at the grip; work is a BadValueError.
     """
-    holds_still = any(isinstance(task, Keep) for task in tasks)
+    holds_still = is_any_still(tasks)
     criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
     if holds_still and criterion is Criterion.WORK:
         others = ", ".join(each.value for each in Criterion if each is not Criterion.WORK)

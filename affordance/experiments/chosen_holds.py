@@ -8,10 +8,11 @@ import numpy as np
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import FeltObject, Memory
+from affordance.choice.demand import Criterion
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.options import Option
 from affordance.choice.pricing import plan_options
-from affordance.choice.tasks import list_tasks, load_task
+from affordance.choice.tasks import is_any_still, list_tasks, load_task
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
@@ -41,13 +42,21 @@ class ChosenHolds:
             for tool in self.tools
             for grip in tool.grips
         ]
-        questions = [
-            Question(name, plan_options(options, load_task(self.models, name), settings))
-            for name in self.tasks[block]
-        ]
+        tasks = {name: load_task(self.models, name) for name in self.tasks[block]}
+        questions = [Question(name, plan_options(options, task, settings)) for name, task in tasks.items()]
+        criterion = Criterion.GRIP if is_any_still(tasks.values()) else Criterion.WORK
         number = int(np.random.default_rng(seed).integers(2**31))
         felt = self.list_felt(memory, settings.prior)
-        advice = advise_hold(left, questions, memory, settings, felt=felt, num_samples=_NUM_SAMPLES, seed=number)
+        advice = advise_hold(
+            left,
+            questions,
+            memory,
+            settings,
+            criterion=criterion,
+            felt=felt,
+            num_samples=_NUM_SAMPLES,
+            seed=number,
+        )
         return [tool.name for tool in left].index(advice.next_name), bool(advice.stop)
 
     def list_felt(self, memory: Memory, prior: Prior) -> dict[str, FeltObject]:

@@ -17,6 +17,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment, load_prot
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import predict_object
 
@@ -41,6 +42,14 @@ def test_who_would_stop_goes_on_as_told_and_the_measure_says_so(lived):
     for arrays in observers:
         assert set(arrays["stopped"]) == {0.0, 1.0}
         assert np.all(np.diff(arrays["stopped"]) >= 0.0)
+
+
+def test_holding_still_is_a_task_that_holds_are_worth_something_for(lived):
+    """Work would be zero whatever is chosen, so that nothing would be worth holding."""
+    experiment, _ = lived
+    chooser = replace(experiment.means.chooser, tasks={0: ("hold",)})
+    _, is_over = chooser.choose(0, chooser.objects, MaterialMemory(), DEFAULT_SETTINGS, (0,))
+    assert not is_over
 
 
 def test_numbers_are_those_of_the_order_that_was_chosen(lived):
