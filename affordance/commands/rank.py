@@ -13,7 +13,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import find_imports, give_answer, read_options, refuse_changes
+from affordance.commands.options import find_imports, give_answer, read_options
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -52,7 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.demo:
         return _run_demo(arguments)
     check_choice(arguments, 1)
-    refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     bounds = read_grip_bounds(arguments)
     robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
     bench = open_bench(arguments, robot)

@@ -21,6 +21,7 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    refuse_changes,
 )
 from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
@@ -88,8 +89,9 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> None:
-    """Checks the numbers that the options of a choice have in common."""
+    """Checks what the options of a choice have in common."""
     check_bounds(arguments)
+    refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 1_000_000))
 
 

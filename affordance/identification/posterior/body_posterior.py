@@ -159,15 +159,13 @@ def draw_bodies(
             break
         proposal = proposal.refit(theta, bodies.weights)
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
-    if num_samples > few:
-        # Few heavy samples, which edges of intervals of one parameter depend on, are a small part of all weights.
-        for _ in range(_MAX_REFITS):
-            if bodies.effective_size >= _ENOUGH * num_samples:
-                break
-            again = proposal.refit(theta, bodies.weights)
-            drawn = weigh(again, num_samples)
-            if drawn[-1].effective_size > bodies.effective_size:
-                proposal, (theta, normals, log_ratios, bodies) = again, drawn
+    for _ in range(_MAX_REFITS):
+        # A few heavy samples, on which edges of intervals of one parameter depend, are a small part of all weights. The
+        # last draw counts whatever its weights: the best of several would be one that has missed them.
+        if num_samples == few or bodies.effective_size >= _ENOUGH * num_samples:
+            break
+        proposal = proposal.refit(theta, bodies.weights)
+        theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
     # Moves of many samples take seconds; these are in the order of their kinds, so that the first few are no sample.
