@@ -160,8 +160,8 @@ def draw_bodies(
         proposal = proposal.refit(theta, bodies.weights)
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     for _ in range(_MAX_REFITS):
-        # A few heavy samples, on which edges of intervals of one parameter depend, are a small part of all weights. The
-        # last draw counts whatever its weights: the best of several would be one that has missed them.
+        # A few heavy samples, on which edges of intervals of one parameter depend, are a small part of all weights.
+        # The last draw counts whatever its weights: the best of several would be one that has missed them.
         if num_samples == few or bodies.effective_size >= _ENOUGH * num_samples:
             break
         proposal = proposal.refit(theta, bodies.weights)
