@@ -16,7 +16,7 @@ from affordance.files.bounded import read_text
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger
 from affordance.memory.stored_trials import parse_trial
-from affordance.memory.tables import PROGRAM, SCHEMA
+from affordance.memory.tables import PROGRAM, SCHEMA, describe_schema
 from affordance.memory.trial_evidence import TrialEvidence, show_time
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
@@ -50,6 +50,8 @@ def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
         return _read_earlier(path, text, prior)
     if first.get("program") != PROGRAM or first["schema"] != SCHEMA:
         problem = f"is {first['schema']!r} of {first.get('program')!r}, must be {SCHEMA!r} of {PROGRAM!r}"
+        if first.get("program") == PROGRAM:
+            problem = describe_schema(first["schema"])
         raise BadValueError(path, "line 1: schema", problem)
     return [parse_trial(path, f"line {i}", _parse(path, i, line)) for i, line in lines[1:]]
 

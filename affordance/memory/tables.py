@@ -28,7 +28,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.bounded import check_size
 from affordance.files.plain_database import check_plain_tables
 
-PROGRAM, SCHEMA = "visual-inertial-affordances", "1"
+PROGRAM, SCHEMA = "visual-inertial-affordances", "2"
 # Time that a writer waits for another, [ms].
 _PATIENCE = 30_000
 # Size of a database, a thousand times that of 10^5 trials.
@@ -141,6 +141,11 @@ def check_file(path: Path, create: bool) -> None:
     check_plain_tables(path, "memory", is_immutable=False)
 
 
+def describe_schema(schema: object) -> str:
+    """Describes the schema of a memory of another version."""
+    return f"is {schema!r}, must be {SCHEMA!r}: another version of the program wrote the memory"
+
+
 def _check_tables(connection: Connection, place: Path | str) -> bool:
     """Returns False if a database has no tables; those of another program or version raise a BadValueError."""
     names = set(inspect(connection).get_table_names())
@@ -152,8 +157,7 @@ def _check_tables(connection: Connection, place: Path | str) -> bool:
     if about.get("program") != PROGRAM:
         raise BadValueError(place, "", f"is a database of another program (tables: {', '.join(sorted(names)[:5])})")
     if about.get("schema") != SCHEMA:
-        problem = f"is {about.get('schema')!r}, must be {SCHEMA!r}: another version of the program wrote the memory"
-        raise BadValueError(place, "schema", problem)
+        raise BadValueError(place, "schema", describe_schema(about.get("schema")))
     return True
 
 

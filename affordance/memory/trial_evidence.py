@@ -6,7 +6,7 @@ Frames: T the frame in which the object's parts are given, and about whose origi
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
 from typing import Any, Protocol
@@ -102,8 +102,8 @@ class TrialEvidence:
         """
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)
-        check_number("log_evidence", self.log_evidence)
-        check_number("p_value", self.p_value, 0.0, 1.0)
+        object.__setattr__(self, "log_evidence", check_number("log_evidence", self.log_evidence))
+        object.__setattr__(self, "p_value", check_number("p_value", self.p_value, 0.0, 1.0))
         check_kind("model", self.model, tuple(FELT_MODELS.values()), "WeberNoise() makes one")
         object.__setattr__(self, "time", read_time("time", self.time))
         if not 1 <= len(self.parts) <= _MOST_PARTS:
@@ -144,7 +144,8 @@ class TrialEvidence:
 
     def _digest_content(self) -> bytes:
         arrays = (self.features, self.geometry.Phi, self.geometry.Phi_errors)
-        named = json.dumps(to_plain([self.object_name, self.num_samples, [part.colour for part in self.parts]]))
+        colours = _to_floats([part.colour for part in self.parts])
+        named = json.dumps(to_plain([self.object_name, self.num_samples, colours]))
         return b"".join(np.ascontiguousarray(each, dtype=float).tobytes() for each in arrays) + named.encode()
 
     def compute_likelihood(self, geometry: Geometry, rho: Array) -> Likelihood:
@@ -164,10 +165,10 @@ class TrialEvidence:
             "robot": self.robot,
             "fingerprint": self.fingerprint,
             "object": self.object_name,
-            "parts": [part._asdict() for part in self.parts],
+            "parts": _to_floats(self.parts),
             "Phi": self.geometry.Phi,
             "Phi_errors": self.geometry.Phi_errors,
-            "model": {"name": name, **asdict(self.model)},  # type: ignore[call-overload]
+            "model": {"name": name, **_to_floats(self.model)},
             "features": self.features,
             **{name: getattr(self, name) for name in _PLAIN},
         }
@@ -260,6 +261,16 @@ class TrialEntry(DataModel):
             problem = f"is {self.digest!r}, must be {trial.digest!r}, that of the record; it was changed"
             raise BadArgumentError("digest", "", problem)
         return trial
+
+
+def _to_floats(value: Any) -> Any:
+    """Converts to JSON types with floats in place of whole numbers, as they are when a record is read."""
+    plain = to_plain(value)
+    if isinstance(plain, dict):
+        return {key: _to_floats(entry) for key, entry in plain.items()}
+    if isinstance(plain, list):
+        return [_to_floats(entry) for entry in plain]
+    return float(plain) if isinstance(plain, int) and not isinstance(plain, bool) else plain
 
 
 def show_time(moment: datetime) -> str:

@@ -293,7 +293,7 @@ def _make_other(path, content):
 def _make_schema(path, content):
     open_memory(path).close()
     with closing(sqlite3.connect(path, autocommit=True)) as connection:
-        connection.execute("UPDATE about SET value = '99' WHERE name = 'schema'")
+        connection.execute("UPDATE about SET value = '1' WHERE name = 'schema'")
 
 
 def _truncate(path, content):
@@ -310,7 +310,7 @@ def _truncate(path, content):
         (_make, b'{"colours": []}', "is JSON, must be an SQLite file; affordance memory import"),
         (_make, b"SQLite format 3\x00 but no more", "cannot be (read|written).*: file is not a database"),
         (_make_other, b"", r"is a database of another program \(tables: songs\)"),
-        (_make_schema, b"", "schema: is '99', must be '1': another version of the program"),
+        (_make_schema, b"", "schema: is '1', must be '2': another version of the program"),
         (_truncate, b"", "cannot be (read|written).*: database disk image is malformed"),
     ],
 )

@@ -32,6 +32,16 @@ def test_a_record_reads_as_what_was_written(model):
         assert np.array_equal(one, other)
 
 
+def test_a_record_of_whole_numbers_reads_as_that_of_floats():
+    """Also numbers of the model, of parts, and of arrays."""
+    floats = hold("hammer", ((1.0, 0.0, 0.0), STEEL), (650.0, 7700.0), 5, model=WhiteNoise(1.0))
+    parts = (floats.parts[0]._replace(colour=(1, 0, 0), colour_sd=0, sizes=(1, 1, 1)), floats.parts[1])
+    floats = replace(floats, parts=(floats.parts[0]._replace(sizes=(1.0, 1.0, 1.0)), floats.parts[1]))
+    whole = replace(floats, parts=parts, model=WhiteNoise(1), log_evidence=0, p_value=1)
+    assert whole.to_dict() == floats.to_dict()
+    assert parse_trial(Path("memory"), "trial", whole.to_dict()).digest == whole.digest
+
+
 def test_a_recording_counts_once_whatever_was_made_of_it():
     one = replace(_TRIAL, source_hash="abc")
     assert one.id == replace(one, features=2.0 * one.features, object_name="other").id != _TRIAL.id
