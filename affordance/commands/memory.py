@@ -51,20 +51,21 @@ def run(arguments: argparse.Namespace) -> int:
         trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
     elif arguments.action == "merge":
         for file in arguments.files:
-            open_memory(file, create=False).close()
+            with open_memory(file, create=False) as other:
+                trials += other.list_trials()
     with open_memory(arguments.memory, create=arguments.action in ("merge", "import")) as ledger:
         match arguments.action:
             case "show":
                 _show(arguments, ledger, prior)
             case "forget":
                 print(f"{ledger.place}: {_count(ledger.forget(_select(arguments)))} forgotten, {len(ledger)} remain")
-            case "merge":
-                _merge(ledger, arguments.files)
+            case "merge" | "import":
+                new, replaced = ledger.add(trials)
+                earlier = f", {replaced} replaced by an earlier record" if replaced else ""
+                print(f"{ledger.place}: {new} of {_count(len(trials))} new{earlier}, {len(ledger)} in all")
             case "export":
                 path = Path(arguments.files[0])
                 print(f"{path}: {_count(export_trials(ledger, path))} written")
-            case "import":
-                print(f"{ledger.place}: {_count(ledger.append(trials))} new, {len(ledger)} in all")
             case "verify":
                 faults = ledger.verify()
                 print("\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound")
@@ -104,13 +105,6 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
     given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
     if given and arguments.action != "forget":
         raise BadValueError(f"--{given[0]}", "", f"selects nothing in {arguments.action}, only forget takes it")
-
-
-def _merge(ledger: Ledger, files: list[str]) -> None:
-    for file in files:
-        with open_memory(file, create=False) as other:
-            print(f"{other.place}: {ledger.merge(other)} of {_count(len(other))} new")
-    print(f"{ledger.place}: {_count(len(ledger))}")
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:

@@ -27,6 +27,7 @@ from affordance.memory.kept_sums import DamagedSumsError, KeptSums, drop_sums, f
 from affordance.memory.same_colours import SameColours, translate
 from affordance.memory.stored_trials import (
     ALL,
+    Appended,
     Selection,
     check_trials,
     delete_trials,
@@ -40,7 +41,7 @@ from affordance.memory.stored_trials import (
     read_selected,
     read_thing,
 )
-from affordance.memory.tables import TRIALS, check_file, check_integrity, connect, open_database
+from affordance.memory.tables import TRIALS, check_file, check_integrity, connect, find_file, open_database
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.proprioception.fixed_point import find_fixed_point
 
@@ -92,6 +93,10 @@ class Ledger:
             BadArgumentError: An argument is not evidence of a trial.
             BadValueError: The database cannot be written; nothing was changed.
         """
+        return self.add(trials).new
+
+    def add(self, trials: Sequence[TrialEvidence]) -> Appended:
+        """Appends trials, and counts also the records that an earlier one replaced; see ``append``."""
         for i, trial in enumerate(trials):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
@@ -100,7 +105,7 @@ class Ledger:
             precede = [each for key, each in unique.items() if key in known and get_precedence(each) < known[key]]
             new = sorted([*precede, *(each for key, each in unique.items() if key not in known)], key=get_order)
             if not new:
-                return 0
+                return Appended(0, 0)
             names = delete_trials(connection, [each.id for each in precede])
             things, is_settled, unsettled = insert_trials(connection, new, self.place)
             for name in sorted(names | unsettled):
@@ -109,7 +114,7 @@ class Ledger:
                 drop_sums(connection)
             else:
                 self._add_to_sums(connection, things, new)
-            return len(new) - len(precede)
+            return Appended(len(new) - len(precede), len(precede))
 
     def recall(
         self,
@@ -289,11 +294,11 @@ def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
 
 
 def has_memory(place: str | Path) -> bool:
-    """Returns True for a URL, or a path with a memory; another file, or no folder, raises a BadValueError."""
-    if "://" in str(place):
+    """Returns True for a file with a memory, or a server; another file, or no folder, raises a BadValueError."""
+    if (path := find_file(place)) is None:
         return True
-    check_file(Path(place), create=True)
-    return Path(place).exists()
+    check_file(path, create=True)
+    return path.exists()
 
 
 def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Memory:

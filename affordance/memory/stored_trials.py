@@ -64,6 +64,13 @@ class Selection(NamedTuple):
 ALL = Selection()
 
 
+class Appended(NamedTuple):
+    """Numbers of appended trials: new ones, and records that an earlier one of the same recording replaced."""
+
+    new: int
+    replaced: int
+
+
 def get_order(trial: TrialEvidence) -> str:
     """Returns the sort key of a trial, a text in the order of times."""
     return trial.time + trial.id

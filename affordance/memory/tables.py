@@ -20,6 +20,7 @@ from sqlalchemy import (
     event,
     insert,
     inspect,
+    make_url,
     select,
 )
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
@@ -35,6 +36,7 @@ _PATIENCE = 30_000
 _MOST = 1_000_000_000_000
 _SQLITE = b"SQLite format 3\x00"
 _WRITES = "writes"
+_NO_URL = "is not the URL of a database that can be used here"
 
 _METADATA = MetaData()
 ABOUT = Table("about", _METADATA, Column("name", String(40), primary_key=True), Column("value", Text, nullable=False))
@@ -78,15 +80,12 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
     Raises:
         BadValueError: It does not exist, is of another program or version, or cannot be reached.
     """
-    is_url = isinstance(place, str) and "://" in place
-    if not is_url:
-        check_file(Path(place), create)
+    if (path := find_file(place)) is not None:
+        check_file(path, create)
     try:
-        engine = create_engine(str(place) if is_url else f"sqlite:///{place}")
+        engine = create_engine(place if isinstance(place, str) and "://" in place else f"sqlite:///{place}")
     except (ArgumentError, NoSuchModuleError, ImportError) as error:
-        raise BadValueError(place, "", f"is not the URL of a database that can be used here: {error}") from error
-    if is_url and engine.dialect.name == "sqlite" and engine.url.database:
-        check_file(Path(engine.url.database), create)
+        raise BadValueError(place, "", f"{_NO_URL}: {error}") from error
     if engine.dialect.name == "sqlite":
         event.listen(engine, "connect", _set_up)
         event.listen(engine, "begin", _begin)
@@ -99,6 +98,18 @@ def open_database(place: Path | str, *, create: bool) -> Engine:
         engine.dispose()
         raise
     return engine
+
+
+def find_file(place: Path | str) -> Path | None:
+    """Finds the file of a path or an SQLite URL; None for a server, or a database in working memory."""
+    if "://" not in str(place):
+        return Path(place)
+    try:
+        url = make_url(str(place))
+    except ArgumentError as error:
+        raise BadValueError(place, "", f"{_NO_URL}: {error}") from error
+    is_file = url.get_backend_name() == "sqlite" and url.database not in (None, "", ":memory:")
+    return Path(str(url.database)) if is_file and "uri" not in url.query else None
 
 
 @contextmanager

@@ -1,6 +1,10 @@
 """``affordance memory``: its output, and changes of the ledger, of which nothing else changes."""
 
 import json
+import shutil
+import sqlite3
+from contextlib import closing
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +15,7 @@ from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory
+from affordance.memory.exchange import export_trials
 from affordance.memory.ledger import open_memory
 
 
@@ -54,13 +59,29 @@ def test_forget_merge_export_import_verify(memory, tmp_path):
     other, file = tmp_path / "other.sqlite", tmp_path / "trials.jsonl"
     with open_memory(other) as ledger:
         ledger.append([*hold_workshop(3), hold("plank", (WOOD,), (610.0,), 77)])
-    assert "1 of 4 trials new" in answer("memory", "merge", memory, other).out
+    assert "1 of 4 trials new, 10 in all" in answer("memory", "merge", memory, other).out
     answer("memory", "export", memory, file)
     answer("memory", "import", tmp_path / "again.sqlite", file)
     with open_memory(memory) as one, open_memory(tmp_path / "again.sqlite") as two:
         assert [trial.to_dict() for trial in one.list_trials()] == [trial.to_dict() for trial in two.list_trials()]
     assert "1 trial forgotten, 9 remain" in answer("memory", "forget", memory, "--object", "plank").out
     assert "9 trials, all sound" in answer("memory", "verify", memory).out
+
+
+@pytest.mark.parametrize("action", ["merge", "import"])
+def test_records_that_an_earlier_one_replaces_are_counted(memory, tmp_path, action):
+    """The recording was read before with another size of the object."""
+    trial = replace(hold("plank", (WOOD,), (610.0,), 77), source_hash="recording")
+    before = replace(trial, time="2026-01-01", parts=(trial.parts[0]._replace(sizes=(0.06, 0.05, 0.05)),))
+    other, file = tmp_path / "other.sqlite", tmp_path / "trials.jsonl"
+    with open_memory(memory) as one, open_memory(other) as two:
+        one.append([trial])
+        two.append([before, *hold_workshop(10)])
+        export_trials(two, file)
+    given = {"merge": other, "import": file}[action]
+    wanted = "1 of 11 trials new, 1 replaced by an earlier record, 11 in all"
+    assert wanted in answer("memory", action, memory, given).out
+    assert "0 of 11 trials new, 11 in all" in answer("memory", action, memory, given).out
 
 
 def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
@@ -82,9 +103,14 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
 
 def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
     (tmp_path / "bad.jsonl").write_text("[]")
+    shutil.copy(memory, tmp_path / "bad.sqlite")
+    with closing(sqlite3.connect(tmp_path / "bad.sqlite", autocommit=True)) as connection:
+        connection.execute("UPDATE trials SET content = 'nothing' WHERE object = 'hammer'")
     for words in (
         ("memory", "import", tmp_path / "new.sqlite", tmp_path / "bad.jsonl"),
         ("memory", "merge", tmp_path / "new.sqlite", memory, tmp_path / "bad.jsonl"),
+        ("memory", "merge", tmp_path / "new.sqlite", memory, tmp_path / "bad.sqlite"),
+        ("run", "vision", "--memory", f"sqlite:///{tmp_path / 'new.sqlite'}", "--out", tmp_path / "out"),
         ("run", "vision", "--memory", tmp_path / "new.sqlite", "--out", tmp_path / "out"),
     ):
         answer(*words, status=2)

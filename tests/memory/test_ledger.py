@@ -23,7 +23,7 @@ from affordance.exceptions import AffordanceError, BadArgumentError, BadValueErr
 from affordance.memory import ledger as module
 from affordance.memory import stored_trials, tables
 from affordance.memory.evidence_sums import MaterialSum, sum_objects
-from affordance.memory.ledger import open_memory
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.stored_trials import Selection
 
 PRIOR = Prior()
@@ -229,7 +229,7 @@ _WRITER = """
 import sys
 sys.path[:0] = sys.argv[4:]
 from helpers.trials import WOOD, hold
-from affordance.memory.ledger import open_memory
+from affordance.memory.ledger import has_memory, open_memory
 ledger = open_memory(sys.argv[1])
 first, count = int(sys.argv[2]), int(sys.argv[3])
 for seed in range(first, first + count):
@@ -337,6 +337,8 @@ def test_files_that_are_no_memory_are_refused_in_a_line_and_left_as_they_are(tmp
         ("", "place: is '', must be a path or the URL"),
         (3, "place: is 3, must be a path"),
         ("nowhere/memory.sqlite", "cannot be created: there is no folder 'nowhere'"),
+        ("nosql:///", "is not the URL of a database that can be used here"),
+        ("://memory", "is not the URL of a database that can be used here"),
         ("nosql://somewhere/memory", "is not the URL of a database that can be used here"),
         ("nosql://me:secret@somewhere/memory", r"^nosql://me:\*\*\*@somewhere/memory: is not the URL"),
     ],
@@ -433,7 +435,10 @@ def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
 
 
 def test_url_of_sqlite_is_a_place_too(tmp_path):
-    with open_memory(f"sqlite:///{tmp_path / 'memory.sqlite'}") as ledger:
+    url = f"sqlite:///{tmp_path / 'memory.sqlite'}"
+    assert not has_memory(url)
+    with open_memory(url) as ledger:
+        assert has_memory(url)
         ledger.append(hold_workshop(3))
     with open_memory(str(tmp_path / "memory.sqlite"), create=False) as again:
         assert len(again) == 3
