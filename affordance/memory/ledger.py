@@ -8,7 +8,6 @@ from sums that are kept with the trials.
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import partial
-from itertools import groupby
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -257,10 +256,13 @@ class Ledger:
 
     def _add_to_sums(self, connection: Connection, things: Sequence[str], trials: Sequence[TrialEvidence]) -> None:
         """Adds new trials, the thing of each given, to all sums that are kept."""
+        groups: dict[str, list[TrialEvidence]] = {}
+        for thing, trial in zip(things, trials, strict=True):
+            groups.setdefault(thing, []).append(trial)
         try:
             for sums in read_sums(connection).values():
-                for thing, group in groupby(zip(things, trials, strict=True), key=lambda each: each[0]):
-                    sums.add(connection, thing, [trial for _, trial in group])
+                for thing, group in groups.items():
+                    sums.add(connection, thing, group)
                 sums.write(connection)
         except DamagedSumsError:
             drop_sums(connection)

@@ -212,6 +212,16 @@ def test_trials_between_others_are_added_to_the_sums_that_are_kept(ledger, monke
     assert ledger.verify() == []
 
 
+def test_new_things_of_one_append_by_turns_are_added_to_the_sums_that_are_kept(ledger, monkeypatch):
+    trials = hold_workshop(12)
+    ledger.append(trials[:1])
+    ledger.recall()
+    monkeypatch.setattr(module, "drop_sums", None)
+    ledger.append(trials[1:])
+    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR))
+    assert ledger.verify() == []
+
+
 def test_sums_for_other_priors_are_kept_beside(ledger):
     ledger.append(hold_workshop(6))
     narrow = Prior(sd=1000.0)
@@ -389,6 +399,14 @@ def test_verifying_finds_records_that_were_changed_from_outside(ledger, table, c
     (found,) = ledger.verify()
     assert problem in found
     assert found.startswith(f"{ledger.place}: trial {hold_workshop(1)[0].id}")
+
+
+def test_after_a_record_that_cannot_be_read_verifying_trusts_the_things_of_its_name(ledger):
+    """The first of two looks was that of "bar", the second is "bar #2" and remains so."""
+    ledger.append([hold("bar", (colour,), (600.0,), i) for i, colour in enumerate((WOOD, STEEL, STEEL))])
+    _change(ledger.place, "trials", "UPDATE trials SET content = 'nothing'")
+    (found,) = ledger.verify()
+    assert "is not JSON" in found
 
 
 def _double_precision(content):
