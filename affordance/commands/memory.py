@@ -7,7 +7,7 @@ from pathlib import Path
 from affordance.belief.density_belief import Prior
 from affordance.commands.options import add_answer, add_prior_set, give_answer, read_prior
 from affordance.commands.same_colours import add_same_colours, read_same_colours
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
 from affordance.memory.stored_trials import Selection
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
             case "show":
                 _show(arguments, ledger, prior)
             case "forget":
-                print(f"{ledger.place}: {_count(ledger.forget(_select(arguments)))} forgotten, {len(ledger)} remain")
+                print(f"{ledger.place}: {_count(_forget(arguments, ledger))} forgotten, {len(ledger)} remain")
             case "merge" | "import":
                 new, replaced = ledger.add(trials)
                 earlier = f", {replaced} replaced by an earlier record" if replaced else ""
@@ -85,11 +85,18 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
     return names
 
 
-def _select(arguments: argparse.Namespace) -> Selection:
+def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
+    """Forgets the selected trials, and returns their number; an unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
         raise BadValueError("forget", "", "must be told what: --robot, --object, --since, --until or --trial")
-    return selection
+    number = ledger.forget(selection)
+    trials = [] if number else ledger.list_trials()
+    robots, objects = {each.robot for each in trials}, {each.object_name for each in trials}
+    for option, name, known in (("--robot", arguments.robot, robots), ("--object", arguments.object, objects)):
+        if trials and name and name not in known:
+            raise BadValueError(option, "", describe_choice(name, sorted(known)))
+    return number
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:

@@ -30,14 +30,14 @@ _DIGEST = re.compile("-[0-9a-f]{12}$")
 def name_robot(source: Path, tip: str = "") -> str:
     """Names a robot by its folder of models, without the digest of a kept import, or by its file and the tip.
 
-    The paper's arm is "paper's arm".
+    A kept import and its file have one name. The paper's arm is "the paper's arm".
     """
     source = source.resolve()
     if source == ARM.resolve():
-        return "paper's arm"
+        return "the paper's arm"
     if source.name == ARM.name:
         return _DIGEST.sub("", source.parent.name)
-    return f"{source.stem}-{tip}" if tip else source.stem
+    return f"{source.stem}-{tip}".replace("/", "_") if tip else source.stem  # as robots/kept.py names the folder
 
 
 class JointLimits(NamedTuple):

@@ -50,8 +50,7 @@ class Robot:
     @property
     def name(self) -> str:
         """Name of the folder, without the digest of a kept import, or "the paper's arm"."""
-        name = name_robot(self.directives)
-        return f"the {name}" if self.is_default else name
+        return name_robot(self.directives)
 
     @property
     def is_default(self) -> bool:

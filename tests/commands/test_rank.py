@@ -153,7 +153,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
     with open_memory(place) as ledger:
         ledger.append(
             [
-                replace(hold("bar", [OAK], [563.0], number), robot="paper's arm", fingerprint=fingerprint)
+                replace(hold("bar", [OAK], [563.0], number), robot="the paper's arm", fingerprint=fingerprint)
                 for number, fingerprint in enumerate(("of another", recognise_arm(Robot().directives)))
             ]
         )

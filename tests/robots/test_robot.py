@@ -74,6 +74,7 @@ def test_arm_is_recognised_by_what_is_felt_and_by_what_is_recorded(folder: Path,
     shutil.copytree(folder, kept_folder)
     robot, chain = Robot.load(kept_folder), load_robot(write_urdf(tmp_path), "right_tool")
     assert robot.name == name_robot(Path(chain.source), chain.tip) == "two_arms-right_tool"
+    assert name_robot(Path("arm.urdf"), "left/tool0") == "arm-left_tool0"
     assert robot.chain.fingerprint == chain.fingerprint
     record = TrialRunner(robot=robot).run_hold(
         load_tools(MODELS / "tools" / "novel.yaml")[0], MaterialMemory(), duration=0.1

@@ -29,7 +29,7 @@ def test_evidence_of_one_hold_gives_the_belief_of_the_trial(noise):
     settings = replace(DEFAULT_SETTINGS, noise=noise)
     record = _hold(settings)
     assert record.evidence.num_samples == record.samples.accepted
-    assert record.evidence.robot == "paper's arm"
+    assert record.evidence.robot == "the paper's arm"
     recalled = sum_objects([[record.evidence]], settings.prior).build_belief()
     np.testing.assert_allclose(recalled.precision, record.memory.belief.precision, rtol=1e-6)
     np.testing.assert_allclose(recalled.information_vector, record.memory.belief.information_vector, rtol=1e-6)
