@@ -8,7 +8,8 @@ from affordance.belief.colour_recognition import find_colour_index
 from affordance.exceptions import BadValueError
 from affordance.memory.evidence_sums import find_material
 from affordance.memory.trial_evidence import TrialEvidence
-from affordance.objects.colour import Colour, find_nearest_colour, show_colour
+from affordance.objects.appearance import PartAppearance
+from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 
 # Pairs of colours that count as one; of each, the second is read as the first.
 type SameColours = Sequence[tuple[Colour, Colour]]
@@ -23,10 +24,14 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
             colour that is named first does.
 
     Raises:
-        BadValueError: Two colours at hand would count as one.
+        BadValueError: Two colours of a pair look the same, or two colours at hand would count as one.
     """
     groups: list[list[Colour]] = []
     for pair in pairs:
+        if is_same_colour(*pair):
+            shown = " and ".join(map(show_colour, pair))
+            problem = f"counts {shown} as one, which are one material already, must be two that look unlike"
+            raise BadValueError("--same-colour", "", problem)
         joined = [group for group in groups if any(find_colour_index(group, each) is not None for each in pair)]
         groups = [group for group in groups if group not in joined]
         groups.append(list(dict.fromkeys(each for group in (*joined, list(pair)) for each in group)))
@@ -47,6 +52,8 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
 def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place: Path | str) -> list[TrialEvidence]:
     """Translates the colours of trials' parts; a BadValueError is raised if a pair's second colour is in none.
 
+    Colours of the records that are of no pair are materials too, for which a part that is like a pair's may be taken.
+
     Args:
         trials: All trials of a memory.
         same_colours: Pairs of colours, of which the second is read as the first.
@@ -56,7 +63,8 @@ def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place:
     named = [*dict.fromkeys(one for one, _ in pairs), *(other for _, other in pairs)]
     meanings = {other: one for one, other in pairs}
     seen = list(dict.fromkeys(part for trial in trials for part in trial.parts))
-    matches = {part: None if (index := find_material(part, named)) is None else named[index] for part in seen}
+    known = _list_materials(seen, named)
+    matches = {part: None if (index := find_material(part, known)) is None else known[index] for part in seen}
     for other in meanings:
         if other not in matches.values():
             raise BadValueError(place, "same colours", _describe_unknown(other, [part.colour for part in seen]))
@@ -66,6 +74,21 @@ def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place:
         if match is not None
     }
     return [replace(each, parts=tuple(looks.get(part, part) for part in each.parts)) for each in trials]
+
+
+def _list_materials(seen: Sequence[PartAppearance], named: Sequence[Colour]) -> list[Colour]:
+    """Lists the named colours, and those of the parts' materials that are others."""
+    founders: dict[Colour, PartAppearance] = {}
+    for part in seen:
+        if find_material(part, list(founders)) is None:
+            founders[part.colour] = part
+    met = {show_colour(each): each for each in founders}
+    others = list(founders)
+    for index, colour in enumerate(named if met else ()):
+        nearest = met[find_nearest_colour(colour, met)]
+        if nearest in others and find_material(founders[nearest], named) == index:
+            others.remove(nearest)
+    return [*named, *others]
 
 
 def _describe_unknown(colour: Colour, known: Sequence[Colour]) -> str:

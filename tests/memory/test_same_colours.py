@@ -10,6 +10,7 @@ from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
+from affordance.memory.evidence_sums import find_material
 from affordance.memory.ledger import open_memory
 from affordance.memory.same_colours import join_colours
 from affordance.memory.summary import recall_felt, recall_with_objects, summarise
@@ -61,11 +62,28 @@ def test_a_measured_colour_is_translated_if_it_is_certain(tmp_path):
         assert ledger.recall().colours == (near.colour, STEEL)
 
 
+@pytest.mark.parametrize("colour_sd", [0.0, 2.0])
+@pytest.mark.parametrize("second", [1, 3])
+def test_a_measured_colour_of_a_third_material_is_not_translated(tmp_path, colour_sd, second):
+    """It would be taken for the pair's second colour if nothing else were known."""
+    third, near = (0.8, 0.6, 0.4), (0.79, 0.59, 0.39)
+    rod, plank, bar = (hold(name, (WOOD,), (600.0,), i) for i, name in ((0, "rod"), (second, "plank"), (2, "bar")))
+    rod, plank, bar = (
+        replace(each, parts=(each.parts[0]._replace(colour=colour, colour_sd=sd),))
+        for each, colour, sd in ((rod, (0.71, 0.5, 0.29), 2.0), (plank, third, colour_sd), (bar, near, 2.0))
+    )
+    assert find_material(bar.parts[0], (WOOD,)) == 0
+    with open_memory(tmp_path / "memory.sqlite") as ledger:
+        ledger.append([rod, plank, bar])
+        found = dict(ledger.walk_things([(BRASS, WOOD)]))
+    assert found["rod"][0].parts[0].colour == BRASS
+    assert [found[name][0].parts for name in ("plank", "bar")] == [plank.parts, bar.parts]
+
+
 @pytest.mark.parametrize(
     ("pairs", "at_hand", "joined"),
     [
         ([], {}, []),
-        ([(WOOD, WOOD)], {}, []),
         ([(WOOD, _BLUE)], {}, [(WOOD, _BLUE)]),
         ([(WOOD, _BLUE)], {"blue": _BLUE, "steel": STEEL}, [(_BLUE, WOOD)]),
         ([(WOOD, _BLUE), (_BLUE, _GREEN)], {}, [(WOOD, _BLUE), (WOOD, _GREEN)]),
@@ -82,6 +100,8 @@ def test_chains_and_circles_of_pairs_are_joined(pairs, at_hand, joined):
 def test_two_materials_at_hand_and_unknown_colours_are_refused(ledgers):
     wanted = "--same-colour: counts wood and brass as one, must be one material at hand and other colours"
     assert wanted in refuse(join_colours, [(WOOD, _BLUE), (_BLUE, BRASS)], {"wood": WOOD, "brass": BRASS})
+    wanted = "--same-colour: counts #b2804c and #b2804c as one, which are one material already, must be two that look"
+    assert wanted in refuse(join_colours, [(WOOD, _BLUE), (WOOD, WOOD)])
     for learner in Learner:
         with pytest.raises(BadValueError, match="same colours: name #1ab233, which no part in the memory has; the"):
             ledgers[1].recall(learner, same_colours=[(WOOD, _BLUE), (WOOD, _GREEN)])
