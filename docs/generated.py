@@ -51,7 +51,7 @@ _FORMATS = {
 _MEANINGS = {"_FaultsEntry": Faults}
 
 
-# Claims that are named beside an assumption; the page on robustness has all.
+# Number of claims that are named with an assumption; the page on robustness has all.
 _MOST_MOVED = 3
 
 # Assumption of the study of robustness, by the settings that it changes, where names differ.

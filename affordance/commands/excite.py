@@ -18,11 +18,11 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    choose_tools,
     find_imports,
     give_answer,
     read_options,
 )
-from affordance.commands.workbench import choose_tools
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole

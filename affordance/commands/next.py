@@ -12,15 +12,7 @@ from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.commands.options import find_imports, give_answer, read_options
-from affordance.commands.workbench import (
-    add_choice,
-    check_choice,
-    choose_criterion,
-    open_bench,
-    read_grip_bounds,
-    read_tasks,
-    see_tools,
-)
+from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -72,15 +64,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints what to hold next, and writes it with a picture if there is a folder for it."""
-    check_choice(arguments, 100)
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
-    bounds = read_grip_bounds(arguments)
+    bounds = check_choice(arguments, 100)
     robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
-    bench = open_bench(arguments, robot)
-    _, settings, materials, tools, memory, same_colours = bench
-    tasks = read_tasks(arguments.tasks, arguments.files, robot)
-    criterion = choose_criterion(arguments.by, robot, tasks.values())
+    bench = open_bench(arguments, robot, arguments.tasks)
+    settings, materials, tools, memory, same_colours, tasks, criterion = bench
     candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)
     felt = _recall_felt(arguments.memory, settings, same_colours)
     options = see_tools(arguments, bench)

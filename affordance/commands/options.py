@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from affordance.arguments import JOBS, REPEATS, check_whole
 from affordance.belief.density_belief import Prior
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
+from affordance.objects.tool import Tool
 from affordance.robots.frozen import parse_values
 from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -239,3 +240,16 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         height=arguments.base_height,
         up=arguments.up,
     )
+
+
+def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
+    """Selects tools by their names, or all; one that is unknown or has no grips raises an AffordanceError."""
+    known = {tool.name: tool for tool in tools}
+    for name in names:
+        if name not in known:
+            raise BadValueError(path, "--only", describe_choice(name, list(known)))
+    chosen = [known[name] for name in names] or list(tools)
+    for tool in chosen:
+        if not tool.grips:
+            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
+    return chosen

@@ -14,15 +14,7 @@ from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import find_imports, give_answer, read_options
-from affordance.commands.workbench import (
-    add_choice,
-    check_choice,
-    choose_criterion,
-    open_bench,
-    read_grip_bounds,
-    read_tasks,
-    see_tools,
-)
+from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
 from affordance.exceptions import AffordanceError, BadValueError, hide_password
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
@@ -51,17 +43,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Ranks the options, prints the ranking, and writes it with a picture if there is a folder for it."""
     if arguments.demo:
         return _run_demo(arguments)
-    check_choice(arguments, 1)
-    bounds = read_grip_bounds(arguments)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
-    bench = open_bench(arguments, robot)
-    _, settings, materials, tools, known, _ = bench
     names = [arguments.task] if arguments.task else []
     if (given := len(names) + len(arguments.files)) > 1:
         raise BadValueError("task", "", f"is given {given} times, must be given once; affordance next takes several")
-    tasks = read_tasks(names, arguments.files, robot)
+    bounds = check_choice(arguments, 1)
+    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    bench = open_bench(arguments, robot, names)
+    settings, materials, tools, known, _, tasks, criterion = bench
     ((name, task),) = tasks.items()
-    criterion = choose_criterion(arguments.by, robot, tasks.values())
     colours = [material.colour for material in select_known(materials, tools).values()]
     memory = known.add_colours(list(dict.fromkeys(colours)), settings.prior)
     choice = plan_options(see_tools(arguments, bench), task, settings)

@@ -21,10 +21,11 @@ from affordance.commands.options import (
     add_set,
     change_by_name,
     check_bounds,
+    choose_tools,
     refuse_changes,
 )
 from affordance.commands.same_colours import add_same_colours, read_same_colours
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.memory.same_colours import SameColours
@@ -41,18 +42,25 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
-    """What the options of a choice name: a robot with its settings, materials, tools, and a memory of materials.
+    """Tools and tasks of a robot's choice, and the memory and criterion by which options are compared.
 
     Attributes:
+        settings: Settings of the robot's arm, changed as ``--set`` says.
+        materials: Materials by name.
+        tools: Tools to choose from, at least one grip each.
+        memory: Memory of materials.
         same_colours: Pairs of colours, of which the memory's second is read as the first.
+        tasks: Tasks by name.
+        criterion: Criterion by which options are compared.
     """
 
-    robot: Robot
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
     memory: Memory
     same_colours: SameColours
+    tasks: Mapping[str, TaskCostModel]
+    criterion: Criterion
 
 
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
@@ -88,21 +96,24 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add_set(parser)
 
 
-def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> None:
-    """Checks what the options of a choice have in common."""
+def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
+    """Checks what the options of a choice have in common, before a robot is opened; returns the gripper's bounds."""
     check_bounds(arguments)
     refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 1_000_000))
+    return _read_grip_bounds(arguments)
 
 
-def open_bench(arguments: argparse.Namespace, robot: Robot) -> Bench:
-    """Loads what the options of a choice name for a robot, with ``--set`` applied to the settings of its arm."""
+def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
+    """Loads what the options of a choice name, for tasks of the robot by name and those of files."""
     settings = change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     same_colours = read_same_colours(arguments, materials)
-    memory = recall(arguments.memory, settings, same_colours)
-    return Bench(robot, settings, materials, tools, memory, same_colours)
+    memory = _recall(arguments.memory, settings, same_colours)
+    tasks = _read_tasks(names, arguments.files, robot)
+    criterion = _choose_criterion(arguments.by, robot, tasks.values())
+    return Bench(settings, materials, tools, memory, same_colours, tasks, criterion)
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
@@ -117,7 +128,7 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     )
 
 
-def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
+def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
     """Reads tasks of the robot and of files, by name; none, or two of one name, is a BadValueError."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")
@@ -130,7 +141,7 @@ def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dic
     return tasks
 
 
-def choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
+def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
     """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
 
     Holding still, which takes no work, is compared by the wrench at the grip; work is a BadValueError.
@@ -143,7 +154,7 @@ def choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCost
     return criterion
 
 
-def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
+def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     """Reads what the gripper holds; infinite where no option says it."""
     given = {}
     for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
@@ -153,7 +164,7 @@ def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     return GripBounds(**given)
 
 
-def recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
+def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
         return MaterialMemory()
@@ -161,16 +172,3 @@ def recall(place: str | None, settings: Settings, same_colours: SameColours) -> 
 
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)
-
-
-def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by their names, or all; one that is unknown or has no grips raises an AffordanceError."""
-    known = {tool.name: tool for tool in tools}
-    for name in names:
-        if name not in known:
-            raise BadValueError(path, "--only", describe_choice(name, list(known)))
-    chosen = [known[name] for name in names] or list(tools)
-    for tool in chosen:
-        if not tool.grips:
-            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
-    return chosen
