@@ -1,10 +1,13 @@
 """Densities that are taught of objects whose sizes a camera saw wrongly.
 
-All parts of an object look larger, or all smaller, by the same share, as to a camera whose scale is wrong; the
-identification takes them to be right to its default.
+All parts of an object look larger, or all smaller, by the same share, as to a camera whose scale is wrong: by a given
+share in every hold, and by shares that are drawn evenly up to one. The identification takes sizes to be right to its
+default.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from tqdm import tqdm
@@ -22,13 +25,16 @@ from affordance.objects.tool import Tool
 from studies.recorded.simulated_truths import MATERIAL_PRIOR, World
 
 # Shares by which sizes are seen wrongly, in per cent.
-WRONG = (0, 10, 20)
+_WRONG = (0, 10, 20)
+_UP_TO = 20  # largest share of those that are drawn
 _SIZE_ERROR = 0.2  # default of --size-error
 _TOOLS = ("novel", "com", "weight", "uncommon")
 
 
 def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, float]:
     """Measures how often the 90 % interval of a density that is taught holds it, by how wrong the sizes are, [%].
+
+    The key `up_to_20` is for errors that are drawn evenly up to 20 %.
 
     Args:
         world: Arm and motion.
@@ -39,14 +45,17 @@ def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, 
     tools = [tool for name in _TOOLS for tool in load_tools(MODELS / "tools" / f"{name}.yaml", materials)]
     # A decoy teaches a wrong density whatever its size.
     honest = [tool for tool in tools if all(part.material == part.looks_like for part in tool.components)]
+    errors: dict[str, Callable[[np.random.Generator], float]] = {
+        str(wrong): partial(lambda wrong, rng: wrong * rng.choice([-1.0, 1.0]), wrong) for wrong in _WRONG
+    }
+    errors[f"up_to_{_UP_TO}"] = lambda rng: rng.uniform(-_UP_TO, _UP_TO)
     coverage = {}
-    for wrong in WRONG:
+    for name, draw in errors.items():
         rng, inside = np.random.default_rng((seed, 4)), []
-        for _ in tqdm(range(num_draws), desc=f"sizes off by {wrong} %", unit="object"):
+        for _ in tqdm(range(num_draws), desc=f"sizes off by {name} %", unit="object"):
             tool = honest[rng.integers(len(honest))]
-            factor = 1.0 + 0.01 * wrong * rng.choice([-1.0, 1.0])
-            inside += _teach(world, tool, _resize(tool, factor), rng)
-        coverage[str(wrong)] = float(np.mean(inside))
+            inside += _teach(world, tool, _resize(tool, 1.0 + 0.01 * draw(rng)), rng)
+        coverage[name] = float(np.mean(inside))
     return coverage
 
 
