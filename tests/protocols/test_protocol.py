@@ -88,7 +88,7 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
     path, _ = write_protocol("mine", tmp_path)
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace("repetitions: 10", "repetitions: 2").replace("repetitions: 20", "repetitions: 8"))
-    assert main(["predict", str(path), "--repeats", "3", "--jobs", "1"]) == 0
+    assert main(["predict", str(path), "--repeats", "3", "--jobs", "1", "--out", str(tmp_path / "predicted")]) == 0
     printed = capsys.readouterr().out
     assert "density and kinds_map are distinguished best by" in printed
     assert main(["run", str(path), "--repeats", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
