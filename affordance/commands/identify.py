@@ -13,13 +13,14 @@ from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK
 from affordance.commands.options import (
     add_answer,
     add_prior_set,
+    add_same_colours,
     add_seed,
     check_bounds,
     give_answer,
     read_prior,
+    read_same_colours,
 )
 from affordance.commands.payload_text import describe_payload
-from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError, hide_password
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains

@@ -5,8 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from affordance.belief.density_belief import Prior
-from affordance.commands.options import add_answer, add_prior_set, give_answer, read_prior
-from affordance.commands.same_colours import add_same_colours, read_same_colours
+from affordance.commands.options import (
+    add_answer,
+    add_prior_set,
+    add_same_colours,
+    give_answer,
+    read_prior,
+    read_same_colours,
+)
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory

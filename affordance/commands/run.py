@@ -7,13 +7,14 @@ from typing import Any
 from affordance.belief.learner import Learner
 from affordance.commands.options import (
     add_run_options,
+    add_same_colours,
     check_bounds,
     check_experiment,
     find_imports,
     find_shipped,
     read_options,
+    read_same_colours,
 )
-from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import list_studies

@@ -20,14 +20,15 @@ from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands.options import (
     add_robot,
+    add_same_colours,
     add_seed,
     add_set,
     check_bounds,
     check_experiment,
     find_imports,
     read_options,
+    read_same_colours,
 )
-from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment

@@ -17,14 +17,15 @@ from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands.options import (
     add_answer,
     add_robot,
+    add_same_colours,
     add_seed,
     add_set,
     change_by_name,
     check_bounds,
     choose_tools,
+    read_same_colours,
     refuse_changes,
 )
-from affordance.commands.same_colours import add_same_colours, read_same_colours
 from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS

@@ -77,10 +77,22 @@ class Primitive(Shape):
                 problem = f"is {length}, must be finite and greater than 0"
                 raise BadArgumentError(type(self).__name__, each.name, problem)
 
+    @classmethod
+    def from_sizes(cls, sizes: Sequence[float] | Array) -> Self:
+        """Builds the solid from its lengths in the order of the fields, shape (num_sizes,), [m]."""
+        kind: Any = cls
+        lengths = tuple(float(size) for size in sizes)
+        solid: Self = kind(lengths) if len(fields(cls)) == 1 else kind(*lengths)
+        return solid
+
     @property
     def sizes(self) -> Array:
         """Lengths in the order of the fields, shape (num_sizes,), [m]."""
         return np.hstack([getattr(self, each.name) for each in fields(self)])
+
+    def with_sizes(self, sizes: Array) -> Self:
+        """Returns the same kind of solid with other lengths, shape (num_sizes,), [m]."""
+        return self.from_sizes(sizes)
 
 
 class ArraySolid(Shape):
@@ -136,11 +148,6 @@ class Ellipsoid(Primitive):
     def volume(self) -> float:
         """Volume, [m^3]."""
         return 4.0 / 3.0 * np.pi * float(np.prod(self.semi_axes))
-
-    def with_sizes(self, sizes: Array) -> "Ellipsoid":
-        """Returns the ellipsoid with other semi-axes, shape (3,), [m]."""
-        a, b, c = (float(size) for size in sizes)
-        return Ellipsoid((a, b, c))
 
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/5 diag(a^2, b^2, c^2), shape (4, 4)."""

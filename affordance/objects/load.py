@@ -21,9 +21,9 @@ from affordance.objects.colour import (
     parse_colour,
     show_colour,
 )
-from affordance.objects.inertia import Ellipsoid, Shape
+from affordance.objects.inertia import Ellipsoid, Primitive
 from affordance.objects.materials import Material, check_materials, load_materials
-from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
+from affordance.objects.mesh_bodies import UNITS, Body, count_shells, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
 from affordance.objects.tool import Component, Grip, Tool
@@ -32,12 +32,12 @@ from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEnt
 # Value in place of a colour: the colour in the mesh file.
 _OF_FILE = "file"
 
-# Constructors of solids, by the key that gives their lengths.
-_PRIMITIVES: Mapping[str, Callable[[Sequence[float]], Shape]] = {
-    "semi_axes": lambda size: Ellipsoid((size[0], size[1], size[2])),
-    "box": lambda size: Box((size[0], size[1], size[2])),
-    "cylinder": lambda size: Cylinder(size[0], size[1]),
-    "capsule": lambda size: Capsule(size[0], size[1]),
+# Solids by the key that gives their lengths.
+_PRIMITIVES: Mapping[str, type[Primitive]] = {
+    "semi_axes": Ellipsoid,
+    "box": Box,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
 }
 _KINDS = (*_PRIMITIVES, "mesh")
 
@@ -93,7 +93,7 @@ def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
         raise part.error("position", "is missing")
     X_TE = build_pose(entry.position, entry.rpy_deg)
     ((material, looks_like),) = _read_materials(part, [None])
-    return (Component(_PRIMITIVES[kind](getattr(entry, kind)), X_TE, material, looks_like),)
+    return (Component(_PRIMITIVES[kind].from_sizes(getattr(entry, kind)), X_TE, material, looks_like),)
 
 
 def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
@@ -116,28 +116,30 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
     return tuple(components)
 
 
-def _choose_bodies(part: Part, found: Bodies) -> tuple[Body, ...]:
+def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:
     """Chooses the requested body, all bodies if materials or colours are given by shell, or all merged into one."""
     entry = part.entry
     if entry.shell is not None:
-        if entry.shell >= found.num_shells:
-            raise part.error("shell", f"is {entry.shell}, must be from 0 to {found.num_shells - 1}")
-        for body in found.bodies:
+        if entry.shell >= count_shells(found):
+            raise part.error("shell", f"is {entry.shell}, must be from 0 to {count_shells(found) - 1}")
+        for body in found:
             if body.number == entry.shell:
                 return (body,)
         raise part.error("shell", f"is {entry.shell}, the wall of a cavity; the shell around it must be given")
     by_shell = entry.materials is not None or entry.material is None
-    return found.bodies if by_shell or len(found.bodies) == 1 else (merge(found),)
+    return found if by_shell or len(found) == 1 else (merge(found),)
 
 
-def _read_list(part: Part, found: Bodies, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
+def _read_list(
+    part: Part, found: Sequence[Body], colours: Sequence[Colour | None]
+) -> list[tuple[Material, Material]]:
     """Reads materials by shell, cavities included, and the appearance of each body."""
     names = part.entry.materials or []
-    if len(names) != found.num_shells:
-        problem = f"has {len(names)} entries, must have {found.num_shells}: one a shell, in the order of the file"
+    if len(names) != count_shells(found):
+        problem = f"has {len(names)} entries, must have {count_shells(found)}: one a shell, in the order of the file"
         raise part.error("materials", problem)
     pairs = []
-    for body, colour in zip(found.bodies, colours, strict=True):
+    for body, colour in zip(found, colours, strict=True):
         material = part.find_material(f"materials[{body.number}]", names[body.number])
         for cavity in body.cavities:
             if names[cavity] != names[body.number]:

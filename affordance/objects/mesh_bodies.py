@@ -50,19 +50,13 @@ class Body(NamedTuple):
     colour: Colour | None
 
 
-class Bodies(NamedTuple):
-    """Bodies of a mesh file, in its order."""
-
-    bodies: tuple[Body, ...]
-
-    @property
-    def num_shells(self) -> int:
-        """Number of closed surfaces, cavities included."""
-        return sum(1 + len(body.cavities) for body in self.bodies)
+def count_shells(bodies: Sequence[Body]) -> int:
+    """Counts the closed surfaces of bodies, cavities included."""
+    return sum(1 + len(body.cavities) for body in bodies)
 
 
-def load_bodies(path: Path, unit: str) -> Bodies:
-    """Reads the bodies of an OBJ, PLY or STL file in a unit of UNITS, with a cache by path, unit and time of change.
+def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
+    """Reads the bodies of an OBJ, PLY or STL file, in its order, in a unit of UNITS; the file is read once.
 
     A file that cannot be read, a surface that is open or wound both ways, or an implausible size is a BadValueError.
     """
@@ -74,7 +68,7 @@ def load_bodies(path: Path, unit: str) -> Bodies:
 
 
 @functools.lru_cache(maxsize=64)
-def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
+def _load_bodies(path: Path, unit: str, _changed: int) -> tuple[Body, ...]:
     triangles = read_triangles(path)
     _check_size(path, triangles, unit)
     vertices = UNITS[unit] * triangles.vertices
@@ -88,11 +82,9 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
     if not overlap <= _LARGE_OVERLAP:
         much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
         _LOG.warning("%s: %s lies in two bodies at once, and is counted twice", path, much)
-    return Bodies(
-        tuple(
-            Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
-            for shell in found.shells
-        )
+    return tuple(
+        Body(*shell.solid.centre(), shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
+        for shell in found.shells
     )
 
 
@@ -113,15 +105,15 @@ def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
     return float(shared / sum(body.volume() for body in bodies))
 
 
-def merge(bodies: Bodies) -> Body:
+def merge(bodies: Sequence[Body]) -> Body:
     """Merges all bodies of a mesh into one."""
     vertices, faces, count = [], [], 0
-    for body in bodies.bodies:
+    for body in bodies:
         vertices.append(body.solid.vertices + body.p_FEo)
         faces.append(body.solid.faces + count)
         count += len(body.solid.vertices)
     solid, p_FEo = TriangleMesh(np.concatenate(vertices), np.concatenate(faces)).centre()
-    colours = {body.colour for body in bodies.bodies}
+    colours = {body.colour for body in bodies}
     return Body(solid, p_FEo, 0, (), colours.pop() if len(colours) == 1 else None)
 
 

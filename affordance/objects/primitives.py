@@ -4,7 +4,6 @@ As in Drake, cylinders and capsules are along Ez, and a capsule's length is that
 """
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
@@ -27,11 +26,6 @@ class Box(Primitive):
         """Volume, [m^3]."""
         return float(np.prod(self.lengths))
 
-    def with_sizes(self, sizes: Array) -> "Box":
-        """Returns the box with other lengths, shape (3,), [m]."""
-        a, b, c = (float(size) for size in sizes)
-        return Box((a, b, c))
-
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m/12 diag(a^2, b^2, c^2)."""
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
@@ -45,10 +39,6 @@ class Box(Primitive):
 class _Round(Primitive):
     radius: float
     length: float
-
-    def with_sizes(self, sizes: Array) -> Self:
-        """Returns the solid with another radius and length, shape (2,), [m]."""
-        return type(self)(float(sizes[0]), float(sizes[1]))
 
 
 @dataclass(frozen=True)

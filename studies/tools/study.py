@@ -152,7 +152,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
     _LOG.info("materials distinguished in pictures")
     for name in names:
         tool = data.tools[name]
-        bodies = load_bodies(data.find_mesh(name), "mm").bodies
+        bodies = load_bodies(data.find_mesh(name), "mm")
         for outcomes, painted in (
             (result.made_out, tool),
             (result.painted, paint(tool, [body.colour for body in bodies])),

@@ -27,8 +27,7 @@ from affordance.vision.pixels.camera_sensor import (
     get_turning_stand,
     needs_turning,
 )
-from affordance.vision.pixels.carving import Side, carve
-from affordance.vision.pixels.columns import View, build_columns
+from affordance.vision.pixels.columns import Side, View, build_columns, carve
 from affordance.vision.pixels.looks import COLOUR_SD, Look, find_looks
 from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
