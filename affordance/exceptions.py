@@ -111,12 +111,7 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error of a part of the program that does not work on this machine, for want of an optional dependency.
-
-    Attributes:
-        part: Part that does not work, with its verb, as in "rendered pictures are".
-        problem: Description of the missing dependency, as reported by the part.
-    """
+    """Error of a part of the program that does not work on this machine, as "rendered pictures are", and why not."""
 
     part: str
     problem: str
@@ -127,12 +122,7 @@ class UnavailableError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class NoPlanError(AffordanceError):
-    """Error of a controller that finds no motion within position and velocity limits.
-
-    Attributes:
-        time: Time since the motion began, [s].
-        place: Place in words; empty if it is unknown.
-    """
+    """Error of a controller that finds no motion within limits, at a time since its start, [s], near a place."""
 
     time: float
     place: str = ""
@@ -144,14 +134,7 @@ class NoPlanError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
-    """Error of a simulation whose integrator exceeds its number of steps.
-
-    Attributes:
-        tool: Name of the tool.
-        time: Simulated time at the stall, [s].
-        num_steps: Largest admissible number of steps.
-        touches: Names of the bodies in contact, in pairs.
-    """
+    """Error of a simulation that exceeds its number of steps at a time, [s], with pairs of bodies in contact."""
 
     tool: str
     time: float
@@ -166,13 +149,9 @@ class StallError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class SeeingError(AffordanceError):
-    """Error of a picture in which the features of an object cannot be detected.
+    """Error of a picture, (height, width, 3), uint8, with depth, (height, width), [m], in which nothing is detected.
 
-    Attributes:
-        reason: Description of the fault, with the number and its bound.
-        colour: Colour picture, red, green and blue, shape (height, width, 3), uint8, for inspection.
-        depth: Depth picture, shape (height, width), [m].
-        frame: Path of the saved picture; empty if it was not saved.
+    The frame is the path of the saved picture; empty if it was not saved.
     """
 
     reason: str

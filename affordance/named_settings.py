@@ -35,8 +35,7 @@ _MODEL_SOURCE = (
 class NamedSetting(NamedTuple):
     """Setting with its name, a path of fields, its value, and its meaning in words.
 
-    The unit is "1" if dimensionless, and empty for a setting that is not a number. The source is that of the default
-    value, or the reason for it.
+    The unit is "1" if dimensionless, and empty if it is no number; the source is that of the default, or its reason.
     """
 
     name: str

@@ -43,16 +43,9 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
-    """Tools and tasks of a robot's choice, and the memory and criterion by which options are compared.
+    """Tools, of at least one grip each, and tasks of a robot, and memory and criterion by which options are compared.
 
-    Attributes:
-        settings: Settings of the robot's arm, changed as ``--set`` says.
-        materials: Materials by name.
-        tools: Tools to choose from, at least one grip each.
-        memory: Memory of materials.
-        same_colours: Pairs of colours, of which the memory's second is read as the first.
-        tasks: Tasks by name.
-        criterion: Criterion by which options are compared.
+    Settings are those of the robot's arm, changed as ``--set`` says.
     """
 
     settings: Settings

@@ -20,12 +20,9 @@ from affordance.files.constraints import OURS
 
 
 class DataModel(BaseModel):
-    """Mapping in a file, with the keys of the class and no others.
+    """Mapping in a file, with the keys of the class and no others."""
 
-    Attributes:
-        elsewhere: Keys that are often given here and belong elsewhere, each with the place where it belongs.
-    """
-
+    # Keys that are often given here and belong elsewhere, each with the place where it belongs.
     elsewhere: ClassVar[Mapping[str, str]] = {}
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, defer_build=True)
@@ -79,18 +76,9 @@ def join_key(parts: Sequence[int | str]) -> str:
     return text
 
 
-def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
-    """Lists the keys that a mapping at a place of a model may have."""
-    return _list_names(_find_model(model, place))
-
-
-def _list_names(model: type[BaseModel]) -> list[str]:
-    return [field.alias or name for name, field in model.model_fields.items()]
-
-
 def _describe_unknown(model: type[BaseModel], key: int | str) -> str:
     """Describes a key that a mapping does not have, and where it belongs or which one is near."""
-    known = _list_names(model)
+    known = [field.alias or name for name, field in model.model_fields.items()]
     place = model.elsewhere.get(str(key)) if issubclass(model, DataModel) else None
     hint = f"; {place}" if place else suggest(key, known)
     return f"is not a key known here (known: {', '.join(known)}){hint}"

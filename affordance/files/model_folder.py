@@ -21,12 +21,7 @@ def list_studies() -> list[str]:
 
 
 def import_study(name: str) -> Any:
-    """Imports a study: ``STUDY`` of its module ``command``.
-
-    Raises:
-        UnavailableError: The package does not lie in a clone of the repository.
-        BadValueError: There is no such study.
-    """
+    """Imports a study, ``STUDY`` of its module ``command``; fails outside of a clone, or for an unknown name."""
     known = list_studies()
     if not known:
         raise UnavailableError(f"the study {name} is", "studies need a clone of the repository")

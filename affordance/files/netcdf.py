@@ -23,13 +23,10 @@ class LabelledArray(NamedTuple):
 
 
 class Trajectories(NamedTuple):
-    """Content of a file of trajectories.
+    """Arrays by name; one whose only dimension has its own name is the coordinate of that dimension.
 
-    Attributes:
-        variables: Arrays by name; dimensions of the same name have the same length. An array whose only dimension has
-            its own name is the coordinate of that dimension.
-        names: Names of the entries along a dimension without coordinate, in any script, or, where no array has that
-            dimension, of the entries that an array of indices refers to; the latter are stored as a JSON attribute.
+    Names are those of the entries along a dimension without coordinate, in any script, or, where no array has that
+    dimension, of the entries that an array of indices refers to; the latter are stored as a JSON attribute.
     """
 
     variables: Mapping[str, LabelledArray]

@@ -20,16 +20,10 @@ _MEASUREMENT_MARGIN = 4.0
 
 
 class PartAppearance(NamedTuple):
-    """Appearance of one part.
+    """Appearance of one part: colour, axis lengths in any order, [m], and position of its centre in T, [m].
 
-    Attributes:
-        colour: Red, green and blue in [0, 1].
-        sizes: Axis lengths, in any order, [m].
-        position: Position of the part's centre in the tool's frame T, [m].
-        colour_sd: Standard deviation of the colour's measurement in each direction of CIELAB; 0 if it is exact.
-        size_sd: Standard deviation of each size's measurement, as a fraction of that size.
-        position_sd: Standard deviation of each coordinate's measurement, [m].
-        lightness_sd: Standard deviation of an additional error of the colour's brightness, in units of L*.
+    Standard deviations are those of measurements: of the colour in each direction of CIELAB, of each size, relative,
+    of each coordinate, [m], and of an additional error of the colour's brightness, in units of L*.
     """
 
     colour: Colour

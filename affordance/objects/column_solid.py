@@ -15,12 +15,10 @@ _AS_FAR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid(ArraySolid):
-    """Solid of N square columns along Ez; arrays are read-only.
+    """Solid of N square columns along Ez, given by read-only arrays.
 
-    Attributes:
-        places: Positions of the columns' axes, x and y in E, shape (N, 2), [m].
-        areas: Areas of the columns' cross-sections, shape (N,), [m^2].
-        ends: Least and largest z of each column, shape (N, 2), [m].
+    Places are the x and y of their axes, (N, 2), [m], areas those of their cross-sections, (N,), [m^2], and ends the
+    least and largest z of each, (N, 2), [m].
     """
 
     places: Array

@@ -33,14 +33,10 @@ _SCALE = 1e3
 
 
 class Body(NamedTuple):
-    """Body of a mesh, without its cavities.
+    """Body of a mesh: solid with Eo in its centroid, at p_FEo, (3,), [m], in the frame F of the file, parallel to E.
 
-    Attributes:
-        solid: Solid in its own frame E, with Eo in its centroid.
-        p_FEo: Position of Eo in the frame F of the file, whose axes are parallel to those of E, shape (3,), [m].
-        number: Index of the shell in the order of the file.
-        cavities: Indices of the shells that are its cavities.
-        colour: Colour of most of its surface in the file; None if the file gives none.
+    Its number, and those of its cavities, are indices of shells in the order of the file. The colour is that of most
+    of its surface in the file; None if the file gives none.
     """
 
     solid: TriangleMesh

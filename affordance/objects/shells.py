@@ -25,13 +25,9 @@ class MeshError(ValueError):
 
 
 class Shell(NamedTuple):
-    """Body of a mesh with its cavities.
+    """Body of a mesh, less its cavities, in the frame of the file, and the indices of its faces there, (k,).
 
-    Attributes:
-        solid: Solid bounded by the body's surface and those of its cavities, in the frame of the file.
-        number: Index of the shell in the order of the file; cavities are counted, too.
-        cavities: Indices of its cavities.
-        faces: Indices of its faces in the file, (k,).
+    Its number, and those of its cavities, are indices of surfaces in the order of the file.
     """
 
     solid: TriangleMesh

@@ -27,14 +27,9 @@ _EQUAL = 1e-9
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
 class Component:
-    """Solid part of a tool.
+    """Solid part of a tool, at a read-only pose X_TE, (4, 4): ``material`` determines the density.
 
-    Attributes:
-        shape: Solid in its own frame E.
-        X_TE: Pose of E in the tool, shape (4, 4), read-only.
-        material: Material that determines the density.
-        looks_like: Material whose colour the part shows.
-        strikes: Faces that are designed to strike.
+    ``looks_like`` is the material whose colour the part shows, ``strikes`` are faces that are designed to strike.
     """
 
     shape: Shape
@@ -57,12 +52,7 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """Way of holding a tool.
-
-    Attributes:
-        name: Name in the tools file.
-        X_TG: Pose of the grip in the frame in which the tool's components are written, shape (4, 4), read-only.
-    """
+    """Way of holding a tool: its pose in the frame in which the components are written, (4, 4), read-only."""
 
     name: str
     X_TG: Array

@@ -29,9 +29,8 @@ _SAME_FACE = 1e-6
 class TriangleMesh(ArraySolid):
     """Solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
 
-    Attributes:
-        vertices: Corners in E, shape (n, 3), read-only, [m].
-        faces: Three corners per face, counter-clockwise seen from outside the material, shape (m, 3), read-only.
+    Corners in E, (n, 3), [m], and three of them per face, counter-clockwise seen from outside the material, (m, 3),
+    are read-only.
     """
 
     vertices: Array

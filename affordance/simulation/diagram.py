@@ -33,7 +33,7 @@ from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings
 from affordance.simulation.posterior_log import PosteriorLog
-from affordance.vision.eye import Eye, open_eye
+from affordance.vision.eye import Eye, observe
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
 # Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
@@ -184,7 +184,7 @@ def build_trial_diagram(
     return TrialDiagram(
         diagram=diagram,
         settings=settings,
-        eye=eye or open_eye(settings.feature_source, settings.vision_error),
+        eye=eye or (lambda tool, rng: observe(tool, settings.feature_source, settings.vision_error, rng)),
         duration=duration,
         arm=arm,
         model=ArmModel(model),

@@ -22,18 +22,10 @@ CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
-def open_eye(source: FeatureSource, error: VisionError) -> Eye:
-    """Returns the eye for a source of features; arguments as for ``observe``."""
-    return lambda tool, rng: observe(tool, source, error, rng)
-
-
 def observe(
     tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
 ) -> tuple[ComponentFeatures, ...]:
-    """Measures the features of an object, the true ones with errors of standard deviations, or those of pictures.
-
-    Pictures from which no features can be extracted raise a SeeingError.
-    """
+    """Measures an object: its true features with errors, or those of pictures, which may raise a SeeingError."""
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)
     # The camera and its pipeline are loaded for pictures only.
@@ -49,8 +41,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
     """
     features = []
     for component in tool.components:
-        sizes = component.shape.sizes
-        X_TE = np.array(component.X_TE)
+        sizes, X_TE = component.shape.sizes, np.array(component.X_TE)
         sizes = sizes * np.exp(error.size * rng.standard_normal(len(sizes)))
         X_TE[:3, 3] += error.position * rng.standard_normal(3)
         X_TE[:3, :3] = (

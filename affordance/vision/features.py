@@ -40,21 +40,12 @@ class FeatureSource(enum.Enum):
 
 @dataclass(frozen=True)
 class ComponentFeatures:
-    """Features of one component.
+    """Features of one component: its colour, solid and pose, (4, 4), as measured, with standard deviations of errors.
 
-    Attributes:
-        colour: Colour of the component, red, green and blue in [0, 1].
-        shape: Solid with the measured sizes (axis lengths).
-        X_TE: Measured pose of the component, shape (4, 4).
-        size_sd: Standard deviation of each size's error, as a fraction of that size.
-        position_sd: Standard deviation of each coordinate's error, [m].
-        rotation_sd: Standard deviation of the error about each axis, [rad].
-        colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
-        lightness_sd: Standard deviation of a further error of the colour's lightness, as from the illumination, in
-            units of L*.
-        deformations: Further errors, each the displacement of the part's points in T by one standard deviation, an
-            affine map less the identity, shape (G, 4, 4): what a picture leaves undetermined, with its correlations.
-        strikes: Striking faces of the component, known without measurement.
+    Those are of each size, relative, of each coordinate, [m], and angle, [rad], and of the colour in each direction
+    of CIELAB, with a further one of its lightness, in units of L*. Deformations are further errors, each the
+    displacement of the part's points in T by one standard deviation, an affine map less the identity, (G, 4, 4): what
+    a picture leaves undetermined, with its correlations. Striking faces are known without measurement.
     """
 
     colour: Colour

@@ -40,8 +40,6 @@ _NUM_PRIORS = 4  # residuals of priors: three sizes, and the outline's shift
 _SHIFT_SD = 0.05
 # Places of xx, yy, zz, xy, xz, yz in a symmetric matrix.
 INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-
-
 # Least ratio of the squared axes of a first ellipsoid: the thickness is at least a thousandth of the length.
 _LEAST_RATIO = 1e-6
 
@@ -58,14 +56,9 @@ class SeenEllipsoid(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """Fitted ellipsoid with its uncertainty.
+    """Most probable ellipsoid, covariance of its deformations as of ``deform``, (9, 9), [m and 1], and its misfit.
 
-    Attributes:
-        ellipsoid: Most probable ellipsoid.
-        covariance: Covariance of small deformations: displacement d (3), then E (xx, yy, zz, xy, xz, yz), (9, 9), [m
-            and 1].
-        misfit: Mean square of the residuals in standard deviations; about 1 for an ellipsoid.
-        num_readings: Number of depth readings used.
+    The misfit is the mean square of the residuals in standard deviations, about 1 for an ellipsoid.
     """
 
     ellipsoid: SeenEllipsoid
@@ -75,12 +68,9 @@ class Fit(NamedTuple):
 
 
 class PartView(NamedTuple):
-    """Measurements of an ellipsoid in a picture; pixels and points are given by column and row.
+    """Pixels of an ellipsoid's depth readings, (N, 2), those, (N,), [m], and points of its outline, (K, 2).
 
-    Attributes:
-        pixels: Pixels of the depth readings, (N, 2).
-        depth: Depth readings, (N,), [m].
-        outline: Points of the outline, (K, 2).
+    Pixels and points are given by column and row.
     """
 
     pixels: Array
@@ -115,13 +105,10 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 
 class Sighting(NamedTuple):
-    """Intersections of N rays with an ellipsoid.
+    """Intersections of N rays with an ellipsoid: depth of the near side, [m], points, (N, 3), [m], and normals there.
 
-    Attributes:
-        depth: Depth of the near side along each ray, (N,), [m]; for a ray outside the outline, of its closest point.
-        points: Intersection points, (N, 3), [m].
-        normals: Outward normals A (p - c), not of unit length, (N, 3), [1/m].
-        outline_distance: Distance of each ray inside the outline, to first order, (N,), [pixels].
+    A ray outside of the outline has its closest point. Normals A (p - c) point outwards and have no unit length,
+    (N, 3), [1/m]; the distance of each ray inside the outline is of first order, (N,), [pixels].
     """
 
     depth: Array

@@ -55,9 +55,7 @@ class Detection(NamedTuple):
 def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
-    Raises:
-        SeeingError: The parts cannot be detected (see ``segment``), or one hides another (a HiddenPartError), or the
-            visible surface of one is not that of an ellipsoid (a NoFitError).
+    Parts that cannot be detected (see ``segment``), hide another or are no ellipsoids raise a SeeingError.
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []

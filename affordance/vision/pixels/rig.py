@@ -48,10 +48,7 @@ _FACETS = 1.0013
 
 
 class Lamp(NamedTuple):
-    """Lamp whose light is parallel, along a unit vector in the camera's frame.
-
-    Its intensity is the radiance of a white surface that faces it, relative to a saturated pixel.
-    """
+    """Lamp of parallel light; its intensity is that of a white surface that faces it, relative to saturation."""
 
     direction_C: tuple[float, float, float]
     intensity: float
@@ -79,18 +76,13 @@ def compute_shading(normals_C: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rig:
-    """Stand with its camera.
-
-    Attributes:
-        camera: Camera above the stand.
-        height: Height of the camera above the stand's top, [m]. At 0.9 m the picture shows 0.98 by 0.73 m, and
-            objects less than 0.4 m high are further than 0.5 m, the least distance at which the first Kinect reads
-            depth.
-        colour: Colour of the stand: a dark grey, unlike that of any bright object.
-    """
+    """Stand of a colour with a camera at a height above its top, [m]."""
 
     camera: Camera = Camera()
+    # The picture shows 0.98 by 0.73 m, and objects less than 0.4 m high are further than 0.5 m, the least distance at
+    # which the first Kinect reads depth.
     height: float = 0.9
+    # A dark grey, unlike that of any bright object.
     colour: Colour = (0.2, 0.2, 0.2)
 
     @property

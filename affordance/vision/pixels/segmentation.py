@@ -58,13 +58,7 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Rejects an unusable picture.
-
-    Raises:
-        UnusablePictureError: Colour and depth do not match, or are too small.
-        NoDepthError: Depth readings are not finite, or too few.
-        OneColourError: All pixels have the same colour.
-    """
+    """Raises an UnusablePictureError, a NoDepthError or a OneColourError for a picture that shows nothing."""
     colour, depth = picture
     if colour.ndim != 3 or colour.shape[2] != 3 or colour.dtype != np.uint8 or depth.shape != colour.shape[:2]:
         problem = f"colour is {colour.shape} of {colour.dtype} and depth {depth.shape}"
@@ -86,11 +80,8 @@ def check_picture(picture: Picture) -> None:
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
     """Segments the object into its parts; the stand's top is at stand_depth, [m].
 
-    Raises:
-        UnusablePictureError, NoDepthError, OneColourError: The picture fails ``check_picture``.
-        NothingSeenError: Nothing is nearer than the stand.
-        OutOfViewError: The object reaches the picture's edge.
-        TooSmallError: The object, or one of its parts, covers too few pixels.
+    A picture that fails ``check_picture``, in which nothing is nearer than the stand, or the object reaches the edge,
+    or it or a part covers too few pixels raises a SeeingError.
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)

@@ -26,18 +26,13 @@ _RIM_ANGLE = float(np.radians(75.0))
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """Noise of one picture; docs/decisions/0015-vision-from-pixels.md.
+    """Noise of one picture; docs/decisions/0015-vision-from-pixels.md."""
 
-    Attributes:
-        depth_scale: Factor on the standard deviations of depth, axial and lateral; 0 for a perfect sensor.
-        signal_to_noise: Signal-to-noise ratio of a saturated colour pixel; infinite for a perfect sensor.
-        max_angle: Angle beyond which surfaces give no depth, [rad].
-    """
-
+    # Factor on the standard deviations of depth, axial and lateral; 0 for a perfect sensor.
     depth_scale: float = 1.0
-    # ISO 12232: a ratio of 40 counts as excellent.
+    # Ratio of a saturated colour pixel, infinite for a perfect sensor; 40 counts as excellent (ISO 12232).
     signal_to_noise: float = 40.0
-    # Largest angle at which Nguyen et al. could measure.
+    # Angle beyond which surfaces give no depth, the largest at which Nguyen et al. could measure, [rad].
     max_angle: float = float(np.radians(80.0))
 
     def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
@@ -78,9 +73,8 @@ class SensorNoise:
 
     def _disturb_colour(self, colour: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
         signal = colour / np.float32(255.0)
-        noise = (
-            rng.standard_normal(colour.shape, dtype=np.float32) * np.sqrt(signal) / np.float32(self.signal_to_noise)
-        )
+        noise = rng.standard_normal(colour.shape, dtype=np.float32)
+        noise = noise * np.sqrt(signal) / np.float32(self.signal_to_noise)
         return np.rint(255.0 * np.clip(signal + noise, 0.0, 1.0)).astype(np.uint8)
 
     def _disturb_depth(self, depth: Array, camera: Camera, rng: np.random.Generator) -> Array:

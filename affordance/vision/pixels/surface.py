@@ -42,10 +42,7 @@ _GOOD_LIGHT = 0.6
 def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds the pixels that show the object, (height, width); the stand's top is at stand_depth, [m].
 
-    Raises:
-        UnusablePictureError, NoDepthError, OneColourError: The picture fails ``check_picture``.
-        NothingSeenError: Nothing differs from the stand.
-        OutOfViewError: The object reaches the picture's edge.
+    A picture that fails ``check_picture``, of the stand alone, or of an object at its edge raises a SeeingError.
     """
     check_picture(picture)
     colour = picture.colour.astype(np.float32)
@@ -77,14 +74,11 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
 
 
 class Surface(NamedTuple):
-    """Surface of the object in one view, in a window of the picture.
+    """Surface of the object, where the mask is true, in a window of one view, (height, width).
 
-    Attributes:
-        mask: True where a pixel shows the object, (height, width).
-        corner: Column and row of the window's first pixel in the picture, (2,).
-        depth: Averaged depth, (height, width), [m]; outside the mask that of the nearest pixel with readings.
-        colour: Red, green and blue in full light, in [0, 1], (height, width, 3).
-        lit: True where the slope is known well enough to determine the colour, (height, width).
+    The corner is the column and row of the window's first pixel, (2,). Depth is averaged, [m], outside of the mask
+    that of the nearest pixel with readings; colour is that in full light, in [0, 1], (height, width, 3), determined
+    where the surface is lit, that is, its slope known well enough.
     """
 
     mask: Mask
