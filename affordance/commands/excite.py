@@ -46,7 +46,16 @@ from affordance.settings import Settings
 
 SIGNALS = ("joint_torque", "motor_torque")
 _NEAR_FLOOR = 1.2
-_LONGEST = 120.0
+# Bounds of options, with their units.
+_BOUNDS = {
+    "seconds": (1.0, 120.0, "s"),
+    "mass": (0.02, 100.0, "kg"),
+    "floor": (0.0, 1e4, "g"),
+    "acceleration": (0.05, 100.0, "rad/s^2"),
+    "tip-speed": (0.01, 20.0, "m/s"),
+    "reach": (0.05, np.pi, "rad"),
+    "above": (-5.0, 5.0, "m"),
+}
 _POSTURES = Whole(1, 50)
 _NAME = "excite"
 _SECOND = 1_000_000_000  # [ns]
@@ -146,16 +155,12 @@ def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
 
 def _check(arguments: argparse.Namespace) -> None:
     check_bounds(arguments)
-    check_number("--seconds", arguments.seconds, 1.0, _LONGEST, "s")
     if arguments.postures is not None:
         check_whole("--postures", arguments.postures, _POSTURES)
-    check_number("--mass", arguments.mass, 0.02, 100.0, "kg")
-    check_number("--floor", arguments.floor, 0.0, 1e4, "g")
-    check_number("--acceleration", arguments.acceleration, 0.05, 100.0, "rad/s^2")
-    check_number("--tip-speed", arguments.tip_speed, 0.01, 20.0, "m/s")
-    check_number("--reach", arguments.reach, 0.05, np.pi, "rad")
-    if arguments.above is not None:
-        check_number("--above", arguments.above, -5.0, 5.0, "m")
+    for name, bounds in _BOUNDS.items():
+        value = getattr(arguments, name.replace("-", "_"))
+        if value is not None:
+            check_number(f"--{name}", value, *bounds)
 
 
 def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:

@@ -59,44 +59,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, metavar="RUN", help="recording with the load (must be given)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
-    add(
-        "--description",
-        type=Path,
-        help="YAML file that describes all runs (default: the file of the same name in the folder of each run)",
-    )
+    what = "YAML file that describes all runs (default: the file of the same name in the folder of each run)"
+    add("--description", type=Path, help=what)
     add("--unpaired", action="store_true", help="the loaded run repeats none of the empty ones")
-    add(
-        "--object", type=Path, help="tools file with what a camera saw of the object, its first tool or --object-name"
-    )
+    what = "tools file with what a camera saw of the object, its first tool or --object-name"
+    add("--object", type=Path, help=what)
     add("--object-name", help="which tool of that file")
-    add(
-        "--object-pose",
-        type=float,
-        nargs=6,
-        metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
-        help="pose of the object in the tip, m and degrees (default: the run's description)",
-    )
-    add(
-        "--size-error", type=float, default=0.2, metavar="SD", help="of the sizes of its parts, relative (default .2)"
-    )
-    add(
-        "--unseen",
-        type=float,
-        default=0.2,
-        metavar="SD",
-        help="mass that the camera does not see, relative (default .2; .02 of solid stock)",
-    )
-    add(
-        "--materials",
-        type=Path,
-        metavar="FILE",
-        help="materials of that file (default: the robot's, else ours)",
-    )
-    add(
-        "--memory",
-        metavar="MEMORY",
-        help="lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL",
-    )
+    what = "pose of the object in the tip, m and degrees (default: the run's description)"
+    add("--object-pose", type=float, nargs=6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"), help=what)
+    what = "of the sizes of its parts, relative (default .2)"
+    add("--size-error", type=float, default=0.2, metavar="SD", help=what)
+    what = "mass that the camera does not see, relative (default .2; .02 of solid stock)"
+    add("--unseen", type=float, default=0.2, metavar="SD", help=what)
+    add("--materials", type=Path, metavar="FILE", help="materials of that file (default: the robot's, else ours)")
+    what = "lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL"
+    add("--memory", metavar="MEMORY", help=what)
     add_same_colours(parser)
     add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")

@@ -11,16 +11,13 @@ from affordance.robots.report import PAGE, TEXT
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("file", type=Path, help="the robot's file")
+    add = parser.add_argument
+    add("file", type=Path, help="the robot's file")
     add_arm_arguments(parser)
-    parser.add_argument("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
-    parser.add_argument(
-        "--tasks",
-        choices=("fit", "keep"),
-        default="fit",
-        help="whether paths, blow and objects are changed to what the arm can do",
-    )
-    parser.add_argument("--out", type=Path, required=True, help="folder for the models; must be new or empty")
+    add("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
+    what = "whether paths, blow and objects are changed to what the arm can do"
+    add("--tasks", choices=("fit", "keep"), default="fit", help=what)
+    add("--out", type=Path, required=True, help="folder for the models; must be new or empty")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -37,28 +37,14 @@ _SURELY = 0.995
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add(
-        "tasks",
-        nargs="*",
-        metavar="TASK",
-        help="tasks of the robot that are to be done: hammer, reach, mash, carry, hold",
-    )
-    add(
-        "--may-hold",
-        type=Path,
-        default=MODELS / "workshop" / "blanks.yaml",
-        metavar="FILE",
-        help="objects that may be held first (default: our pieces of stock)",
-    )
+    what = "tasks of the robot that are to be done: hammer, reach, mash, carry, hold"
+    add("tasks", nargs="*", metavar="TASK", help=what)
+    what = "objects that may be held first (default: our pieces of stock)"
+    add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
     add("--include-tools", action="store_true", help="the tools themselves may be held too")
     add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
-    add(
-        "--price",
-        type=float,
-        default=0.0,
-        metavar="COST",
-        help="price of a hold, in the unit of the cost (default 0)",
-    )
+    what = "price of a hold, in the unit of the cost (default 0)"
+    add("--price", type=float, default=0.0, metavar="COST", help=what)
     add_choice(parser, _NAME, samples=4000)
 
 

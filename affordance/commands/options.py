@@ -191,43 +191,20 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
 
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
-    parser.add_argument(
-        "--tip", help="link or frame at the arm's end, where it holds things; without it they are listed"
-    )
-    parser.add_argument("--base", help="link that is fixed to the world (default: where the limb begins)")
-    parser.add_argument(
-        "--out-axis",
-        metavar="AXIS",
-        help=f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z",
-    )
-    parser.add_argument(
-        "--posture",
-        nargs="+",
-        default=[],
-        metavar="JOINT=VALUE",
-        help="where other joints are frozen, and the arm's own at home (rad, m)",
-    )
-    parser.add_argument(
-        "--rotor-inertia",
-        nargs="+",
-        default=[],
-        metavar="VALUE",
-        help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
-    )
-    parser.add_argument(
-        "--effort",
-        nargs="+",
-        default=[],
-        metavar="VALUE",
-        help="limits of torque in place of the file's (N m): one for all, or JOINT=VALUE",
-    )
-    parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
-    parser.add_argument(
-        "--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)"
-    )
-    parser.add_argument(
-        "--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)"
-    )
+    add = parser.add_argument
+    add("--tip", help="link or frame at the arm's end, where it holds things; without it they are listed")
+    add("--base", help="link that is fixed to the world (default: where the limb begins)")
+    what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
+    add("--out-axis", metavar="AXIS", help=what)
+    what = "where other joints are frozen, and the arm's own at home (rad, m)"
+    add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
+    what = "of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE"
+    add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
+    what = "limits of torque in place of the file's (N m): one for all, or JOINT=VALUE"
+    add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
+    add("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
+    add("--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)")
+    add("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:

@@ -35,35 +35,21 @@ _OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument(
-        "experiment",
-        nargs="?",
-        default="all",
-        help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)",
-    )
+    add = parser.add_argument
+    what = f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)"
+    add("experiment", nargs="?", default="all", help=what)
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
     add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})", models="")
-    parser.add_argument(
-        "--vision",
-        choices=[source.value for source in FeatureSource],
-        help="true features of objects (default), or from a picture of each; vision always takes pictures",
-    )
-    parser.add_argument(
-        "--learner",
-        choices=[learner.value for learner in Learner],
-        help="one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn",
-    )
-    parser.add_argument(
-        "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
-    )
-    parser.add_argument(
-        "--memory",
-        default="",
-        metavar="MEMORY",
-        help="lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended",
-    )
+    what = "true features of objects (default), or from a picture of each; vision always takes pictures"
+    add("--vision", choices=[source.value for source in FeatureSource], help=what)
+    what = "one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn"
+    add("--learner", choices=[learner.value for learner in Learner], help=what)
+    what = "what is to be wrong, of the models' faults.yaml; more than once"
+    add("--fault", action="append", default=[], help=what)
+    what = "lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended"
+    add("--memory", default="", metavar="MEMORY", help=what)
     add_same_colours(parser)
-    parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
+    add("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:

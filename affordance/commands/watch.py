@@ -60,9 +60,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_robot(parser)
     add_seed(parser)
     add_set(parser)
-    parser.add_argument(
-        "--memory", default="", help="lasting memory: the observer begins with it, and every hold is appended"
-    )
+    what = "lasting memory: the observer begins with it, and every hold is appended"
+    parser.add_argument("--memory", default="", help=what)
     add_same_colours(parser)
 
 
@@ -117,9 +116,8 @@ class _Show:
             self.task, self.novel = experiment.task, experiment.novel[0]
             self.choice: Choice = experiment.plan_grips(self.settings, "plans", 1)[self.novel.name]
             self.grips = self.novel.list_gripped()
-        known = load_materials(
-            self.settings.arm.parent / MATERIALS.name
-        )  # a memory may be of more than these objects
+        # A memory may be of more than these objects.
+        known = load_materials(self.settings.arm.parent / MATERIALS.name)
         parts = [*known.values(), *(part.looks_like for tool in self.tools for part in tool.components)]
         self.scene = LiveScene(self.settings.arm, {part.colour: part.name.replace("_", " ") for part in parts})
         self.runner = TrialRunner(self.settings, display=self.scene.add_to)

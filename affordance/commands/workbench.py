@@ -62,12 +62,8 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add = parser.add_argument
     what = "file of a task, in place of one of the robot's; next takes several, with those of the robot too"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
-    add(
-        "--see",
-        choices=_SIGHTS,
-        default=_SIGHTS[0],
-        help="how the tools' form is known; features are sizes with errors (vision_error)",
-    )
+    what = "how the tools' form is known; features are sizes with errors (vision_error)"
+    add("--see", choices=_SIGHTS, default=_SIGHTS[0], help=what)
     add(
         "--by",
         choices=[each.value for each in Criterion],
