@@ -108,12 +108,10 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
     bodies = _choose_bodies(part, found)
     colours = [body.colour for body in bodies]
     pairs = _read_list(part, found, colours) if entry.materials is not None else _read_materials(part, colours)
-    components = []
-    for body, (material, looks_like) in zip(bodies, pairs, strict=True):
-        X_FE = np.eye(4)
-        X_FE[:3, 3] = body.p_FEo
-        components.append(Component(body.solid, X_TF @ X_FE, material, looks_like))
-    return tuple(components)
+    return tuple(
+        Component(body.solid, X_TF @ build_pose(body.p_FEo), material, looks_like)
+        for body, (material, looks_like) in zip(bodies, pairs, strict=True)
+    )
 
 
 def _choose_bodies(part: Part, found: tuple[Body, ...]) -> tuple[Body, ...]:

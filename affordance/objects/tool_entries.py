@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 import scipy
+from numpy.typing import ArrayLike
 from pydantic import Field
 
 from affordance.arrays import Array
@@ -91,8 +92,8 @@ class ToolEntry(DataModel):
     ] = None
 
 
-def build_pose(position: tuple[float, float, float], rpy_deg: tuple[float, float, float] | None) -> Array:
-    """Builds a pose, (4, 4), from a position, [m], and roll, pitch and yaw, [deg]."""
+def build_pose(position: ArrayLike, rpy_deg: tuple[float, float, float] | None = None) -> Array:
+    """Builds a pose, (4, 4), from a position, (3,), [m], and roll, pitch and yaw, [deg], or none."""
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:

@@ -5,8 +5,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool_entries import build_pose
 from affordance.vision.pixels.columns import View, collect_columns, find_sheets
-from affordance.vision.pixels.seen_tool import place_at
 from affordance.vision.pixels.segmentation import spread_nearest
 
 # Percentile of the surface's height that stands for the object's height, for some of the object may protrude, [%].
@@ -38,7 +38,7 @@ def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, A
     J = solid.unit_pseudo_inertia()
     squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])
     a, b, c = (float(size) for size in np.sqrt(5.0 * squares[::-1]))
-    X_PE = place_at(p_PEo)
+    X_PE = build_pose(p_PEo)
     X_PE[:3, :3] = axes[:, ::-1]
     X_PE[:3, 2] *= np.sign(np.linalg.det(axes[:, ::-1]))
     return Ellipsoid((a, b, c)), X_PE

@@ -18,12 +18,13 @@ from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
+from affordance.objects.tool_entries import build_pose
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import CameraSensor, Photograph, find_presented_pose, present
 from affordance.vision.pixels.columns import build_columns
 from affordance.vision.pixels.looks import COLOUR_SD, Look
-from affordance.vision.pixels.seen_tool import ERROR, SolidError, describe_solid, detect_tool, place_at
+from affordance.vision.pixels.seen_tool import ERROR, SolidError, describe_solid, detect_tool
 from studies.tools.forms import build_mirrored_columns, find_equal_ellipsoid
 from studies.tools.labels import render_labels
 
@@ -84,7 +85,7 @@ def measure_form(
         if source is Source.ELLIPSOID:
             parts.append(describe_solid(look, *find_equal_ellipsoid(solid, p_PEo), X_TP, error))
         else:
-            parts.append(describe_solid(look, solid, place_at(p_PEo), X_TP, error))
+            parts.append(describe_solid(look, solid, build_pose(p_PEo), X_TP, error))
     return tuple(parts)
 
 

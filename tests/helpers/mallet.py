@@ -6,8 +6,8 @@ from affordance.objects.inertia import build_inertia_map
 from affordance.objects.primitives import Box
 from affordance.objects.striking_face import StrikingFace
 from affordance.objects.tool import Component, Tool
+from affordance.objects.tool_entries import build_pose
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor
-from affordance.vision.pixels.seen_tool import place_at
 from helpers.workshop import MATERIALS
 
 STAND = CameraSensor(TURNING_RIG)
@@ -17,7 +17,7 @@ def make_tool(*parts):
     """A tool of boxes: lengths, position and material of each."""
     components = []
     for lengths, position, name in parts:
-        components.append(Component(Box(lengths), place_at(np.array(position)), MATERIALS[name], MATERIALS[name]))
+        components.append(Component(Box(lengths), build_pose(np.array(position)), MATERIALS[name], MATERIALS[name]))
     return Tool("made up", tuple(components))
 
 

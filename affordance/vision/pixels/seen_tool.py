@@ -17,6 +17,7 @@ from affordance.files.constraints import Setting
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.inertia import Shape
 from affordance.objects.tool import Tool
+from affordance.objects.tool_entries import build_pose
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import (
     UPRIGHT,
@@ -67,7 +68,7 @@ class SeenTool(NamedTuple):
     def compute_features(self, X_TP: Array) -> tuple[ComponentFeatures, ...]:
         """Computes the features of the parts in T, from the pose X_TP in which the object was presented, (4, 4)."""
         parts = self.centre(carve(build_columns(*self.views), self.sides), ERROR)
-        return tuple(describe_solid(look, solid, place_at(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
+        return tuple(describe_solid(look, solid, build_pose(p_PEo), X_TP, ERROR) for look, solid, p_PEo in parts)
 
     def centre(
         self, solids: Mapping[int, ColumnSolid], error: SolidError
@@ -150,13 +151,6 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
         lightness_sd=look.lightness_sd,
         deformations=X_TP @ deformations @ np.linalg.inv(X_TP),
     )
-
-
-def place_at(p_PEo: Array) -> Array:
-    """Returns the pose of a frame at a point with the axes of P, shape (4, 4)."""
-    X_PE = np.eye(4)
-    X_PE[:3, 3] = p_PEo
-    return X_PE
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
