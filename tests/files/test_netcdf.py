@@ -65,11 +65,7 @@ def test_whole_numbers_truths_and_numbers_that_are_none_come_back(tmp_path, valu
 
 def test_axes_that_disagree_leave_no_file(tmp_path):
     trajectories = Trajectories(
-        {
-            "a": LabelledArray(("time",), np.zeros(3), "s", ""),
-            "b": LabelledArray(("time",), np.zeros(4), "s", ""),
-        },
-        {},
+        {"a": LabelledArray(("time",), np.zeros(3), "s", ""), "b": LabelledArray(("time",), np.zeros(4), "s", "")}, {}
     )
     with pytest.raises(ValueError, match="conflicting sizes for dimension 'time'"):
         write_trajectories(tmp_path / "t.nc", trajectories)

@@ -6,7 +6,7 @@ from pydrake.geometry import Capsule as DrakeCapsule
 from pydrake.geometry import Cylinder as DrakeCylinder
 from pydrake.multibody.tree import CalcSpatialInertia
 
-from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
+from affordance.objects.inertia import Ellipsoid, parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.objects.primitives import Box, Capsule, Cylinder
 
 SOLIDS = [
@@ -64,7 +64,8 @@ def test_other_sizes_give_another_solid_of_the_kind(solid):
 
 
 @pytest.mark.parametrize(
-    "make", [lambda: Box((0.1, 0, 0.1)), lambda: Cylinder(-1.0, 1.0), lambda: Capsule(1.0, np.inf)]
+    ("kind", "sizes"),
+    [(Box, (0.1, 0, 0.1)), (Cylinder, (-1.0, 1.0)), (Capsule, (1.0, np.inf)), (Ellipsoid, (0.1, np.nan, 0.1))],
 )
-def test_impossible_sizes_are_refused(make):
-    assert "must be finite and greater than 0" in refuse(make, error=ValueError)
+def test_impossible_sizes_are_refused(kind, sizes):
+    assert "must be finite and greater than 0" in refuse(kind.from_sizes, sizes, error=ValueError)

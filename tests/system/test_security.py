@@ -184,10 +184,7 @@ def test_hostile_recording_is_refused(tmp_path, refuse, case):
     name, content, problem = RECORDINGS[case]
     robot = write_urdf(tmp_path)
     samples = "".join(f"{0.01 * k},{0.01 * k},1\n" for k in range(50))
-    files = {
-        "loaded.yaml": "signal: joint_torque\njoints: [joint_1]\n",
-        "loaded.csv": f"time,q_1,tau_1\n{samples}",
-    }
+    files = {"loaded.yaml": "signal: joint_torque\njoints: [joint_1]\n", "loaded.csv": f"time,q_1,tau_1\n{samples}"}
     for other, text in files.items():
         (tmp_path / other).write_text(text, encoding="utf-8")
     if name.endswith(".db3"):

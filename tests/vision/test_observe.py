@@ -20,7 +20,7 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.eye import measure_features, observe
+from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.pixels import camera_sensor
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
@@ -35,16 +35,6 @@ EXPERT = MaterialMemory.from_densities({material.colour: material.density for ma
 
 def take_features(tool):
     return observe(tool, FeatureSource.PIXELS, VisionError(), np.random.default_rng(0))
-
-
-def test_features_are_measured_as_before_where_they_are_not_seen():
-    settings = dataclasses.replace(DEFAULT_SETTINGS, vision_error=VisionError(0.05, 0.002, 0.02))
-    ours = observe(STICK, settings.feature_source, settings.vision_error, np.random.default_rng(3))
-    theirs = measure_features(STICK, settings.vision_error, np.random.default_rng(3))
-    for one, other in zip(ours, theirs, strict=True):
-        np.testing.assert_array_equal(one.X_TE, other.X_TE)
-        assert (one.shape, one.colour, one.colour_sd) == (other.shape, other.colour, 0.0)
-        assert len(one.deformations) == 0
 
 
 def test_features_from_pictures_are_those_of_the_grip_in_the_hand():

@@ -103,11 +103,6 @@ def test_predictive_samples_have_the_predicted_mean_and_spread(features, rng):
     assert (samples[:, 0] > 0).all()
 
 
-def test_decoy_is_seen_as_what_it_looks_like(weight, rng):
-    (decoy,) = measure_features(weight.tools[-1], VisionError(), rng)
-    assert decoy.colour == weight.tools[-2].components[0].material.colour
-
-
 def test_measured_features_scatter_by_their_stated_error(weight, rng):
     error = VisionError(size=0.05, position=0.003, rotation=0.02)
     drawn = [measure_features(weight.tools[3], error, rng)[0] for _ in range(3000)]

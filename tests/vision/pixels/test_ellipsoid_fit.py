@@ -1,3 +1,5 @@
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from helpers.refusals import refuse
@@ -7,11 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from affordance.vision.pixels import ellipsoid_fit
 from affordance.vision.pixels.ellipsoid_fit import (
+    Fit,
     PartView,
     SeenEllipsoid,
     UndeterminedError,
     build_strain,
     deform,
+    express_fit,
     fit_ellipsoid,
     guess,
     trace_rays,
@@ -22,6 +26,7 @@ from affordance.vision.pixels.segmentation import segment
 BALL = make_ellipsoid([0.04, 0.04, 0.04], [0.02, -0.03, STAND - 0.04])
 TURN = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix()
 EGG = make_ellipsoid([0.03, 0.05, 0.08], [-0.04, 0.05, STAND - 0.09], TURN)
+ROD = make_ellipsoid([0.1, 0.02, 0.015], [0.1, 0.0, 0.0])
 
 
 def fit(ellipsoid, noise, rng=None):
@@ -31,9 +36,7 @@ def fit(ellipsoid, noise, rng=None):
 def fit_in(picture, noise, rng=None):
     if rng is not None:
         picture = noise.add_to(picture, CAMERA, rng)
-    segmentation = segment(picture, STAND, noise)
-    assert segmentation.num_parts == 1
-    return fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, noise)
+    return fit_ellipsoid(collect_view(picture, segment(picture, STAND, noise), 0), CAMERA, noise)
 
 
 def find_deformation(true, found):
@@ -164,8 +167,8 @@ def test_readings_of_something_else_are_left_out():
 def test_readings_on_a_line_determine_no_ellipsoid():
     pixels = np.column_stack([np.arange(300.0, 340.0), np.full(40, 240.0)])
     view = PartView(pixels, np.full(40, 0.8), pixels)
-    with pytest.raises(UndeterminedError, match="40 readings of a part lie on a line, must cover an area"):
-        fit_ellipsoid(view, CAMERA, NOISY)
+    said = refuse(fit_ellipsoid, view, CAMERA, NOISY, error=UndeterminedError)
+    assert "40 readings of a part lie on a line, must cover an area" in said
 
 
 def test_readings_that_contradict_each_other_determine_no_ellipsoid(rng):
@@ -181,9 +184,23 @@ def test_fit_that_does_not_end_is_none(monkeypatch):
 
 
 def test_singular_matrix_is_no_fit(monkeypatch):
-    def fail(*args, **kw):
-        raise np.linalg.LinAlgError("Singular matrix")
-
-    monkeypatch.setattr(ellipsoid_fit, "least_squares", fail)
+    monkeypatch.setattr(ellipsoid_fit, "least_squares", Mock(side_effect=np.linalg.LinAlgError("Singular matrix")))
     with pytest.raises(UndeterminedError, match="determines no ellipsoid: Singular matrix"):
         fit(EGG, NOISY, np.random.default_rng(0))
+
+
+def test_fit_is_the_same_in_another_frame(rng):
+    root = rng.standard_normal((9, 9)) * np.array([2e-4] * 3 + [5e-3] * 6)[:, None]
+    covariance = root @ root.T
+    fit = Fit(ROD, covariance, 1.0, 100)
+    X_TC = np.eye(4)
+    X_TC[:3, :3], X_TC[:3, 3] = Rotation.from_rotvec([0.3, 1.0, -0.4]).as_matrix(), [0.1, 0.2, 0.3]
+    turned = express_fit(fit, X_TC)
+    np.testing.assert_allclose(express_fit(turned, np.linalg.inv(X_TC)).covariance, covariance, atol=1e-12)
+    # A deformation commutes with the change of frame; the covariance of both is one and the same.
+    numbers = np.linalg.cholesky(covariance)[:, 4]
+    one = express_fit(fit._replace(ellipsoid=deform(ROD, numbers), covariance=np.outer(numbers, numbers)), X_TC)
+    squares, directions = np.linalg.eigh(one.covariance)
+    other = directions[:, -1] * np.sqrt(squares[-1])
+    found = [deform(turned.ellipsoid, sign * other).shape_matrix for sign in (1.0, -1.0)]
+    assert min(np.abs(shape - one.ellipsoid.shape_matrix).max() for shape in found) < 1e-12

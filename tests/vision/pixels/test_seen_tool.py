@@ -11,11 +11,7 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Grip, Tool
 from affordance.vision.pixels.camera_sensor import find_presented_pose, needs_turning
 from affordance.vision.pixels.looks import find_looks
-from affordance.vision.pixels.seen_tool import (
-    ERROR,
-    detect_tool,
-    observe_tool,
-)
+from affordance.vision.pixels.seen_tool import ERROR, detect_tool, observe_tool
 from affordance.vision.pixels.surface import find_silhouette, measure_surface
 
 FACE_DOWN = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -45,10 +41,9 @@ def test_views_find_volume_place_and_materials_of_each_part(features):
 def test_deformations_are_the_error_that_is_stated(features):
     """The first deformation changes the volume by its SD with a fixed centroid; others move it by less than 2 cm."""
     (part, *_) = features
-    error = ERROR
     X = part.X_TE
     thicker = part.deformations[0]
-    assert np.trace(thicker[:3, :3]) == pytest.approx(error.log_volume_sd)
+    assert np.trace(thicker[:3, :3]) == pytest.approx(ERROR.log_volume_sd)
     np.testing.assert_allclose(thicker[:3, :3] @ X[:3, 3] + thicker[:3, 3], 0, atol=1e-12)
     for moved in part.deformations[1:]:
         assert np.abs(moved[:3, :3]).max() < 1e-12
@@ -77,20 +72,14 @@ def test_greys_are_parted_by_lightness(rng):
 
 def test_what_cannot_be_seen_is_said(rng):
     picture = STAND.take_pictures(TOOL, rng)[0].picture
-    empty = replace_all(picture)
+    # The stand at every pixel, some of which differ by one step of colour.
+    picture.colour[:, :], picture.depth[:, :] = picture.colour[20, 20], picture.depth[20, 20]
+    picture.colour[::7, ::5] += 1
     with pytest.raises(NothingSeenError, match="nothing differs from the stand"):
-        find_silhouette(empty, STAND.rig.height, STAND.noise)
+        find_silhouette(picture, STAND.rig.height, STAND.noise)
     long = make_tool(((0.9, 0.04, 0.03), (0, 0, 0), "oak"))
     with pytest.raises(OutOfViewError, match="pixels of the picture's edge, must cover none"):
         detect_tool(STAND.take_pictures(long, rng), STAND.rig, STAND.noise)
-
-
-def replace_all(picture):
-    """The picture with the stand at every pixel, some of which differ by one step of colour."""
-    colour, depth = picture.colour.copy(), picture.depth.copy()
-    colour[:, :], depth[:, :] = colour[20, 20], depth[20, 20]
-    colour[::7, ::5] += 1
-    return picture._replace(colour=colour, depth=depth)
 
 
 def test_only_what_is_no_ellipsoid_is_turned_over():

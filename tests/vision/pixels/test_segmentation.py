@@ -91,11 +91,7 @@ NO_SHAPE = r"must be \(height, width, 3\) of uint8 and \(height, width\)"
             r"the object covers \d+ pixels of the picture's edge, must cover none",
             draw_one([0.05, 0.02, 0.02], [-0.47, 0, STAND - 0.02]),
         ),
-        (
-            TooSmallError,
-            r"covers \d+ pixels, must cover at least 110",
-            draw_one([0.008] * 3, [0, 0, STAND - 0.02]),
-        ),
+        (TooSmallError, r"covers \d+ pixels, must cover at least 110", draw_one([0.008] * 3, [0, 0, STAND - 0.02])),
         # The stand is mixed into all of it.
         (
             TooSmallError,
