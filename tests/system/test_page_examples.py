@@ -1,9 +1,21 @@
-"""Examples of docs/excite.md and docs/next.md run, and print what the pages say."""
+"""Examples of pages, and those in the folder of examples, print what is stated with them."""
 
 import re
+import runpy
+import textwrap
 
 import pytest
 from helpers.children import ROOT
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+LEARNING = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
+
+
+def run_example(text, capsys):
+    """Runs the one example of a page; returns what it prints."""
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(block, {})
+    return capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -11,7 +23,37 @@ from helpers.children import ROOT
 )
 def test_example_prints_what_its_page_says(page, said, capsys):
     text = (ROOT / "docs" / page).read_text(encoding="utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (expected,) = re.findall(said, text)
-    exec(block, {})
-    assert capsys.readouterr().out.strip() == expected
+    assert run_example(text, capsys).strip() == expected
+
+
+def test_example_of_the_library_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    said = run_example((ROOT / "docs" / "python.md").read_text(encoding="utf-8"), capsys)
+    assert re.fullmatch(r"\d{4} kg/m\^3, standard deviation \d+, 90 % from \d{4} to \d{4,5}\n", said)
+
+
+def test_example_of_a_logged_posterior_runs(capsys):
+    lines = run_example(LEARNING, capsys).splitlines()
+    assert [line.split(":")[0] for line in lines] == [f"{0.5 * k:.1f} s" for k in range(7)]
+    widths = [float(high) - float(low) for low, _, high in (re.findall(r"(\d+)\.", line[5:]) for line in lines)]
+    assert widths[1] < 0.5 * widths[0]
+
+
+def test_systems_and_ports_that_learning_names_are_those_of_the_diagram():
+    drawn = (ROOT / "diagrams" / "weight.svg").read_text(encoding="utf-8")
+    names = ("material_memory", "visual_prior", "density_estimator", "mpc_controller", "proprioception", "posterior")
+    for name in names:
+        assert name in LEARNING
+        assert name in drawn
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_prints_what_stands_at_its_top(path, capsys):
+    said = runpy.run_path(str(path))["__doc__"]
+    assert capsys.readouterr().out == textwrap.dedent(said.partition("Prints:\n\n")[2])
+
+
+def test_examples_are_few_and_short():
+    assert len(EXAMPLES) == 5
+    assert max(len(path.read_text(encoding="utf-8").splitlines()) for path in EXAMPLES) <= 60
