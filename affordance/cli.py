@@ -122,12 +122,6 @@ class Command(Protocol):
         """Runs the command and returns the exit status; invalid input raises an AffordanceError of one line."""
 
 
-class Study(Command, Protocol):
-    """Interface of a study, which is a command with its own line of help."""
-
-    HELP: str
-
-
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
     """Runs a command, by default that of this process, and returns the exit status; messages begin with ``program``.
 
@@ -154,7 +148,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
             provide_libraries()
         words = words[1:]
         if name == "study" and words and not words[0].startswith("-"):
-            study: Study = import_study(words[0])
+            study = import_study(words[0])  # a command with its own line of help
             command: Command = study
             name, description, words = f"study {words[0]}", study.HELP, words[1:]
         else:

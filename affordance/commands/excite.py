@@ -11,18 +11,7 @@ from affordance.arguments import check_number, check_whole
 from affordance.arrays import Array
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.pricing import plan_options
-from affordance.commands.options import (
-    add_answer,
-    add_robot,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    choose_tools,
-    find_imports,
-    give_answer,
-    read_options,
-)
+from affordance.commands import options
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
@@ -77,16 +66,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--tip-speed", type=float, default=1.0, metavar="V", help="limit of the tip's speed, m/s (default 1)")
     add("--reach", type=float, default=3.14, metavar="RAD", help="farthest from home, each joint (default 3.14)")
     add("--above", type=float, metavar="M", help="least height of the tip in the base frame (default: none)")
-    add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
+    options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Designs the motion, prints what it is predicted to show, and writes it."""
     _check(arguments)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
         robot.home,
@@ -120,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_text(arguments.out / "motion.csv", format_csv(design.motion))
         write_text(arguments.out / "trajectory.yaml", format_trajectory(robot.joint_names, design.motion))
-    give_answer(arguments, _NAME, text, content)
+    options.give_answer(arguments, _NAME, text, content)
     return 0
 
 
@@ -154,7 +143,7 @@ def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    check_bounds(arguments)
+    options.check_bounds(arguments)
     if arguments.postures is not None:
         check_whole("--postures", arguments.postures, _POSTURES)
     for name, bounds in _BOUNDS.items():
@@ -194,8 +183,8 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
         names = [*(each.value for each in Aim if each is not Aim.COST), *robot.tasks]
         raise BadValueError("--for", "", describe_choice(arguments.aim, names))
     tools = load_tools(arguments.tools, load_materials(robot.folder / MATERIALS.name))
-    tool, *_ = choose_tools(tools, [arguments.only] if arguments.only else [], arguments.tools)
-    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    tool, *_ = options.choose_tools(tools, [arguments.only] if arguments.only else [], arguments.tools)
+    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     choice = plan_options(list_drawn_options([tool])[:1], robot.load_task(arguments.aim), settings)
     pi = next(iter(tool.list_gripped().values())).parameters
     expectation = load.of_task(pi, lambda each: choice.compute_costs(each[None]).cost[0])

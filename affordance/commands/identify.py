@@ -9,17 +9,8 @@ from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
+from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
-from affordance.commands.options import (
-    add_answer,
-    add_prior_set,
-    add_same_colours,
-    add_seed,
-    check_bounds,
-    give_answer,
-    read_prior,
-    read_same_colours,
-)
 from affordance.commands.payload_text import describe_payload
 from affordance.exceptions import BadValueError, hide_password
 from affordance.files.model_folder import MODELS
@@ -74,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--materials", type=Path, metavar="FILE", help="materials of that file (default: the robot's, else ours)")
     what = "lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL"
     add("--memory", metavar="MEMORY", help=what)
-    add_same_colours(parser)
+    options.add_same_colours(parser)
     add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
@@ -85,9 +76,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording that comes with the package")
-    add_answer(parser, "belief.json, samples.nc, gains.yaml and figures")
-    add_seed(parser)
-    add_prior_set(parser)
+    options.add_answer(parser, "belief.json, samples.nc, gains.yaml and figures")
+    options.add_seed(parser)
+    options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -97,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.loaded is None:
         raise BadValueError("--loaded", "", "is missing, must be a recording with the load (or --demo)")
     settings = _build_settings(arguments)
-    prior = read_prior(arguments, "a seen object")
+    prior = options.read_prior(arguments, "a seen object")
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
     if arguments.object_pose is not None:
@@ -106,7 +97,7 @@ def run(arguments: argparse.Namespace) -> int:
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
     materials = load_materials(arguments.materials or _find_materials(robot))
-    same_colours = read_same_colours(arguments, materials)
+    same_colours = options.read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, prior, same_colours)
     for option in ("object_pose", "object_name"):
         if arguments.object is None and getattr(arguments, option) is not None:
@@ -146,14 +137,14 @@ def run(arguments: argparse.Namespace) -> int:
     text = describe_payload(belief, claim, materials=colours, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
         _write(arguments.out, belief, is_used)
-    give_answer(arguments, "belief", text, content)
+    options.give_answer(arguments, "belief", text, content)
     return 0 if belief.is_trusted else 3
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
     """Identifies the recording that comes with the package."""
-    options = ("loaded", "empty", "object", "description", "tip", "base")
-    check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in options})
+    names = ("loaded", "empty", "object", "description", "tip", "base")
+    check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
     announce(["identify", *words, "--size-error", 0.02, "--unseen", 0.02], quietly=arguments.json)
     arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
@@ -232,7 +223,7 @@ def _place_object(run: Run, values: Sequence[float]) -> Run:
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
-    check_bounds(arguments)
+    options.check_bounds(arguments)
     check_whole("--samples", arguments.samples, NUM_SAMPLES)
     check_number("--unseen", arguments.unseen, 0.0, 1.0)
     settings = IdentificationSettings(

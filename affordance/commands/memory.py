@@ -5,14 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from affordance.belief.density_belief import Prior
-from affordance.commands.options import (
-    add_answer,
-    add_prior_set,
-    add_same_colours,
-    give_answer,
-    read_prior,
-    read_same_colours,
-)
+from affordance.commands import options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
@@ -42,15 +35,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--until", default="", metavar="TIME", help="trials before this time")
     add("--trial", default="", metavar="ID", help="the trial whose id begins so, four digits at least")
-    add_same_colours(parser)
+    options.add_same_colours(parser)
     add("--materials", type=Path, metavar="FILE", help="materials whose names are shown (default: ours)")
-    add_answer(parser, "the picture and the table of show")
-    add_prior_set(parser)
+    options.add_answer(parser, "the picture and the table of show")
+    options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Does what is asked; returns the exit status, FAULTY if verifying found faults."""
-    prior = read_prior(arguments, "a memory")
+    prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
     trials: list[TrialEvidence] = []  # read first, so that nothing is made if one is wrong
     if arguments.action == "import":
@@ -121,7 +114,7 @@ def _check_arguments(arguments: argparse.Namespace) -> None:
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
-    summary = summarise(ledger, prior, read_same_colours(arguments, {}))
+    summary = summarise(ledger, prior, options.read_same_colours(arguments, {}))
     names = name_colours(summary, arguments.materials)
     content = {
         "trials": len(ledger),
@@ -129,7 +122,7 @@ def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
         "things": [_unfold(each) for each in summary.things],
     }
     text = _describe(ledger, summary, names)
-    give_answer(arguments, "memory", text, content, lambda: draw_memory(summary, names))
+    options.give_answer(arguments, "memory", text, content, lambda: draw_memory(summary, names))
 
 
 def _unfold(each: object) -> dict[str, object]:

@@ -5,16 +5,7 @@ import sys
 from typing import Any
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import (
-    add_run_options,
-    add_same_colours,
-    check_bounds,
-    check_experiment,
-    find_imports,
-    find_shipped,
-    read_options,
-    read_same_colours,
-)
+from affordance.commands import options
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.model_folder import list_studies
@@ -39,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)"
     add("experiment", nargs="?", default="all", help=what)
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
-    add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})", models="")
+    options.add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})", models="")
     what = "true features of objects (default), or from a picture of each; vision always takes pictures"
     add("--vision", choices=[source.value for source in FeatureSource], help=what)
     what = "one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn"
@@ -48,17 +39,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--fault", action="append", default=[], help=what)
     what = "lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended"
     add("--memory", default="", metavar="MEMORY", help=what)
-    add_same_colours(parser)
+    options.add_same_colours(parser)
     add("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     arguments.repeats = _find_repeats(arguments)
-    check_bounds(arguments)
-    check_experiment(arguments, (*EXPERIMENTS, "all"))
+    options.check_bounds(arguments)
+    options.check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
@@ -75,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         cluster=arguments.cluster,
         changes=_list_changes(arguments),
         memory=arguments.memory,
-        same_colours=read_same_colours(arguments, materials),
+        same_colours=options.read_same_colours(arguments, materials),
         announce=lambda page: print(f"The report, which grows: {page.resolve().as_uri()}", flush=True),
     )
     print(f"The report: {report}")
@@ -94,8 +85,8 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
         return 1  # a memory is of one observer
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return DEFAULT_REPEATS
-    check_experiment(arguments, (*EXPERIMENTS, "all"))
-    return find_number_of_observers(arguments.experiment, find_shipped(arguments)) or DEFAULT_REPEATS
+    options.check_experiment(arguments, (*EXPERIMENTS, "all"))
+    return find_number_of_observers(arguments.experiment, options.find_shipped(arguments)) or DEFAULT_REPEATS
 
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -18,17 +18,7 @@ from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
-from affordance.commands.options import (
-    add_robot,
-    add_same_colours,
-    add_seed,
-    add_set,
-    check_bounds,
-    check_experiment,
-    find_imports,
-    read_options,
-    read_same_colours,
-)
+from affordance.commands import options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
@@ -57,30 +47,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     names = ", ".join(_WATCHABLE)
     parser.add_argument("experiment", nargs="?", default="weight", help=f"{names}, or a protocol (path or name)")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
     what = "lasting memory: the observer begins with it, and every hold is appended"
     parser.add_argument("--memory", default="", help=what)
-    add_same_colours(parser)
+    options.add_same_colours(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Shows an observer until it is interrupted; returns the exit status."""
-    check_bounds(arguments)
+    options.check_bounds(arguments)
     if arguments.experiment == "vision":
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
-    check_experiment(arguments, _WATCHABLE)
+    options.check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
     models = robot.folder
     changes = parse_changes(arguments.changes)
     settings, seed = Settings(arm=models / ARM.name), arguments.seed
     materials = load_materials(models / MATERIALS.name) if arguments.same_colour else {}
-    same_colours = read_same_colours(arguments, materials)
+    same_colours = options.read_same_colours(arguments, materials)
     if arguments.memory:
         settings, seed = begin_with(settings, arguments.memory, seed, changes, same_colours)
     experiment = load_experiment(arguments.experiment, models, seed, settings, changes)

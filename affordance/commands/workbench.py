@@ -14,18 +14,7 @@ from affordance.choice.listed_options import list_drawn_options, list_options, l
 from affordance.choice.options import Option
 from affordance.choice.pricing import GripBounds
 from affordance.choice.tasks import is_any_still, load_task_file
-from affordance.commands.options import (
-    add_answer,
-    add_robot,
-    add_same_colours,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    choose_tools,
-    read_same_colours,
-    refuse_changes,
-)
+from affordance.commands import options
 from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
@@ -79,27 +68,29 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
-    add_same_colours(parser)
-    add_answer(parser, f"{files}.json, .txt, .png and .svg")
-    add_robot(parser)
-    add_seed(parser)
-    add_set(parser)
+    options.add_same_colours(parser)
+    options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
+    options.add_robot(parser)
+    options.add_seed(parser)
+    options.add_set(parser)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
     """Checks what the options of a choice have in common, before a robot is opened; returns the gripper's bounds."""
-    check_bounds(arguments)
-    refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
+    options.check_bounds(arguments)
+    options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 1_000_000))
     return _read_grip_bounds(arguments)
 
 
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
     """Loads what the options of a choice name, for tasks of the robot by name and those of files."""
-    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    same_colours = read_same_colours(arguments, materials)
+    tools = options.choose_tools(
+        load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools
+    )
+    same_colours = options.read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, settings, same_colours)
     tasks = _read_tasks(names, arguments.files, robot)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())

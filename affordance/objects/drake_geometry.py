@@ -9,12 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake import geometry
 from pydrake.common import MemoryFile
-from pydrake.geometry import Box as DrakeBox
-from pydrake.geometry import Capsule as DrakeCapsule
-from pydrake.geometry import Cylinder as DrakeCylinder
-from pydrake.geometry import Ellipsoid as DrakeEllipsoid
-from pydrake.geometry import InMemoryMesh, Mesh
 
 from affordance.arrays import Array
 from affordance.objects.inertia import Ellipsoid, Shape
@@ -26,23 +22,23 @@ def make_drawn_shape(shape: Shape) -> Any:
     """Builds the Drake shape that draws a solid, in its frame E; raises a NotImplementedError otherwise."""
     match shape:
         case Ellipsoid():
-            return DrakeEllipsoid(*shape.semi_axes)
+            return geometry.Ellipsoid(*shape.semi_axes)
         case Box():
-            return DrakeBox(*shape.lengths)
+            return geometry.Box(*shape.lengths)
         case Cylinder():
-            return DrakeCylinder(shape.radius, shape.length)
+            return geometry.Cylinder(shape.radius, shape.length)
         case Capsule():
-            return DrakeCapsule(shape.radius, shape.length)
+            return geometry.Capsule(shape.radius, shape.length)
         case TriangleMesh():
             return draw_mesh(shape)
     raise NotImplementedError(f"no Drake geometry for {type(shape).__name__}")
 
 
 @functools.lru_cache(maxsize=128)
-def draw_mesh(mesh: TriangleMesh) -> Mesh:
+def draw_mesh(mesh: TriangleMesh) -> geometry.Mesh:
     """Builds the Drake shape that draws a mesh, written once per mesh."""
     text = write_obj(mesh.vertices, mesh.faces)
-    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
+    return geometry.Mesh(geometry.InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:

@@ -13,7 +13,7 @@ from helpers.workshop import HAMMERS
 from matplotlib.axes import Axes
 
 from affordance.choice.pricing import GRIP_LEVER
-from affordance.commands import run, watch, workbench
+from affordance.commands import options, run, watch, workbench
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -173,7 +173,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
 def test_tool_without_grips_cannot_be_ranked() -> None:
     mallet = HAMMERS["mallet"]
     with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
-        workbench.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
+        options.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
 
 
 @pytest.fixture(scope="module")

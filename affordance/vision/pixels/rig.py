@@ -12,21 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry import (
-    Box,
-    ClippingRange,
-    ColorRenderCamera,
-    DepthRange,
-    DepthRenderCamera,
-    GeometryInstance,
-    LightParameter,
-    PerceptionProperties,
-    RenderCameraCore,
-    RenderEngineVtkParams,
-    RenderLabel,
-    Rgba,
-    SceneGraph,
-)
+from pydrake import geometry
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
@@ -111,42 +97,42 @@ DEFAULT_RIG = Rig()
 def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose pictures it exports."""
     builder = DiagramBuilder()
-    scene_graph = SceneGraph()
+    scene_graph = geometry.SceneGraph()
     builder.AddNamedSystem("scene_graph", scene_graph)
     lights = [
-        LightParameter(type="directional", frame="camera", direction=lamp.direction_C, intensity=lamp.intensity)
-        for lamp in LAMPS
+        geometry.LightParameter(type="directional", frame="camera", direction=direction, intensity=intensity)
+        for direction, intensity in LAMPS
     ]
-    scene_graph.AddRenderer(_RENDERER, make_renderer(RenderEngineVtkParams(lights=lights)))
+    scene_graph.AddRenderer(_RENDERER, make_renderer(geometry.RenderEngineVtkParams(lights=lights)))
     source = scene_graph.RegisterSource("stand")
 
-    def show(shape: Any, X: Array, name: str, colour: Colour, label: RenderLabel) -> None:
-        instance = GeometryInstance(RigidTransform(X), shape, name)
-        properties = PerceptionProperties()
-        properties.AddProperty("phong", "diffuse", Rgba(*colour))
+    def show(shape: Any, X: Array, name: str, colour: Colour, label: geometry.RenderLabel) -> None:
+        instance = geometry.GeometryInstance(RigidTransform(X), shape, name)
+        properties = geometry.PerceptionProperties()
+        properties.AddProperty("phong", "diffuse", geometry.Rgba(*colour))
         properties.AddProperty("label", "id", label)
         instance.set_perception_properties(properties)
         scene_graph.RegisterAnchoredGeometry(source, instance)
 
     X_stand = np.eye(4)
     X_stand[2, 3] = -0.5 * _STAND_SIZE[2]
-    show(Box(*_STAND_SIZE), X_stand, "stand", rig.colour, RenderLabel.kDontCare)
+    show(geometry.Box(*_STAND_SIZE), X_stand, "stand", rig.colour, geometry.RenderLabel.kDontCare)
     X_WT = rig.place(tool)
     for i, part in enumerate(tool.components):
         shape = part.shape.with_sizes(_FACETS * part.shape.sizes) if isinstance(part.shape, Ellipsoid) else part.shape
-        show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
+        show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, geometry.RenderLabel(i))
 
     camera = rig.camera
     # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), this module from
     # its centre.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
-    core = RenderCameraCore(_RENDERER, intrinsics, ClippingRange(0.05, 5.0), RigidTransform())
+    core = geometry.RenderCameraCore(_RENDERER, intrinsics, geometry.ClippingRange(0.05, 5.0), RigidTransform())
     sensor = RgbdSensor(
-        SceneGraph.world_frame_id(),
+        geometry.SceneGraph.world_frame_id(),
         RigidTransform(rig.X_WC),
-        ColorRenderCamera(core),
-        DepthRenderCamera(core, DepthRange(0.1, 4.0)),
+        geometry.ColorRenderCamera(core),
+        geometry.DepthRenderCamera(core, geometry.DepthRange(0.1, 4.0)),
     )
     builder.AddNamedSystem("camera", sensor)
     builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
