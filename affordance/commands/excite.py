@@ -130,14 +130,9 @@ def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
     points = []
     for t, q, v, vdot in zip(motion.times, *motion.motion, strict=True):
         nanoseconds = round(1e9 * float(t))
-        points.append(
-            {
-                "positions": show(q),
-                "velocities": show(v),
-                "accelerations": show(vdot),
-                "time_from_start": {"sec": nanoseconds // _SECOND, "nanosec": nanoseconds % _SECOND},
-            }
-        )
+        point = {"positions": show(q), "velocities": show(v), "accelerations": show(vdot)}
+        time = {"sec": nanoseconds // _SECOND, "nanosec": nanoseconds % _SECOND}
+        points.append({**point, "time_from_start": time})
     message = {"joint_names": list(joint_names), "points": points}
     return str(yaml.safe_dump(message, sort_keys=False, default_flow_style=None, width=1000))
 
@@ -215,9 +210,6 @@ def _describe(
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
     yield f"start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
     yield "run it with an empty hand, then with the load; record from a second before to a second after"
-    yield (
-        "assumed: errors as of arms with like limits of torque"
-        if arguments.gains is None
-        else (f"errors and gains by {arguments.gains}")
-    )
+    assumed = "assumed: errors as of arms with like limits of torque"
+    yield assumed if arguments.gains is None else f"errors and gains by {arguments.gains}"
     yield "not checked: collisions, with itself or anything else; watch it slowly first (--reach and --above confine)"

@@ -190,10 +190,8 @@ def _teach(
     known = arguments.memory if arguments.learned and arguments.memory else ""
     taught = teach(place, trial, prior, known=known, same_colours=same_colours)
     belief = replace(belief, seen=replace(belief.seen, memory=taught.memory))
-    return (
-        belief,
-        f"{shown} {'has learned them' if taught.is_new else 'learns nothing: this run has taught it before'}",
-    )
+    learned = "has learned them" if taught.is_new else "learns nothing: this run has taught it before"
+    return belief, f"{shown} {learned}"
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:

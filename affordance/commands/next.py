@@ -77,12 +77,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     sentence = describe_stop(advice, arguments.uses)
     num_past = robot.count_past_arms(arguments.memory)
-    content = {
-        **advice._asdict(),
-        "rests_on": advice.rests_on,
-        "trials_of_other_arms": num_past,
-        "sentence": sentence,
-    }
+    said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "sentence": sentence}
+    content = {**advice._asdict(), **said}
     past = [describe_past_arms(robot.name, num_past)] if num_past else []
     text = "\n".join([*past, *describe_holds(advice, arguments.uses), sentence])
 

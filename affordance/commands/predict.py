@@ -20,12 +20,8 @@ _REPEATS = 50
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("protocol", help=f"path of a protocol, or one of {', '.join(list_shipped())}")
-    add_run_options(
-        parser,
-        None,
-        f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})",
-        models="",
-    )
+    what = f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})"
+    add_run_options(parser, None, what, models="")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -86,11 +86,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _run_demo(arguments: argparse.Namespace) -> int:
     """Ranks our hammers by a memory of the trials that come with the package."""
     check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
-    announce(
-        ["memory", "import", "demo.sqlite", TRIALS],
-        ["rank", "hammer", "--memory", "demo.sqlite"],
-        quietly=arguments.json,
-    )
+    teach = ["memory", "import", "demo.sqlite", TRIALS]
+    announce(teach, ["rank", "hammer", "--memory", "demo.sqlite"], quietly=arguments.json)
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "demo.sqlite"
         with open_memory(place) as ledger:

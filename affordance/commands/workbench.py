@@ -102,11 +102,9 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     if arguments.see == "features":
         error, seed = bench.settings.vision_error, arguments.seed
         return [option for tool in bench.tools for option in list_options(tool, error, seed)]
-    return (
-        list_seen_options(bench.tools, arguments.seed)
-        if arguments.see == "pictures"
-        else list_drawn_options(bench.tools)
-    )
+    if arguments.see == "pictures":
+        return list_seen_options(bench.tools, arguments.seed)
+    return list_drawn_options(bench.tools)
 
 
 def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:

@@ -42,10 +42,9 @@ def complain(problem: str, at: str = "") -> PydanticCustomError:
 class Constraint(ABC):
     """Constraint on a value, as an annotation of a field of a pydantic model."""
 
-    @property
     @abstractmethod
-    def schema(self) -> JsonSchemaValue:
-        """JSON schema of the value, for editors."""
+    def describe(self) -> JsonSchemaValue:
+        """Describes the value by a JSON schema, for editors."""
 
     @abstractmethod
     def check(self, value: Any) -> Any:
@@ -55,7 +54,7 @@ class Constraint(ABC):
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return self.schema
+        return self.describe()
 
 
 @dataclass(frozen=True)
@@ -65,9 +64,8 @@ class Within(Constraint):
     low: float = -math.inf
     high: float = math.inf
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         bounds = {"minimum": self.low, "maximum": self.high}
         return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
 
@@ -107,10 +105,9 @@ class Length(Within):
 class Whole(Within):
     """Constraint on a number: whole, and from ``low`` to ``high``."""
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
-        return super().schema | {"type": "integer"}
+    def describe(self) -> JsonSchemaValue:
+        return super().describe() | {"type": "integer"}
 
     @override
     def check(self, value: Any, at: str = "") -> int:
@@ -136,10 +133,9 @@ class Vector(Constraint):
     size: int
     each: Within
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
-        return {"type": "array", "items": self.each.schema, "minItems": self.size, "maxItems": self.size}
+    def describe(self) -> JsonSchemaValue:
+        return {"type": "array", "items": self.each.describe(), "minItems": self.size, "maxItems": self.size}
 
     @override
     def check(self, value: Any, at: str = "") -> tuple[float, ...]:
@@ -154,9 +150,8 @@ class Text(Constraint):
 
     longest: int = 20_000
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         return {"type": "string", "minLength": 1, "maxLength": self.longest}
 
     @override
@@ -172,9 +167,8 @@ class Text(Constraint):
 class FileName(Text):
     """Constraint on a text: the name of a file that stays in the folder that the program chooses, on every system."""
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         return {"type": "string", "pattern": f"^{_FILE_NAME.pattern}$"}
 
     @override
@@ -198,9 +192,8 @@ class OneOf(Constraint):
     def _known(self) -> Mapping[str, Any]:
         return {str(getattr(each, "value", each)): each for each in self.kind}
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         return {"enum": list(self._known)}
 
     @override

@@ -36,12 +36,8 @@ class Trajectories(NamedTuple):
 def write_trajectories(path: Path, trajectories: Trajectories) -> None:
     """Writes trajectories to a NetCDF file, atomically."""
     arrays = {
-        name: (
-            each.dimensions,
-            np.asarray(each.values, dtype=float),
-            {"units": each.units, "long_name": each.meaning},
-        )
-        for name, each in trajectories.variables.items()
+        name: (dimensions, np.asarray(values, dtype=float), {"units": units, "long_name": meaning})
+        for name, (dimensions, values, units, meaning) in trajectories.variables.items()
     }
     coordinates = {name: array for name, array in arrays.items() if array[0] == (name,)}
     variables = {name: array for name, array in arrays.items() if name not in coordinates}

@@ -33,15 +33,8 @@ from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEnt
 _OF_FILE = "file"
 
 # Solids by the key that gives their lengths.
-_PRIMITIVES: Mapping[str, type[Primitive]] = {
-    "semi_axes": Ellipsoid,
-    "box": Box,
-    "cylinder": Cylinder,
-    "capsule": Capsule,
-}
-_KINDS = (*_PRIMITIVES, "mesh")
-
-
+_SOLIDS: dict[str, type[Primitive]] = {"semi_axes": Ellipsoid, "box": Box, "cylinder": Cylinder, "capsule": Capsule}
+_KINDS = (*_SOLIDS, "mesh")
 # Keys for primitives, and those for meshes.
 _OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like")
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
@@ -93,7 +86,7 @@ def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
         raise part.error("position", "is missing")
     X_TE = build_pose(entry.position, entry.rpy_deg)
     ((material, looks_like),) = _read_materials(part, [None])
-    return (Component(_PRIMITIVES[kind].from_sizes(getattr(entry, kind)), X_TE, material, looks_like),)
+    return (Component(_SOLIDS[kind].from_sizes(getattr(entry, kind)), X_TE, material, looks_like),)
 
 
 def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:

@@ -111,13 +111,11 @@ class Tool:
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
         """Returns a tool of equal appearance whose parts have other densities, [kg/m^3], by the colour they show."""
-        return replace(
-            self,
-            components=tuple(
-                replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
-                for part in self.components
-            ),
+        parts = (
+            replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
+            for part in self.components
         )
+        return replace(self, components=tuple(parts))
 
     def scaled(self, density: float, size: float) -> "Tool":
         """Returns a tool without grips whose densities (up to DENSITY_MAX) and lengths are multiplied by factors."""
@@ -133,14 +131,9 @@ class Tool:
     @cached_property
     def parameters(self) -> Array:
         """True ten inertial parameters about To, expressed in T, shape (10,)."""
-        densities = [component.material.density for component in self.components]
-        Phi = build_inertia_map(
-            [component.shape for component in self.components],
-            [component.X_TE for component in self.components],
-            range(len(densities)),
-            len(densities),
-        )
-        return Phi @ densities
+        shapes, poses = [part.shape for part in self.components], [part.X_TE for part in self.components]
+        densities = [part.material.density for part in self.components]
+        return build_inertia_map(shapes, poses, range(len(densities)), len(densities)) @ densities
 
     @property
     def appearance(self) -> tuple[object, ...]:

@@ -53,9 +53,8 @@ class Expression(Text):
 class ExpressionOrNumber(Text):
     """Annotation of a value that is an expression over the numbers, a number, or true or false."""
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         return {"type": ["string", "number", "boolean"]}
 
     @override

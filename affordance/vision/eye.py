@@ -42,23 +42,13 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
     features = []
     for component in tool.components:
         sizes, X_TE = component.shape.sizes, np.array(component.X_TE)
-        sizes = sizes * np.exp(error.size * rng.standard_normal(len(sizes)))
+        shape = component.shape.with_sizes(sizes * np.exp(error.size * rng.standard_normal(len(sizes))))
         X_TE[:3, 3] += error.position * rng.standard_normal(3)
-        X_TE[:3, :3] = (
-            scipy.spatial.transform.Rotation.from_rotvec(error.rotation * rng.standard_normal(3)).as_matrix()
-            @ X_TE[:3, :3]
-        )
-        features.append(
-            ComponentFeatures(
-                component.looks_like.colour,
-                component.shape.with_sizes(sizes),
-                X_TE,
-                error.size,
-                error.position,
-                error.rotation,
-                strikes=component.strikes,
-            )
-        )
+        turn = scipy.spatial.transform.Rotation.from_rotvec(error.rotation * rng.standard_normal(3))
+        X_TE[:3, :3] = turn.as_matrix() @ X_TE[:3, :3]
+        sds = (error.size, error.position, error.rotation)
+        colour = component.looks_like.colour
+        features.append(ComponentFeatures(colour, shape, X_TE, *sds, strikes=component.strikes))
     return tuple(features)
 
 

@@ -6,7 +6,7 @@ uncertainty to first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import scipy
@@ -88,8 +88,7 @@ class MaterialMemorySystem(SampledSystem):
     def get_memory(self, context: Context) -> Memory:
         """Returns the present memory."""
         value: Any = context.get_abstract_state(self._memory)
-        memory: Memory = value.get_value()
-        return memory
+        return cast(Memory, value.get_value())
 
     def remember_only(self, context: Context, colours: tuple[Colour, ...]) -> None:
         """Sets the colours that are remembered beyond a presentation; all if empty."""
@@ -125,27 +124,24 @@ def measure_geometry(
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )
-    errors = []
+    changes: list[tuple[int, Array]] = []  # by one standard deviation, each of the column of a material
     for part, index in zip(features, material_indices, strict=True):
         sds = [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
         for measurement, sd in enumerate(sds):
             if sd > 0.0:
-                error = np.zeros((NUM_PARAMETERS, num_materials))
-                plus, minus = (_displace(part, measurement, step) for step in (_STEP, -_STEP))
-                difference = build_inertia_map([plus.shape], [plus.X_TE], [0], 1) - build_inertia_map(
-                    [minus.shape], [minus.X_TE], [0], 1
-                )
-                error[:, index] = sd * difference[:, 0] / (2.0 * _STEP)
-                errors.append(error)
+                displaced = (_displace(part, measurement, step) for step in (_STEP, -_STEP))
+                plus, minus = (build_inertia_map([each.shape], [each.X_TE], [0], 1)[:, 0] for each in displaced)
+                changes.append((index, sd * (plus - minus) / (2.0 * _STEP)))
         J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
         for deformation in part.deformations:
-            error = np.zeros((NUM_PARAMETERS, num_materials))
             # First-order change of det(D) D J D^T at D = I + deformation: a larger solid of given density has more
             # mass.
             change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
-            error[:, index] = parameters_from_pseudo_inertia(change)
-            errors.append(error)
-    return Geometry(Phi, np.array(errors).reshape(-1, NUM_PARAMETERS, num_materials))
+            changes.append((index, parameters_from_pseudo_inertia(change)))
+    errors = np.zeros((len(changes), NUM_PARAMETERS, num_materials))
+    for error, (index, column) in zip(errors, changes, strict=True):
+        error[:, index] = column
+    return Geometry(Phi, errors)
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:

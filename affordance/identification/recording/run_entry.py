@@ -113,9 +113,8 @@ class _Word(Constraint):
 
     choices: Mapping[str, Any]
 
-    @property
     @override
-    def schema(self) -> JsonSchemaValue:
+    def describe(self) -> JsonSchemaValue:
         return {"enum": list(self.choices)}
 
     @override

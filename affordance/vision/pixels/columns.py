@@ -106,13 +106,8 @@ def _look_up(view: View, x: Array, y: Array) -> Sheet:
     z = np.full(px.shape, float(np.percentile(surface.depth[surface.mask], 50.0)))
     for _ in range(_STEPS):
         column, row = f * cx / z + centre[0], f * cy / z + centre[1]
-        z = cv2.remap(
-            depth,
-            column.astype(np.float32),
-            row.astype(np.float32),
-            cv2.INTER_NEAREST,
-            borderMode=cv2.BORDER_REPLICATE,
-        ).astype(float)
+        place = column.astype(np.float32), row.astype(np.float32)
+        z = cv2.remap(depth, *place, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE).astype(float)
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
     found = surface.depth[rows, columns]

@@ -98,9 +98,8 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
     inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     inner = inner if inner.any() else mask
     rows, columns = np.nonzero(inner)
-    seen = trace_rays(
-        ellipsoid, camera.compute_rays(np.column_stack([columns, rows]).astype(float)), camera.focal_length
-    )
+    rays = camera.compute_rays(np.column_stack([columns, rows]).astype(float))
+    seen = trace_rays(ellipsoid, rays, camera.focal_length)
     white = compute_shading(seen.normals / np.linalg.norm(seen.normals, axis=1, keepdims=True))
     sums = picture.colour[inner].sum(axis=0) / 255.0
     red, green, blue = (float(value) for value in np.clip(sums / white.sum(), 0.0, 1.0))
