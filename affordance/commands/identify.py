@@ -196,17 +196,9 @@ def _teach(
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
     """Says of how many trials of the memories the robot's arm was another; empty if of none."""
-    source = Path(robot.source)
-
-    def recognise() -> str:
-        from affordance.simulation.trial_record import recognise_arm  # here, as it takes half a second
-
-        # Simulated trials know an arm in directives by its files.
-        return recognise_arm(source) if source.name == ARM_FILE.name else robot.fingerprint
-
-    name = name_robot(source, robot.tip)
+    name = name_robot(Path(robot.source), robot.tip)
     places = [place for place in (arguments.memory, arguments.learned) if place]
-    number = max((count_past_arms(place, name, lambda: robot.fingerprint, recognise) for place in places), default=0)
+    number = max((count_past_arms(place, name, lambda: robot.fingerprint) for place in places), default=0)
     return describe_past_arms(name, number)
 
 

@@ -185,11 +185,11 @@ class Ledger:
             things.setdefault(name_thing(looks.setdefault(trial.object_name, []), trial), []).append(trial)
         yield from things.items()
 
-    def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts the trials of a robot of this name with an arm of none of these fingerprints."""
+    def count_of_other_arms(self, robot: str, fingerprint: str = "") -> int:
+        """Counts the trials of a robot of this name with an arm that is known, and of another fingerprint."""
         with connect(self._engine, self.place, writes=False) as connection:
             query = select(func.count()).select_from(TRIALS).where(TRIALS.c.robot == robot)
-            changed = query.where(TRIALS.c.fingerprint.not_in(("", *fingerprints)))
+            changed = query.where(TRIALS.c.fingerprint.not_in(("", fingerprint)))
             return int(connection.execute(changed).scalar_one())
 
     def forget(self, selection: Selection) -> int:

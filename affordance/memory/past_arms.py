@@ -5,22 +5,20 @@ from collections.abc import Callable
 # The ledger is imported where one is opened, as SQLAlchemy takes a third of a second.
 
 
-def count_past_arms(place: str, robot: str, *recognise: Callable[[], str]) -> int:
-    """Counts the trials of a memory by a robot of this name with an arm of other fingerprints.
+def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
+    """Counts the trials of a memory by a robot of this name with an arm of another fingerprint.
 
     Args:
         place: Memory; one that does not exist yet has no trials.
         robot: Name of the robot.
-        recognise: Functions that compute a fingerprint of its present arm, called if there are trials of this name.
+        recognise: Function that computes the fingerprint of its present arm, called if there are trials of this name.
     """
     from affordance.memory.ledger import has_memory, open_memory
 
     if not (place and has_memory(place)):
         return 0
     with open_memory(place, create=False) as ledger:
-        if not ledger.count_of_other_arms(robot):
-            return 0
-        return ledger.count_of_other_arms(robot, *(each() for each in recognise))
+        return ledger.count_of_other_arms(robot, recognise()) if ledger.count_of_other_arms(robot) else 0
 
 
 def describe_past_arms(robot: str, number: int) -> str:

@@ -1,7 +1,7 @@
 """Robot as one thing: its arm, its tasks and its objects, all from one folder of models."""
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 
 from affordance.arrays import Array
@@ -98,11 +98,7 @@ class Robot:
 
     def count_past_arms(self, memory: str | None) -> int:
         """Counts the trials of a memory, if there is one, that the robot made with another arm than it has now."""
-        from affordance.simulation.trial_record import recognise_arm  # here, as most robots are asked for no memory
-
-        # Simulated trials know the files of their arm, recorded ones its chain.
-        own = partial(recognise_arm, self.directives), lambda: self.chain.fingerprint
-        return count_past_arms(memory or "", name_robot(self.directives), *own)
+        return count_past_arms(memory or "", name_robot(self.directives), lambda: self.chain.fingerprint)
 
     def load_task(self, name: str) -> TaskCostModel:
         """Loads one of its tasks.

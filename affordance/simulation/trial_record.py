@@ -1,18 +1,16 @@
 """Record of a trial: motion, torques and the belief after it."""
 
-import hashlib
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
-from affordance.files.bounded import MESH, read_bytes
 from affordance.files.html_table import build_table
-from affordance.files.model_files import list_arm_files
 from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
 from affordance.plant.arm import name_robot
+from affordance.plant.load import load_arm
+from affordance.plant.serial_chain import recognise_arm
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import SampleCounts
@@ -108,7 +106,7 @@ class TrialRecord(NamedTuple):
             num_samples=percept.statistics.num_samples,
             num_joints=percept.num_joints,
             robot=name_robot(percept.arm),
-            fingerprint=recognise_arm(percept.arm),
+            fingerprint=recognise_arm(load_arm(percept.arm)),
             log_evidence=self.log_evidence,
             p_value=self.p_value,
             source="simulated",
@@ -118,12 +116,3 @@ class TrialRecord(NamedTuple):
     def is_outlier(self) -> bool:
         """True if the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
         return self.p_value < OUTLIER_P_VALUE
-
-
-@lru_cache(maxsize=8)
-def recognise_arm(arm: Path) -> str:
-    """Returns a text by which an arm is recognised: a digest of its files."""
-    digest = hashlib.sha256()
-    for path in list_arm_files(arm):
-        digest.update(read_bytes(path, MESH))
-    return digest.hexdigest()[:12]

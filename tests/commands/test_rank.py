@@ -22,7 +22,6 @@ from affordance.reporting import advice_figure
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_arm
 from affordance.robots.robot import Robot
-from affordance.simulation.trial_record import recognise_arm
 
 PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
 _Scene = SimpleNamespace(address="http://localhost:1")
@@ -154,7 +153,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(
         ledger.append(
             [
                 replace(hold("bar", [OAK], [563.0], number), robot="the paper's arm", fingerprint=fingerprint)
-                for number, fingerprint in enumerate(("of another", recognise_arm(Robot().directives)))
+                for number, fingerprint in enumerate(("of another", Robot().chain.fingerprint))
             ]
         )
     said = answer(*ONE, *known).out
