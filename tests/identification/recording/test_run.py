@@ -118,3 +118,13 @@ def test_part_of_a_run_keeps_its_rows_of_the_file():
     assert part.times[0] == run.times[10]
     assert part.error_at(0, "q_1", "").key == "row 12, column q_1"
     assert repr(part) == "Run(run.csv: 30 samples of 2 joints at 100 Hz, tau)"
+
+
+def test_a_run_is_recognised_by_copies_that_keep_its_least_sample():
+    """Of five copies that each lack another fifth of the rows, four are recognised; runs of other errors are not."""
+    rng = np.random.default_rng(0)
+    run, other = (_build(signal=rng.standard_normal((50, 2))) for _ in range(2))
+    kept = [np.delete(np.arange(50), slice(start, start + 10)) for start in range(0, 50, 10)]
+    copies = [_build(times=_TIMES[:40], q=run.q[k], signal=run.signal[k], v=run.v[k]) for k in kept]
+    assert [copy.fingerprint == run.fingerprint for copy in copies].count(True) == 4
+    assert other.fingerprint not in {run.fingerprint, *(copy.fingerprint for copy in copies)}
