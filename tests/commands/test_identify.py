@@ -32,13 +32,8 @@ def _write(folder, name: str, run: Run) -> None:
     unit = "current" if run.description.kind is SignalKind.CURRENT else "tau"
     n = run.q.shape[1]
     names = ["time", *(f"{kind}_{i + 1}" for kind in ("q", "v", unit) for i in range(n))]
-    np.savetxt(
-        folder / f"{name}.csv",
-        np.hstack([run.times[:, None], run.q, run.v, run.signal]),
-        delimiter=",",
-        header=",".join(names),
-        comments="",
-    )
+    rows = np.hstack([run.times[:, None], run.q, run.v, run.signal])
+    np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=",".join(names), comments="")
     joints = ", ".join(run.description.joint_names)
     (folder / f"{name}.yaml").write_text(f"joints: [{joints}]\nsignal: {run.description.kind.value}\ntip: flange\n")
 
@@ -153,16 +148,8 @@ def test_an_object_that_is_another_teaches_nothing(folder, tmp_path):
 def test_pose_of_an_object_on_the_command_line_is_that_of_the_description(folder):
     """The stick held by its end, or half turned: no pose is the first, and only it explains the load."""
     empty, stick = _name(folder, "empty", "stick")
-    words = [
-        "--empty",
-        empty,
-        "--loaded",
-        stick,
-        "--object",
-        MODELS / "tools" / "novel.yaml",
-        "--object-name",
-        "stick",
-    ]
+    novel = MODELS / "tools" / "novel.yaml"
+    words = ["--empty", empty, "--loaded", stick, "--object", novel, "--object-name", "stick"]
     plain, zero, turned = (
         _run(folder, *words, *pose, "--json").content
         for pose in ([], ["--object-pose", *[0] * 6], ["--object-pose", *[0] * 5, 180])
@@ -173,19 +160,8 @@ def test_pose_of_an_object_on_the_command_line_is_that_of_the_description(folder
 
 def test_arm_and_materials_are_those_of_other_commands(tmp_path):
     """Without a robot the arm is the paper's; the materials of a robot's folder name what is seen."""
-    words = [
-        "--empty",
-        EMPTY,
-        "--loaded",
-        LOADED,
-        "--object",
-        STOCK,
-        "--object-name",
-        PIECE,
-        "--samples",
-        500,
-        "--json",
-    ]
+    words = ["--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
+    words += ["--samples", 500, "--json"]
     named = answer("identify", *words).content
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "materials.yaml"

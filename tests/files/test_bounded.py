@@ -1,4 +1,7 @@
-"""Files are read whole; a file larger than its kind, or no regular file, is refused."""
+"""Files of strangers: what is larger than its kind, no regular file, or more YAML than settings need is refused.
+
+The answer is one line that names the place.
+"""
 
 import os
 
@@ -6,7 +9,12 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
-from affordance.files.bounded import SETTINGS, read_bytes, read_json, read_text
+from affordance.files import bounded
+from affordance.files.bounded import SETTINGS, check_yaml, read_bytes, read_json, read_text, read_yaml
+
+NINE_DEEP = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
+)
 
 
 def test_files_up_to_the_bound_are_read(tmp_path):
@@ -52,3 +60,74 @@ def test_what_is_not_json_is_one_line(tmp_path, text):
     path = tmp_path / "file.json"
     path.write_text(text, encoding="utf-8")
     assert "file.json: is not JSON: " in refuse(read_json, path)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write(text):
+        path = tmp_path / "file.yaml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        (NINE_DEEP, "line 6, column 10: makes more than 100000 entries, aliases counted as often as they are named"),
+        ("a: &a " + "x" * 100_000 + "\nb: [" + "*a," * 200 + "]", "line 2, column 299: makes more than 100000"),
+        ("a: &a [*a]", "line 1, column 8: is an alias inside of its own anchor"),
+        ("a: &a {k: {l: *a}}", "line 1, column 15: is an alias inside of its own anchor"),
+        ("[" * 50_000, "line 1, column 41: is more than 40 levels deep"),
+        ("- " * 50_000, "line 1, column 81: is more than 40 levels deep"),
+        ("? " * 50_000, "line 1, column 81: is more than 40 levels deep"),
+        ("a: " + "9" * 5000, "line 1, column 4: is a number of 5000 characters, must have at most 1000"),
+        ("a: 0x" + "f" * 100_000, "is a number of 100002 characters, must have at most 1000"),
+        ("a: " + ":".join(["1"] * 20_000), "is a number of 39999 characters, must have at most 1000"),
+        ("a: !!python/object/apply:os.system [exit]", "could not determine a constructor for the tag"),
+        ("a: 1\nb: 2\na: 3", "line 3, column 1: is not YAML: the key 'a' twice"),
+        ("[1]: 2", "is not YAML: found unhashable key"),
+        ("a: !!int x", "is not YAML: invalid literal for int"),
+        ("a: 2001-99-99", "is not YAML: month must be in 1..12"),
+        ("a: 1\n---\nb: 2", "is not YAML: but found another document"),
+    ],
+)
+def test_what_is_too_much_or_no_yaml_is_one_line(write, text, problem):
+    said = refuse(read_yaml, write(text))
+    assert f"file.yaml: {problem}" in said or problem in said
+
+
+def test_aliases_that_stand_for_little_are_read(write):
+    assert read_yaml(write("a: &a [1, 2]\nb: *a\nc: [*a, *a]")) == {"a": [1, 2], "b": [1, 2], "c": [[1, 2], [1, 2]]}
+
+
+def test_entries_are_counted_while_they_are_read(write, monkeypatch):
+    monkeypatch.setattr(bounded, "_MOST_ENTRIES", 1000)
+    assert len(read_yaml(write("a: [" + "1," * 997 + "]"))["a"]) == 997
+    with pytest.raises(BadValueError, match="line 1, column 2003: makes more than 1000 entries"):
+        read_yaml(write("a: [" + "1," * 10_000 + "]"))
+
+
+def test_keys_are_not_compared_each_with_each(write, monkeypatch):
+    """Reading 300 keys takes fewer than 3000 comparisons; by pairs, 30000 keys took half a minute."""
+    compared = []
+
+    class Key(str):
+        __slots__ = ()
+        __hash__ = str.__hash__
+
+        def __eq__(self, other):
+            compared.append(other)
+            return str(self) == str(other)
+
+    monkeypatch.setattr(bounded._Loader, "construct_scalar", lambda self, node: Key(node.value))
+    assert len(read_yaml(write("\n".join(f"key{i}: x" for i in range(300))))) == 300
+    assert len(compared) < 3000
+
+
+def test_files_of_other_programs_may_have_tags_of_their_own(write):
+    check_yaml(write("a: !Rpy {deg: [0, 0, 1]}"))
+    for text in (NINE_DEEP, "a: [", "[" * 1000):
+        with pytest.raises(BadValueError):
+            check_yaml(write(text))
