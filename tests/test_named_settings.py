@@ -37,10 +37,8 @@ def test_every_setting_says_source_meaning_and_unit(name):
 
 
 def test_words_change_what_they_name_and_nothing_else():
-    changed = change_settings(
-        DEFAULT_SETTINGS,
-        parse_changes(["prior.sd=8e3", "learner=kinds_map", "mpc.num_steps=24", "posterior_log_period=0.5"]),
-    )
+    words = ["prior.sd=8e3", "learner=kinds_map", "mpc.num_steps=24", "posterior_log_period=0.5"]
+    changed = change_settings(DEFAULT_SETTINGS, parse_changes(words))
     expected = dataclasses.replace(
         DEFAULT_SETTINGS,
         prior=dataclasses.replace(DEFAULT_SETTINGS.prior, sd=8000.0),
@@ -49,12 +47,8 @@ def test_words_change_what_they_name_and_nothing_else():
         posterior_log_period=0.5,
     )
     assert changed == expected
-    assert describe_changes(changed) == {
-        "prior.sd": 8000.0,
-        "learner": "kinds_map",
-        "mpc.num_steps": 24,
-        "posterior_log_period": 0.5,
-    }
+    values = {"prior.sd": 8000.0, "learner": "kinds_map", "mpc.num_steps": 24, "posterior_log_period": 0.5}
+    assert describe_changes(changed) == values
     assert describe_changes(DEFAULT_SETTINGS) == {}
 
 
@@ -71,14 +65,8 @@ def test_model_of_the_noise_comes_before_its_numbers():
 
 
 def test_values_are_read_as_in_yaml():
-    assert [parse_value(text) for text in ("8e3", "3", "true", "null", "density", "1.5")] == [
-        8000.0,
-        3,
-        True,
-        None,
-        "density",
-        1.5,
-    ]
+    values = {"8e3": 8000.0, "3": 3, "true": True, "null": None, "density": "density", "1.5": 1.5}
+    assert {text: parse_value(text) for text in values} == values
 
 
 def test_texts_of_choices_and_paths_serve_in_python_too(tmp_path):

@@ -11,13 +11,8 @@ def list_volumes(found):
 
 def test_bodies_that_touch_along_an_edge_are_parted_in_the_order_of_the_file():
     """Boxes with a common edge of four faces, and with a common face, are parted in the order of the file."""
-    found = find_shells(
-        *join(
-            make_box([0, 0, 0], [0.1, 0.1, 0.1]),
-            make_box([0.1, 0.1, 0], [0.2, 0.3, 0.1]),
-            make_box([0.2, 0.1, 0], [0.3, 0.3, 0.1]),
-        )
-    )
+    corners = ([0, 0, 0], [0.1, 0.1, 0.1]), ([0.1, 0.1, 0], [0.2, 0.3, 0.1]), ([0.2, 0.1, 0], [0.3, 0.3, 0.1])
+    found = find_shells(*join(*(make_box(low, high) for low, high in corners)))
     np.testing.assert_allclose(list_volumes(found), [1e-3, 2e-3, 2e-3])
     assert not found.repairs
 

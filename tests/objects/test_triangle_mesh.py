@@ -42,12 +42,8 @@ def test_volume_and_support_are_those_of_the_convex_hull(stone, rng):
 def test_inertia_moves_with_the_mesh(stone):
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix(), [1.0, 2.0, -3.0]
-    np.testing.assert_allclose(
-        TriangleMesh(stone.vertices @ X[:3, :3].T + X[:3, 3], stone.faces).unit_pseudo_inertia(),
-        X @ stone.unit_pseudo_inertia() @ X.T,
-        rtol=1e-9,
-        atol=1e-15,
-    )
+    J = TriangleMesh(stone.vertices @ X[:3, :3].T + X[:3, 3], stone.faces).unit_pseudo_inertia()
+    np.testing.assert_allclose(J, X @ stone.unit_pseudo_inertia() @ X.T, rtol=1e-9, atol=1e-15)
     centred, p = stone.centre()
     np.testing.assert_allclose(centred.unit_pseudo_inertia()[:3, 3], 0, atol=1e-15)
     np.testing.assert_allclose(p, stone.unit_pseudo_inertia()[:3, 3] / stone.volume)

@@ -36,36 +36,29 @@ def run(monkeypatch, capsys):
     return run
 
 
-@pytest.fixture
-def check_refusal(run):
-    def check(arguments, message, out):
-        status, printed, err = run(*arguments, "--out", out)
-        assert status == 2
-        assert printed == ""
-        assert message in err
-        assert err.count("\n") == 1
-        assert not out.exists() or out.is_file()
-
-    return check
-
-
-def test_bad_arm_is_refused_before_anything_is_written(tmp_path, models, check_refusal):
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--models", "models"], "arm.dmd.yaml: "),
+        (["--out", "file"], "is or lies below a file, must be a folder"),
+    ],
+)
+def test_what_cannot_be_run_is_refused_before_anything_is_written(tmp_path, models, run, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
     (models / "arm.sdf").write_text("<sdf", encoding="utf-8")
-    check_refusal(["--models", models], "arm.dmd.yaml: ", tmp_path / "results")
-
-
-def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
-    out = tmp_path / "results"
-    out.write_text("precious", encoding="utf-8")
-    check_refusal([], "which is or lies below a file, must be a folder", out)
-    assert out.read_text(encoding="utf-8") == "precious"
+    (tmp_path / "file").write_text("precious", encoding="utf-8")
+    before = sorted(tmp_path.rglob("*"))
+    status, printed, err = run(*words)
+    assert (status, printed, err.count("\n")) == (2, "", 1)
+    assert said in err
+    assert sorted(tmp_path.rglob("*")) == before
+    assert (tmp_path / "file").read_text(encoding="utf-8") == "precious"
 
 
 def test_help_explains_every_option(run):
     status, out, _ = run("--help")
     assert status == 0
-    options = ("--repeats", "--seed", "--jobs", "--out", "--robot", "--vision", "--fault", "--cluster", "weight")
-    for option in options:
+    for option in ("--repeats", "--seed", "--jobs", "--out", "--robot", "--vision", "--fault", "--cluster", "weight"):
         assert option in out
 
 

@@ -94,13 +94,11 @@ def test_derivatives_agree_with_finite_differences(rng):
     problem = ellipsoid_fit._Problem(EGG, rays, np.full(40, 0.8), np.full(40, 1e-3), rim, NOISY, CAMERA.focal_length)
     steps = np.array([1e-7] * 3 + [1e-6] * 6 + [1e-4])
     for numbers in (np.zeros(10), np.append(np.zeros(9), 0.7)):
-        numeric = np.column_stack(
-            [
-                (problem.compute_residuals(numbers + step) - problem.compute_residuals(numbers - step))
-                / (2.0 * step.max())
-                for step in np.diag(steps)
-            ]
-        )
+        changes = [
+            (problem.compute_residuals(numbers + step) - problem.compute_residuals(numbers - step)) / step.max()
+            for step in np.diag(steps)
+        ]
+        numeric = 0.5 * np.column_stack(changes)
         J = problem.compute_jacobian(numbers)
         np.testing.assert_allclose(J, numeric, atol=1e-5 * np.abs(numeric).max(axis=0).max())
 
@@ -114,10 +112,8 @@ def find_rim(ellipsoid):
         for _ in range(60):
             middle = 0.5 * (low + high)
             pixel = centre + middle * np.array([np.cos(angle), np.sin(angle)])
-            inside = (
-                trace_rays(ellipsoid, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length).outline_distance[0] > 0.0
-            )
-            low, high = (middle, high) if inside else (low, middle)
+            seen = trace_rays(ellipsoid, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length)
+            low, high = (middle, high) if seen.outline_distance[0] > 0.0 else (low, middle)
         rays.append(pixel)
     return CAMERA.compute_rays(np.array(rays))
 

@@ -74,12 +74,8 @@ def test_uncertainty_of_features_is_that_of_phi():
             X_TE[:3, :3] = axes * np.array([1.0, 1.0, np.linalg.det(axes)])
             X_TE[:3, 3] = D @ part.X_TE[:3, 3] + sign * step * deformation[:3, 3]
             changes.append(build_inertia_map([Ellipsoid(tuple(np.sqrt(squares)))], [X_TE], [0], 1)[:, 0])
-        np.testing.assert_allclose(
-            error[:, 0],
-            (changes[0] - changes[1]) / (2.0 * step),
-            rtol=1e-4,
-            atol=1e-6 * np.abs(geometry.Phi_errors).max(),
-        )
+        numeric, atol = (changes[0] - changes[1]) / (2.0 * step), 1e-6 * np.abs(geometry.Phi_errors).max()
+        np.testing.assert_allclose(error[:, 0], numeric, rtol=1e-4, atol=atol)
 
 
 def look(ellipsoids, colours):

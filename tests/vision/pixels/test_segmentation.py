@@ -15,10 +15,7 @@ from affordance.vision.pixels.rgbd import Picture
 from affordance.vision.pixels.segmentation import segment
 
 BEECH, STEEL, BRASS = (0.79, 0.56, 0.35), (0.49, 0.54, 0.6), (0.83, 0.63, 0.09)
-LEFT, RIGHT = (
-    make_ellipsoid([0.05, 0.02, 0.02], [-0.05, 0, STAND - 0.02]),
-    make_ellipsoid([0.05, 0.02, 0.02], [0.05, 0, STAND - 0.02]),
-)
+LEFT, RIGHT = (make_ellipsoid([0.05, 0.02, 0.02], [x, 0, STAND - 0.02]) for x in (-0.05, 0.05))
 
 
 def add_noise(picture, seed=0):
