@@ -37,13 +37,13 @@ def check_whole(name: str, value: Any, bound: Whole) -> int:
     return int(run_check(name, bound.check, value))
 
 
-def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
+def check_seed(value: Any) -> tuple[int, ...]:
     """Checks a seed: a whole number, or several of them to separate draws of different kinds."""
     if isinstance(value, tuple | list) and value:
-        return tuple(check_whole(f"{name}[{i}]", each, SEEDS) for i, each in enumerate(value))
+        return tuple(check_whole(f"seed[{i}]", each, SEEDS) for i, each in enumerate(value))
     if isinstance(value, tuple | list):
-        raise BadArgumentError(name, "", "is empty, must be a whole number, or several")
-    return (check_whole(name, value, SEEDS),)
+        raise BadArgumentError("seed", "", "is empty, must be a whole number, or several")
+    return (check_whole("seed", value, SEEDS),)
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:

@@ -80,7 +80,7 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     return settings
 
 
-def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+def parse_changes(words: Sequence[str]) -> dict[str, Any]:
     """Parses words such as ``prior.sd=8000``; values are read as in YAML.
 
     A word of another form, or a setting that is named twice, raises a BadValueError.
@@ -89,9 +89,9 @@ def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]
     for word in words:
         name, equals, text = word.partition("=")
         if not equals or not name.strip():
-            raise BadValueError(option, "", f"is {word!r}, must be NAME=VALUE, as prior.sd=8000")
+            raise BadValueError("--set", "", f"is {word!r}, must be NAME=VALUE, as prior.sd=8000")
         if name.strip() in changes:
-            raise BadValueError(option, name.strip(), "is given twice")
+            raise BadValueError("--set", name.strip(), "is given twice")
         changes[name.strip()] = parse_value(text)
     return changes
 

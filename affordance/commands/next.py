@@ -125,7 +125,7 @@ def _label_worth(advice: HoldAdvice, uses: float) -> str:
     return f"worth, {times} ({advice.unit})"
 
 
-def describe_stop(advice: HoldAdvice, uses: float = 1.0) -> str:
+def describe_stop(advice: HoldAdvice, uses: float) -> str:
     """Says in words what to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
     rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)

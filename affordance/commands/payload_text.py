@@ -1,7 +1,6 @@
 """Text of an identified payload, as it is read: verdict, payload, materials, claim, assumptions, lines to paste."""
 
 from collections.abc import Iterator, Mapping
-from types import MappingProxyType
 
 from affordance.identification.payload_claim import ClaimVerdict
 from affordance.identification.payload_formats import PayloadSetting, format_payload
@@ -10,20 +9,16 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 
 _NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-_VERDICTS = {
-    "right": "is right",
-    "wrong": "is wrong",
-    "open": "may be right or wrong, the run cannot tell",
-}
+_VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or wrong, the run cannot tell"}
 
 
 def describe_payload(
     belief: PayloadBelief,
-    claim: tuple[PayloadSetting, ClaimVerdict] | None = None,
+    claim: tuple[PayloadSetting, ClaimVerdict] | None,
     *,
-    materials: Mapping[str, Colour] = MappingProxyType({}),
-    taught: str = "",
-    anyway: bool = False,
+    materials: Mapping[str, Colour],
+    taught: str,
+    anyway: bool,
 ) -> str:
     """Writes a belief for a terminal, with the verdict on a claimed payload, and what a memory has learned.
 

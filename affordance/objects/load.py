@@ -1,7 +1,7 @@
 """Reader of tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -284,4 +284,5 @@ def _add_strike(
     part = components[number]
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     face = StrikingFace(name, R_TE.T @ (point - p_TE), R_TE.T @ normal)
-    return (*components[:number], part.with_strike(face), *components[number + 1 :])
+    struck = replace(part, strikes=(*part.strikes, face))
+    return (*components[:number], struck, *components[number + 1 :])

@@ -45,10 +45,6 @@ class Component:
         check_kind("looks_like", self.looks_like, Material)
         object.__setattr__(self, "X_TE", check_pose("X_TE", self.X_TE))
 
-    def with_strike(self, face: StrikingFace) -> "Component":
-        """Returns the part with one more striking face."""
-        return replace(self, strikes=(*self.strikes, face))
-
 
 @dataclass(frozen=True, eq=False)
 class Grip:

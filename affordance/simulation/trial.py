@@ -169,7 +169,7 @@ class Observer:
         self._context = self._trial.diagram.CreateDefaultContext()
         self._memory_context = self._trial.memory.GetMyMutableContextFromRoot(self._context)
         self._trial.memory.set_memory(self._memory_context, memory)
-        self._trial.memory.remember_only(self._memory_context, remembered)
+        self._trial.memory.remembered.set(self._memory_context, remembered)
 
     @property
     def memory(self) -> Memory:
@@ -213,7 +213,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     trial.arm.set_payload(plant_context, tool.parameters)
     settings.faults.change_arm(trial.arm, plant_context)
     features = trial.eye(tool, np.random.default_rng([*seed, 0]))
-    trial.feature_sensor.set_features(trial.feature_sensor.GetMyMutableContextFromRoot(context), features)
+    trial.feature_sensor.features.set(trial.feature_sensor.GetMyMutableContextFromRoot(context), features)
     trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
     trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
     trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
@@ -275,7 +275,7 @@ def _read_percept(trial: TrialDiagram, context: Context, tool: Tool) -> Percept:
     statistics = trial.estimator.get_last_statistics(trial.estimator.GetMyContextFromRoot(context))
     return Percept(
         object_name=tool.name,
-        features=trial.feature_sensor.get_features(trial.feature_sensor.GetMyContextFromRoot(context)),
+        features=trial.feature_sensor.features.get(trial.feature_sensor.GetMyContextFromRoot(context)),
         statistics=TorqueStatistics(
             np.array(statistics.features), statistics.num_samples
         ),  # not a view of the Context

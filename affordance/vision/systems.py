@@ -30,16 +30,8 @@ class FeatureSensor(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._features: ObjectParameter[tuple[ComponentFeatures, ...]] = self.declare_object_parameter()
-        self.declare_object_output("features", self._features.get, {self._features.ticket})
-
-    def get_features(self, context: Context) -> tuple[ComponentFeatures, ...]:
-        """Returns the features of the presented object."""
-        return self._features.get(context)
-
-    def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:
-        """Sets the features of the presented object."""
-        self._features.set(context, features)
+        self.features: ObjectParameter[tuple[ComponentFeatures, ...]] = self.declare_object_parameter()
+        self.declare_object_output("features", self.features.get, {self.features.ticket})
 
 
 class VisualPrior(SampledSystem):
@@ -77,7 +69,7 @@ class MaterialMemorySystem(SampledSystem):
         self._p_value: Source[Array] = self.declare_vector_input("p_value", 1)
         index = self.DeclareAbstractState(AbstractValue.Make(memory))
         self._memory = int(index)
-        self._remembered: ObjectParameter[tuple[Colour, ...]] = self.declare_object_parameter(())
+        self.remembered: ObjectParameter[tuple[Colour, ...]] = self.declare_object_parameter(())  # all if empty
         self.DeclareStateOutputPort("materials", index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._learn)
 
@@ -90,15 +82,11 @@ class MaterialMemorySystem(SampledSystem):
         value: Any = context.get_abstract_state(self._memory)
         return cast(Memory, value.get_value())
 
-    def remember_only(self, context: Context, colours: tuple[Colour, ...]) -> None:
-        """Sets the colours that are remembered beyond a presentation; all if empty."""
-        self._remembered.set(context, colours)
-
     def _learn(self, context: Context, state: State) -> None:
         memory = self.get_memory(context)
         if self._p_value.Eval(context)[0] >= self._least_p_value:
             memory = self._posterior.Eval(context).memory
-        if remembered := self._remembered.get(context):
+        if remembered := self.remembered.get(context):
             memory = memory.restrict_to(remembered)
         mutable: Any = state.get_mutable_abstract_state(self._memory)
         mutable.set_value(memory)

@@ -1,5 +1,7 @@
 """A mallet of two boxes, of materials of the workshop, and inertial parameters of its features."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from affordance.objects.inertia import build_inertia_map
@@ -36,4 +38,4 @@ FACE = StrikingFace("face", np.array([0.0, 0.04, 0.0]), np.array([0.0, 1.0, 0.0]
 HANDLE, HEAD = make_tool(
     ((0.2, 0.024, 0.02), (0.03, 0, 0), "oak"), ((0.03, 0.08, 0.03), (0.145, 0.01, 0), "brass")
 ).components
-TOOL = Tool("mallet", (HANDLE, HEAD.with_strike(FACE)))
+TOOL = Tool("mallet", (HANDLE, replace(HEAD, strikes=(FACE,))))

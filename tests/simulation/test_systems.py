@@ -41,10 +41,10 @@ def evaluate(system, context, port):
 def test_feature_sensor_outputs_what_it_was_given_and_forgets_nothing_of_it():
     system = FeatureSensor()
     context = system.CreateDefaultContext()
-    system.set_features(context, ONE_MATERIAL)
+    system.features.set(context, ONE_MATERIAL)
     assert evaluate(system, context, "features") == ONE_MATERIAL
     clone = context.Clone()
-    system.set_features(context, ())
+    system.features.set(context, ())
     assert evaluate(system, context, "features") == ()
     assert evaluate(system, clone, "features")[0].colour == RED
 
@@ -101,7 +101,7 @@ def test_memory_learns_nothing_from_what_is_too_improbable(memory_system):
 
 def test_memory_keeps_the_colours_that_are_to_be_remembered(memory_system):
     system, context = memory_system
-    system.remember_only(context, (BLUE,))
+    system.remembered.set(context, (BLUE,))
     advance(system, context, 1.0)
     memory = system.get_memory(context)
     assert memory.colours == (BLUE,)

@@ -42,10 +42,10 @@ class Photograph(NamedTuple):
 class CameraSensor:
     """Camera for objects on a stand; the noise-free picture of each appearance is rendered once."""
 
-    def __init__(self, rig: Rig = DEFAULT_RIG, noise: SensorNoise = SensorNoise()) -> None:
-        """Stores the stand with its camera, and the noise of a picture."""
+    def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
+        """Stores the stand with its camera, whose pictures have the noise of a common one."""
         self.rig = rig
-        self.noise = noise
+        self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}
 
     def render(self, tool: Tool, rig: Rig | None = None) -> Picture:

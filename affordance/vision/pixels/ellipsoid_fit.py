@@ -64,7 +64,6 @@ class Fit(NamedTuple):
     ellipsoid: SeenEllipsoid
     covariance: Array
     misfit: float
-    num_readings: int
 
 
 class PartView(NamedTuple):
@@ -215,7 +214,7 @@ def _fit_in_rounds(view: PartView, camera: Camera, noise: SensorNoise) -> Fit:
     J, residuals = np.asarray(found.jac), found.fun[:-_NUM_PRIORS]
     misfit = float(residuals @ residuals) / max(1, len(residuals) - NUM_NUMBERS)
     covariance = np.linalg.inv(J.T @ J)[:NUM_NUMBERS, :NUM_NUMBERS] * max(1.0, misfit)
-    return Fit(ellipsoid, covariance, misfit, int(used.sum()))
+    return Fit(ellipsoid, covariance, misfit)
 
 
 def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:

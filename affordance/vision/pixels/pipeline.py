@@ -125,8 +125,8 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
     return ComponentFeatures(colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations)
 
 
-def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera, num_points: int = 90) -> Array:
-    """Computes points of an ellipsoid's outline in the picture, column and row, (num_points, 2).
+def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera) -> Array:
+    """Computes points of an ellipsoid's outline in the picture, column and row, (90, 2).
 
     At a point p of the outline the ray is tangent: p = c + S^(1/2) w with |w| = 1 and w . m = 1, where m is the
     camera's position in the coordinates in which the ellipsoid is a unit ball.
@@ -136,7 +136,7 @@ def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera, num_points: int = 90)
     m = -np.linalg.solve(root, ellipsoid.centre)
     distance = float(np.linalg.norm(m))
     across = np.linalg.svd(m[None])[2][1:]  # (2, 3)
-    turn = np.linspace(0.0, 2.0 * np.pi, num_points)
+    turn = np.linspace(0.0, 2.0 * np.pi, 90)
     circle = np.column_stack([np.cos(turn), np.sin(turn)]) @ across
     w = m / distance**2 + np.sqrt(max(0.0, 1.0 - distance**-2)) * circle
     return camera.project(ellipsoid.centre + w @ root)

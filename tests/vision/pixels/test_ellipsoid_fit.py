@@ -157,7 +157,6 @@ def test_readings_of_something_else_are_left_out():
     picture.depth[rows[::50], columns[::50]] -= 0.05
     spoilt = fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, NOISY)
     np.testing.assert_allclose(spoilt.ellipsoid.centre, clean.ellipsoid.centre, atol=3e-4)
-    assert spoilt.num_readings < clean.num_readings
 
 
 def test_readings_on_a_line_determine_no_ellipsoid():
@@ -188,7 +187,7 @@ def test_singular_matrix_is_no_fit(monkeypatch):
 def test_fit_is_the_same_in_another_frame(rng):
     root = rng.standard_normal((9, 9)) * np.array([2e-4] * 3 + [5e-3] * 6)[:, None]
     covariance = root @ root.T
-    fit = Fit(ROD, covariance, 1.0, 100)
+    fit = Fit(ROD, covariance, 1.0)
     X_TC = np.eye(4)
     X_TC[:3, :3], X_TC[:3, 3] = Rotation.from_rotvec([0.3, 1.0, -0.4]).as_matrix(), [0.1, 0.2, 0.3]
     turned = express_fit(fit, X_TC)
