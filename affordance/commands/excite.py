@@ -75,7 +75,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Designs the motion, prints what it is predicted to show, and writes it."""
     _check(arguments)
-    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
+    robot = open_robot(*options.read_robot(arguments))
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
         robot.home,

@@ -11,7 +11,7 @@ from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.commands.options import find_imports, give_answer, read_options
+from affordance.commands.options import give_answer, read_robot
 from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(*read_robot(arguments))
     bench = open_bench(arguments, robot, arguments.tasks)
     settings, materials, tools, memory, same_colours, tasks, criterion = bench
     candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)

@@ -72,10 +72,10 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     add_arm_arguments(parser)
 
 
-def find_imports(arguments: argparse.Namespace) -> Path:
-    """Finds the folder in which imports of robots' files are kept: ``arms`` in the folder of the results."""
+def read_robot(arguments: argparse.Namespace) -> tuple[Path | None, ImportOptions, Path]:
+    """Reads the robot, how its file is imported, and where imports are kept: ``arms`` in the results' folder."""
     out: Path | None = getattr(arguments, "out", None)
-    return (out or Path("results")) / "arms"
+    return arguments.robot, read_options(arguments), (out or Path("results")) / "arms"
 
 
 def find_shipped(arguments: argparse.Namespace) -> Path:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from affordance.commands.options import add_run_options, check_bounds, find_imports, find_shipped, read_options
+from affordance.commands.options import add_run_options, check_bounds, find_shipped, read_robot
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.suite import load_experiment
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     check_folder(arguments.out)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(*read_robot(arguments))
     settings, changes = Settings(arm=robot.directives), parse_changes(arguments.changes)
     experiment = load_experiment(arguments.protocol, robot.folder, arguments.seed, settings, changes)
     found = predict_protocol(experiment, arguments.out, repeats=arguments.repeats, jobs=arguments.jobs)

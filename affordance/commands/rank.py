@@ -13,7 +13,7 @@ from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import find_imports, give_answer, read_options
+from affordance.commands.options import give_answer, read_robot
 from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
 from affordance.exceptions import AffordanceError, BadValueError, hide_password
 from affordance.memory.exchange import read_trials
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     if (given := len(names) + len(arguments.files)) > 1:
         raise BadValueError("task", "", f"is given {given} times, must be given once; affordance next takes several")
     bounds = check_choice(arguments, 1)
-    robot = open_robot(arguments.robot, read_options(arguments), find_imports(arguments))
+    robot = open_robot(*read_robot(arguments))
     bench = open_bench(arguments, robot, names)
     settings, materials, tools, known, _, tasks, criterion = bench
     ((name, task),) = tasks.items()

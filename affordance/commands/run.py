@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     options.check_bounds(arguments)
     options.check_experiment(arguments, (*EXPERIMENTS, "all"))
     all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or name in list_studies()]
-    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
+    robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):

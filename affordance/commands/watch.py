@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     options.check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
-    robot = open_robot(arguments.robot, options.read_options(arguments), options.find_imports(arguments))
+    robot = open_robot(*options.read_robot(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
     models = robot.folder
