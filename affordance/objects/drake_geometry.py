@@ -13,9 +13,9 @@ from pydrake import geometry
 from pydrake.common import MemoryFile
 
 from affordance.arrays import Array
+from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.primitives import Box, Capsule, Cylinder
-from affordance.objects.triangle_mesh import TriangleMesh
 
 
 def make_drawn_shape(shape: Shape) -> Any:

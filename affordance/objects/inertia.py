@@ -11,11 +11,8 @@ transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
     J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
 """
 
-import hashlib
-from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from functools import cached_property
 from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
@@ -93,49 +90,6 @@ class Primitive(Shape):
     def with_sizes(self, sizes: Array) -> Self:
         """Returns the same kind of solid with other lengths, shape (num_sizes,), [m]."""
         return self.from_sizes(sizes)
-
-
-class ArraySolid(Shape):
-    """Solid given by arrays, which are the fields of the class; solids with equal arrays are equal."""
-
-    __dataclass_fields__: ClassVar[dict[str, Any]]
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, type(self)) and self._digest == other._digest
-
-    def __hash__(self) -> int:
-        return hash(self._digest)
-
-    @cached_property
-    def _digest(self) -> bytes:
-        return hashlib.sha256(b"".join(getattr(self, each.name).tobytes() for each in fields(self))).digest()
-
-    @abstractmethod
-    def _stretch(self, factors: Array) -> Self:
-        """Returns the solid stretched about Eo along Ex, Ey, Ez."""
-
-    @abstractmethod
-    def _move(self, p: Array) -> Self:
-        """Returns the solid displaced by p, shape (3,), [m]."""
-
-    @cached_property
-    @abstractmethod
-    def _unit_pseudo_inertia(self) -> Array:
-        """The pseudo-inertia, calculated once."""
-
-    def with_sizes(self, sizes: Array) -> Self:
-        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
-        return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
-
-    def centre(self) -> tuple[Self, Array]:
-        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
-        J = self._unit_pseudo_inertia
-        centroid = J[:3, 3] / J[3, 3]
-        return self._move(-centroid), centroid
-
-    def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
-        return self._unit_pseudo_inertia.copy()
 
 
 @dataclass(frozen=True)

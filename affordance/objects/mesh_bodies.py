@@ -13,9 +13,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import Triangles, read_triangles
+from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.colour import Colour
 from affordance.objects.shells import MeshError, Shell, find_shells
-from affordance.objects.triangle_mesh import TriangleMesh
 
 _LOG = logging.getLogger(__name__)
 

@@ -12,7 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.objects.triangle_mesh import Faces, TriangleMesh, find_open_edges, integrate_faces
+from affordance.objects.array_solids import Faces, TriangleMesh, find_open_edges, integrate_faces
 
 # Distance below which corners are equal: single floats in millimetres differ by 0.02 um, [m].
 _WELD = 1e-7

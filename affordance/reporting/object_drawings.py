@@ -11,10 +11,10 @@ from matplotlib.patches import Circle, Ellipse, Patch, Polygon
 from scipy.spatial import ConvexHull
 
 from affordance.arrays import Array
+from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Tool
-from affordance.objects.triangle_mesh import TriangleMesh
 from affordance.reporting.figures import count_columns
 from affordance.reporting.formatting import fold, label
 

@@ -10,9 +10,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from manifold3d import CrossSection, Manifold
 
+from affordance.objects.array_solids import TriangleMesh
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
-from affordance.objects.triangle_mesh import TriangleMesh
 
 _ROUND = 32  # corners of a circle
 _STEEL = 7850.0  # density by which heads are sized, [kg/m^3]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.objects.column_solid import ColumnSolid
+from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool_entries import build_pose
 from affordance.vision.pixels.columns import View, collect_columns, find_sheets

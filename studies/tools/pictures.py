@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from affordance.objects.column_solid import ColumnSolid
+from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand, present

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
-from affordance.objects.column_solid import ColumnSolid
+from affordance.objects.array_solids import ColumnSolid
 from affordance.vision.pixels.rgbd import Camera, Labels
 from affordance.vision.pixels.segmentation import spread_nearest
 from affordance.vision.pixels.surface import Surface

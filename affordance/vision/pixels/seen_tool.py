@@ -14,7 +14,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import SeeingError
 from affordance.files.constraints import Setting
-from affordance.objects.column_solid import ColumnSolid
+from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.inertia import Shape
 from affordance.objects.tool import Tool
 from affordance.objects.tool_entries import build_pose

@@ -1,4 +1,4 @@
-"""Solids bounded by triangles, with exact integrals over their volume.
+"""Solids given by arrays: bounded by triangles, or made of thin upright columns between two surfaces.
 
 A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise seen from outside, has the signed
 volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
@@ -9,20 +9,69 @@ whose sums over all faces are those of the solid, whatever its form (Lien and Ka
 Applications 4:35-42, from memory).
 """
 
-from dataclasses import dataclass
+import hashlib
+from abc import abstractmethod
+from dataclasses import dataclass, fields
 from functools import cached_property
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array, store_read_only
-from affordance.objects.inertia import ArraySolid
+from affordance.objects.inertia import Shape
 
 type Faces = NDArray[np.intp]
 
 # Distance along a direction within which corners are on the same face as the farthest one: coordinates in millimetres
 # as single floats are rounded to 0.02 um, [m].
 _SAME_FACE = 1e-6
+# Column ends within this distance of the farthest along a direction are averaged: a single column's end is noise, two
+# columns of half a millimetre are an end, [m].
+_AS_FAR = 1e-3
+
+
+class ArraySolid(Shape):
+    """Solid given by arrays, which are the fields of the class; solids with equal arrays are equal."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    @cached_property
+    def _digest(self) -> bytes:
+        return hashlib.sha256(b"".join(getattr(self, each.name).tobytes() for each in fields(self))).digest()
+
+    @abstractmethod
+    def _stretch(self, factors: Array) -> Self:
+        """Returns the solid stretched about Eo along Ex, Ey, Ez."""
+
+    @abstractmethod
+    def _move(self, p: Array) -> Self:
+        """Returns the solid displaced by p, shape (3,), [m]."""
+
+    @cached_property
+    @abstractmethod
+    def _unit_pseudo_inertia(self) -> Array:
+        """The pseudo-inertia, calculated once."""
+
+    def with_sizes(self, sizes: Array) -> Self:
+        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
+        return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
+
+    def centre(self) -> tuple[Self, Array]:
+        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
+        J = self._unit_pseudo_inertia
+        centroid = J[:3, 3] / J[3, 3]
+        return self._move(-centroid), centroid
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        return self._unit_pseudo_inertia.copy()
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +131,66 @@ class TriangleMesh(ArraySolid):
     @cached_property
     def _unit_pseudo_inertia(self) -> Array:
         return integrate_faces(self.vertices, self.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnSolid(ArraySolid):
+    """Solid of N square columns along Ez, given by read-only arrays.
+
+    Places are the x and y of their axes, (N, 2), [m], areas those of their cross-sections, (N,), [m^2], and ends the
+    least and largest z of each, (N, 2), [m].
+    """
+
+    places: Array
+    areas: Array
+    ends: Array
+
+    def __post_init__(self) -> None:
+        """Stores read-only copies; raises a ValueError for inconsistent shapes, or columns without volume."""
+        arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
+        store_read_only(self, **arrays)
+        count = len(self.areas)
+        if not count or self.places.shape != (count, 2) or self.ends.shape != (count, 2):
+            shapes = f"places are {self.places.shape}, areas {self.areas.shape} and ends {self.ends.shape}"
+            raise ValueError(f"{shapes}, must be (N, 2), (N,) and (N, 2)")
+        if not self.volume > 0.0:
+            raise ValueError(f"the columns have a volume of {self.volume:g} m^3, must have more than 0")
+
+    @property
+    def sizes(self) -> Array:
+        """Lengths of the box around the columns' axes and ends along Ex, Ey, Ez, shape (3,), [m]."""
+        across = np.ptp(self.places, axis=0) + np.sqrt(self.areas.max())
+        return np.array([*across, self.ends[:, 1].max() - self.ends[:, 0].min()])
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume, [m^3]."""
+        return float(self.areas @ (self.ends[:, 1] - self.ends[:, 0]))
+
+    def _stretch(self, factors: Array) -> "ColumnSolid":
+        x, y, z = factors
+        return ColumnSolid(self.places * [x, y], self.areas * x * y, self.ends * z)
+
+    def _move(self, p: Array) -> "ColumnSolid":
+        return ColumnSolid(self.places + p[:2], self.areas, self.ends + p[2])
+
+    @cached_property
+    def _unit_pseudo_inertia(self) -> Array:
+        low, high = self.ends.T
+        # Volume, first and second moment of each column along z.
+        volume, first, second = (self.areas * (high**k - low**k) / k for k in (1, 2, 3))
+        J = np.zeros((4, 4))
+        J[:2, :2] = (self.places * volume[:, None]).T @ self.places + np.eye(2) * (self.areas @ volume) / 12.0
+        J[:2, 2] = J[2, :2] = first @ self.places
+        J[:2, 3] = J[3, :2] = volume @ self.places
+        J[2, 2], J[2, 3], J[3, 2], J[3, 3] = second.sum(), first.sum(), first.sum(), volume.sum()
+        return J
+
+    def find_support(self, direction_E: Array) -> Array:
+        """Finds the mean of the columns' ends that are farthest along a direction, shape (3,), [m]."""
+        ends = np.vstack([np.column_stack([self.places, z]) for z in self.ends.T])
+        reach = ends @ (direction_E / np.linalg.norm(direction_E))
+        return ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
 
 
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
