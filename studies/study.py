@@ -35,28 +35,21 @@ from affordance.settings import Settings
 
 
 class Findings(NamedTuple):
-    """Findings of a study.
+    """Findings of a study."""
 
-    Attributes:
-        numbers: Content of metrics.json, which claims and templates of the section name. Versions, commit and date of
-            the run are added to it; ``versions`` may name those of further libraries.
-        facts: Further values that the section names.
-        figures: Functions that draw figures, by name of the file without suffix.
-        details: Content of details.json, further numbers that explain; None for no file.
-        writers: Functions that write further files into the study's folder.
-        tables: Tables that follow those of the section file, whose columns are known only after the run.
-        folder: Folder of these findings in that of the study; empty for that folder itself.
-        section: File of their section of the report; None for that of the study.
-    """
-
+    # Content of metrics.json, which claims and templates of the section name. Versions, commit and date of the run
+    # are added to it; ``versions`` may name those of further libraries.
     numbers: Mapping[str, Any]
-    facts: Mapping[str, Any] = {}
+    facts: Mapping[str, Any] = {}  # further values that the section names
+    # Functions that draw figures, by name of the file without suffix.
     figures: Mapping[str, Callable[[], Figure]] = {}
+    # Content of details.json, further numbers that explain; None for no file.
     details: Mapping[str, Any] | None = None
-    writers: tuple[Callable[[Path], None], ...] = ()
+    writers: tuple[Callable[[Path], None], ...] = ()  # functions that write further files into the study's folder
+    # Tables that follow those of the section file, whose columns are known only after the run.
     tables: tuple[Table, ...] = ()
-    folder: str = ""
-    section: Path | None = None
+    folder: str = ""  # folder of these findings in that of the study; empty for that folder itself
+    section: Path | None = None  # file of their section of the report; None for that of the study
 
     def render(self, section: Path) -> Section:
         """Renders the section of the report from its file."""
@@ -69,40 +62,30 @@ type Work = Callable[[Path], Iterable[Findings]]
 
 
 class Task(NamedTuple):
-    """Task of which the harness writes no findings: a run by another runner, or a table that an option asks for.
+    """Task of which the harness writes no findings: a run by another runner, or a table that an option asks for."""
 
-    Attributes:
-        run: Function that does the task, prints what it finds, and returns the exit status.
-    """
-
-    run: Callable[[], int]
+    run: Callable[[], int]  # function that does the task, prints what it finds, and returns the exit status
 
 
 @dataclass(frozen=True)
 class Study:
-    """Study, which is a command.
+    """Study, which is a command."""
 
-    Attributes:
-        HELP: Line of help, as of all commands.
-        add_arguments: Function that adds the options to a parser.
-        plan: Function that checks the arguments and reads all files, and returns what is to be run; nothing is
-            written before it returns.
-        folder: Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
-        section: File of the section of the report; None for section.yaml of the study's folder, if it has one.
-        refused: Reasons by settings, or groups of settings, that the study does not use.
-        load: Function that loads a study that is an experiment, for ``affordance run``, from a folder of models, root
-            of every random draw, and settings; None for other studies.
-        on_one_thread: True if the study's process is to have one thread, as processes of repeats have.
-    """
-
-    HELP: str
-    add_arguments: Callable[[argparse.ArgumentParser], None]
+    HELP: str  # line of help, as of all commands
+    add_arguments: Callable[[argparse.ArgumentParser], None]  # function that adds the options to a parser
+    # Function that checks the arguments and reads all files, and returns what is to be run; nothing is written
+    # before it returns.
     plan: Callable[[argparse.Namespace], Work | Task]
+    # Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
     folder: str | None = None
+    # File of the section of the report; None for section.yaml of the study's folder, if it has one.
     section: Path | None = None
+    # Reasons by settings, or groups of settings, that the study does not use.
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
+    # Function that loads a study that is an experiment, for ``affordance run``, from a folder of models, root of
+    # every random draw, and settings; None for other studies.
     load: Callable[[Path, int, Settings], Experiment] | None = None
-    on_one_thread: bool = False
+    on_one_thread: bool = False  # true if the study's process is to have one thread, as processes of repeats have
 
     def __post_init__(self) -> None:
         home = Path(inspect.getfile(self.plan)).parent
@@ -112,21 +95,13 @@ class Study:
             object.__setattr__(self, "section", home / "section.yaml")
 
     def check(self, arguments: argparse.Namespace) -> None:
-        """Checks the options that studies share.
-
-        Raises:
-            BadValueError: An option is out of bounds, or changes a setting that the study does not use.
-        """
+        """Checks the options that studies share."""
         check_bounds(arguments)
         for names, why in self.refused.items():
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints where; returns the exit status.
-
-        Raises:
-            AffordanceError: An argument or a file is invalid.
-        """
+        """Runs the study, writes its findings and prints where; returns the exit status."""
         if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # it must be set before NumPy is loaded
             os.environ["OMP_NUM_THREADS"] = "1"
             os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
@@ -178,11 +153,7 @@ def import_part(module: str, extra: str = "dev") -> Any:
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Returns the settings of ``--set``, with the arm of ``--models``.
-
-    Raises:
-        BadValueError: A setting is unknown, or a value is of the wrong kind or out of bounds.
-    """
+    """Returns the settings of ``--set``, with the arm of ``--models``."""
     return change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
 
 
@@ -196,16 +167,10 @@ def run_kept[C](
     jobs: int,
     description: str,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats of a configuration that the study's folder lacks, in processes.
+    """Runs the repeats of a configuration, a dataclass, that the study's folder lacks, in processes.
 
-    Args:
-        config: Configuration, a dataclass.
-        run_repeat: Picklable function of configuration and number of the repeat; its folder of sources counts.
-        folder: Folder of the study.
-        models: Files that are read, or a folder of models.
-        repeats: Number of repeats.
-        jobs: Number of processes.
-        description: Label of the progress bar.
+    The function must be picklable; its folder of sources counts, as do the files that are read, or a folder of
+    models.
 
     Returns: Arrays, stacked over repeats along the first axis.
     """
@@ -215,12 +180,7 @@ def run_kept[C](
 
 
 def read_kept(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
-    """Reads a mapping that a study kept; None if there is none. A damaged file is quarantined.
-
-    Args:
-        path: JSON file.
-        keys: Keys that the mapping must have.
-    """
+    """Reads a mapping of some keys that a study kept; None if there is none. A damaged file is quarantined."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(content, dict):
@@ -245,12 +205,7 @@ def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) 
 
 
 def write_findings(findings: Findings, folder: Path, section: Path | None) -> Path:
-    """Writes the findings of a study, and the report of all that lies next to its folder.
-
-    Args:
-        findings: Findings of the study.
-        folder: Folder of the study.
-        section: File of the study's section of the report; None for a study without one, which writes no report.
+    """Writes the findings of a study, and the report of all that lies next to its folder; none without a section.
 
     Returns: Path of the report, or of metrics.json.
     """

@@ -34,19 +34,12 @@ _SHARE, _Z, _LEAST = 0.15, 2.0, 1e-12
 
 
 class Case(NamedTuple):
-    """Belief, decision and object to hold.
+    """Belief, decision and object to hold."""
 
-    Attributes:
-        held: Names of what was held before.
-        task: Name of the task.
-        tools: Names of the tools to choose from; all of the task if empty.
-        candidate: Name of the object.
-    """
-
-    held: tuple[str, ...]
-    task: str
-    tools: tuple[str, ...]
-    candidate: str
+    held: tuple[str, ...]  # names of what was held before
+    task: str  # name of the task
+    tools: tuple[str, ...]  # names of the tools to choose from; all of the task if empty
+    candidate: str  # name of the object
 
 
 _OAK, _CAST, _RUBBER, _BRASS = "bar of oak", "rod of cast steel", "block of rubber", "pin of brass"
@@ -82,15 +75,10 @@ CASES = (
 
 @dataclass(frozen=True)
 class WorthConfig:
-    """Configuration of the comparison.
+    """Configuration of the comparison."""
 
-    Attributes:
-        outcomes: Number of outcomes.
-        draws: Number of draws after each of hammering; of other tasks five times as many.
-    """
-
-    outcomes: int = OUTCOMES
-    draws: int = DRAWS
+    outcomes: int = OUTCOMES  # number of outcomes
+    draws: int = DRAWS  # number of draws after each of hammering; of other tasks five times as many
 
 
 def describe_worths(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

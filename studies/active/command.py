@@ -56,11 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Checks the recordings, and returns what is to be run.
-
-    Raises:
-        AffordanceError: A number is out of bounds, or a recording is missing.
-    """
+    """Checks the recordings, and returns what is to be run."""
     for name in ("pools", "designs", "paper"):
         check_whole(f"--{name}", getattr(arguments, name), _COUNT)
     if arguments.data is not None:

@@ -42,17 +42,11 @@ type _Learn = Callable[[Sequence[TrialEvidence], Sequence[ComponentFeatures], Se
 
 @dataclass(frozen=True)
 class RepeatsConfig:
-    """Configuration of observers who hold one piece again and again.
+    """Configuration of observers who hold one piece again and again."""
 
-    Attributes:
-        num_observers: Number of observers of a block.
-        num_holds: Number of holds of each.
-        seed: Root of every random draw.
-    """
-
-    num_observers: int = 100
-    num_holds: int = 10
-    seed: int = 0
+    num_observers: int = 100  # number of observers of a block
+    num_holds: int = 10  # number of holds of each
+    seed: int = 0  # root of every random draw
 
 
 def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:

@@ -26,24 +26,17 @@ _REASONS = ("", "certain", "not worth its price", "impossible")
 
 @dataclass(frozen=True)
 class StopConfig:
-    """Configuration of observers who hold until the advice is to stop.
+    """Configuration of observers who hold until the advice is to stop."""
 
-    Attributes:
-        is_drawn: True where the materials' densities are drawn from the prior, false where they are the real ones.
-        has_decoy: True where there are two pieces of stock of each material, and one of all these is odd: it has the
-            density of another material.
-        doubts: True if observers say what they have felt, so that one of the objects may be odd.
-        most: Largest number of holds.
-        seed: Root of every random draw; worlds and errors are the same whether or not observers doubt.
-        tasks: Names of the tasks.
-    """
-
+    # True where the materials' densities are drawn from the prior, false where they are the real ones.
     is_drawn: bool = False
+    # True where there are two pieces of stock of each material, and one of all these is odd: it has the density of
+    # another material.
     has_decoy: bool = False
-    doubts: bool = True
-    most: int = 7
-    seed: int = 0
-    tasks: tuple[str, ...] = worlds.TASKS
+    doubts: bool = True  # true if observers say what they have felt, so that one of the objects may be odd
+    most: int = 7  # largest number of holds
+    seed: int = 0  # root of every random draw; worlds and errors are the same whether or not observers doubt
+    tasks: tuple[str, ...] = worlds.TASKS  # names of the tasks
 
 
 def run_observer(config: StopConfig, repeat: int) -> dict[str, NDArray[Any]]:

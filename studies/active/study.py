@@ -26,21 +26,13 @@ _NUM_SAMPLES = 4000
 
 @dataclass(frozen=True)
 class ActiveConfig:
-    """Configuration of the observers of one rule.
+    """Configuration of the observers of one rule."""
 
-    Attributes:
-        rule: Name of the rule.
-        seed: Root of every random draw; worlds and errors are the same for all rules.
-        tasks: Names of the tasks of the workshop; none for the paper's world.
-        horizon: Largest number of holds.
-        is_simulated: True if holds are simulated in the Diagram, false for closed form.
-    """
-
-    rule: str
-    seed: int = 0
-    tasks: tuple[str, ...] = worlds.TASKS
-    horizon: int = HORIZON
-    is_simulated: bool = False
+    rule: str  # name of the rule
+    seed: int = 0  # root of every random draw; worlds and errors are the same for all rules
+    tasks: tuple[str, ...] = worlds.TASKS  # names of the tasks of the workshop; none for the paper's world
+    horizon: int = HORIZON  # largest number of holds
+    is_simulated: bool = False  # true if holds are simulated in the Diagram, false for closed form
 
     def build(self) -> worlds.Workshop:
         """Builds the world."""

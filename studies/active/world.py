@@ -42,31 +42,19 @@ _LEAST = 0.3
 
 
 class Workshop(NamedTuple):
-    """Workshop on the paper's arm: stock, tools and tasks, planned once.
+    """Workshop on the paper's arm: stock, tools and tasks, planned once."""
 
-    Attributes:
-        candidates: Objects that may be held, by name.
-        questions: Tasks with their planned options.
-        static: Arm at rest at home.
-        settings: Settings.
-    """
-
-    candidates: Mapping[str, Tool]
-    questions: Sequence[Question]
-    static: StaticHold
-    settings: Settings
+    candidates: Mapping[str, Tool]  # objects that may be held, by name
+    questions: Sequence[Question]  # tasks with their planned options
+    static: StaticHold  # arm at rest at home
+    settings: Settings  # settings
 
 
 class TrueWorld(NamedTuple):
-    """World of one observer.
+    """World of one observer."""
 
-    Attributes:
-        densities: True densities of each candidate by colour, [kg/m^3].
-        costs: True costs of all options of each task, infinite where infeasible, (k,) each, [J].
-    """
-
-    densities: Mapping[str, Mapping[Colour, float]]
-    costs: Mapping[str, Array]
+    densities: Mapping[str, Mapping[Colour, float]]  # true densities of each candidate by colour, [kg/m^3]
+    costs: Mapping[str, Array]  # true costs of all options of each task, infinite where infeasible, (k,) each, [J]
 
 
 @lru_cache(maxsize=1)

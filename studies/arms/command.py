@@ -33,11 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Checks settings and robots.
-
-    Raises:
-        BadValueError: A setting is unknown, or the folder has no robot's file.
-    """
+    """Checks settings and robots."""
     change_by_name(arguments)
     chosen = choose_robots(arguments.robots, arguments.only)
     changes = tuple(parse_changes(arguments.changes).items())
@@ -46,11 +42,7 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
-    """Lists the robots to study; all if none is named.
-
-    Raises:
-        BadValueError: The folder has no robot's file.
-    """
+    """Lists the robots to study; all if none is named."""
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
         problem = f"is {str(folder)!r}, which has none of the robots' files, such as {chosen[0].file}"

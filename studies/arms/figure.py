@@ -16,12 +16,7 @@ _MASS = "effective mass of the arm, up and down at the hand,"
 
 
 def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> Figure:
-    """Draws the figure of the study.
-
-    Args:
-        found: Results by robot; robots that were not imported are left out.
-        ours: Results of the arm that comes with the program.
-    """
+    """Draws the figure of the study: results by robot, those left out that were not imported, and of our own arm."""
     known = {name: one for name, one in found.items() if "sag" in one}
     figure = Figure(figsize=(13.0, 5.0))
     left, middle, right = figure.subplots(1, 3)

@@ -37,27 +37,16 @@ _TIMES = 3
 
 
 class Sag(NamedTuple):
-    """Sag in the first hold of Simulation I.
+    """Sag in the first hold of Simulation I."""
 
-    Attributes:
-        arm_mass: Effective mass of the empty arm at the hand along the vertical, [kg].
-        object_mass: Mass of the object, [kg].
-        predicted: Fall of the object's centre by the formula above, [m].
-        simulated: Fall of the object's centre in Drake, [m].
-        rate: Largest ratio of a joint's velocity to its limit, [1].
-        rate_joint: Name of that joint.
-        limited: Fraction of the control periods in which a limit was active.
-        real_time_factor: Simulated time over processor time, of the fastest of three holds.
-    """
-
-    arm_mass: float
-    object_mass: float
-    predicted: float
-    simulated: float
-    rate: float
-    rate_joint: str
-    limited: float
-    real_time_factor: float
+    arm_mass: float  # effective mass of the empty arm at the hand along the vertical, [kg]
+    object_mass: float  # mass of the object, [kg]
+    predicted: float  # fall of the object's centre by the formula above, [m]
+    simulated: float  # fall of the object's centre in Drake, [m]
+    rate: float  # largest ratio of a joint's velocity to its limit, [1]
+    rate_joint: str  # name of that joint
+    limited: float  # fraction of the control periods in which a limit was active
+    real_time_factor: float  # simulated time over processor time, of the fastest of three holds
 
 
 def measure_sag(
@@ -65,11 +54,7 @@ def measure_sag(
 ) -> Sag:
     """Simulates an arm without experience that is given an object of Simulation I.
 
-    Args:
-        models: Folder with the arm.
-        tool_index: Index of the object.
-        task_models: Folder with the objects; that of the arm if None.
-        changes: Settings that differ from their defaults, by name.
+    The objects are those of the arm's folder of models, or of ``task_models``.
     """
     settings = change_settings(Settings(arm=models / ARM.name), changes)
     settings = dataclasses.replace(settings, log_period=settings.control_period)

@@ -38,17 +38,11 @@ _CHANGED = "# Changed by affordance import-arm: "
 
 @dataclass(frozen=True)
 class RunConfig:
-    """Configuration of the runs of an arm.
+    """Configuration of the runs of an arm."""
 
-    Attributes:
-        seed: Root of every random draw.
-        repeats: Number of observers of each experiment.
-        changes: Settings that differ from their defaults, by name.
-    """
-
-    seed: int = 0
-    repeats: int = 20
-    changes: tuple[tuple[str, Any], ...] = ()
+    seed: int = 0  # root of every random draw
+    repeats: int = 20  # number of observers of each experiment
+    changes: tuple[tuple[str, Any], ...] = ()  # settings that differ from their defaults, by name
 
 
 def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: int) -> dict[str, Any]:

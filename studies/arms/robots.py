@@ -9,21 +9,13 @@ _ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 
 
 class Robot(NamedTuple):
-    """Arm of the package.
+    """Arm of the package."""
 
-    Attributes:
-        name: Name of the arm in the study.
-        file: Path of its file within the folder of robots.
-        tip: Name of the link or frame that holds objects.
-        required: True if all four experiments are to run on the arm; others may be refused with a reason.
-        up: Axis of the root that points up.
-    """
-
-    name: str
-    file: str
-    tip: str
-    required: bool = True
-    up: str = "z"
+    name: str  # name of the arm in the study
+    file: str  # path of its file within the folder of robots
+    tip: str  # name of the link or frame that holds objects
+    required: bool = True  # true if all four experiments are to run on the arm; others may be refused with a reason
+    up: str = "z"  # axis of the root that points up
 
     @property
     def options(self) -> ImportOptions:

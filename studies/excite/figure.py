@@ -33,12 +33,8 @@ def draw_errors(
 ) -> Figure:
     """Draws errors that were found (lines) and stated (thin lines) by rule, a panel each.
 
-    Args:
-        places: Numbers of postures, or lengths of motions; of some rules the first of them.
-        panels: Numbers by rule, by title of the panel.
-        found: Key of the root mean square errors.
-        said: Key of the stated standard deviations.
-        label: Label of the horizontal axis.
+    Places are numbers of postures, or lengths of motions, of some rules the first of them; ``found`` and ``said`` are
+    keys of both errors in the numbers of a rule.
     """
     figure = Figure(figsize=(5.5 * len(panels), 4.5), layout="constrained")
     all_axes = np.atleast_1d(figure.subplots(1, len(panels)))

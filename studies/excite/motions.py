@@ -76,25 +76,15 @@ _HOMES = {
 
 @dataclass(frozen=True)
 class MotionConfig:
-    """Configuration of the motions of one rule.
+    """Configuration of the motions of one rule."""
 
-    Attributes:
-        data: Folder of the recordings.
-        arm: Name of the arm.
-        rule: Name of the rule.
-        seconds: Lengths of the motions, [s].
-        seed: Root of every random draw.
-        num_draws: Number of motions from which a search starts.
-        num_changes: Number of changes that it tries of each of the best.
-    """
-
-    data: str
-    arm: str
-    rule: str
-    seconds: tuple[float, ...] = SECONDS
-    seed: int = 0
-    num_draws: int = NUM_DRAWS
-    num_changes: int = NUM_CHANGES
+    data: str  # folder of the recordings
+    arm: str  # name of the arm
+    rule: str  # name of the rule
+    seconds: tuple[float, ...] = SECONDS  # lengths of the motions, [s]
+    seed: int = 0  # root of every random draw
+    num_draws: int = NUM_DRAWS  # number of motions from which a search starts
+    num_changes: int = NUM_CHANGES  # number of changes that it tries of each of the best
 
 
 class World(NamedTuple):
@@ -272,13 +262,9 @@ def list_seconds(rule: str) -> tuple[float, ...]:
 
 
 def describe_motions(found: Mapping[str, Mapping[str, NDArray[Any]]], seconds: tuple[float, ...]) -> dict[str, Any]:
-    """Describes what the rules found on one arm, repeats along the first axis.
+    """Describes what the rules found on one arm, repeats along the first axis, for the first lengths or all, [s].
 
     The floor is the least standard deviation that identification states, among lengths that all rules have.
-
-    Args:
-        found: Arrays found by each rule, for the first of the lengths or for all.
-        seconds: Lengths of the motions, [s].
     """
     rules: dict[str, Any] = {
         rule: {

@@ -38,37 +38,22 @@ _SEEN = 4  # mass and first moments: all that postures at rest show
 
 @dataclass(frozen=True)
 class PosewiseConfig:
-    """Configuration of the pools of one object.
+    """Configuration of the pools of one object."""
 
-    Attributes:
-        data: Folder of the recordings.
-        name: Name of the object.
-        rule: Name of the rule.
-        seed: Seed of the pools, which are the same for all rules.
-        numbers: Numbers of postures after which the mass is estimated.
-    """
-
-    data: str
-    name: str
-    rule: str
-    seed: int = 0
-    numbers: tuple[int, ...] = NUMBERS
+    data: str  # folder of the recordings
+    name: str  # name of the object
+    rule: str  # name of the rule
+    seed: int = 0  # seed of the pools, which are the same for all rules
+    numbers: tuple[int, ...] = NUMBERS  # numbers of postures after which the mass is estimated
 
 
 class Task(NamedTuple):
-    """Object with all that is known of it before, for the rules.
+    """Object with all that is known of it before, for the rules."""
 
-    Attributes:
-        evidence: Evidence of all postures, with the load signs of the expected body.
-        gains: Gains, drift included.
-        prior: Prior of all unknowns but the payload.
-        theta: Log-Cholesky coordinates of the expected body, shape (10,).
-    """
-
-    evidence: Evidence
-    gains: Gains
-    prior: ChannelPrior
-    theta: Array
+    evidence: Evidence  # evidence of all postures, with the load signs of the expected body
+    gains: Gains  # gains, drift included
+    prior: ChannelPrior  # prior of all unknowns but the payload
+    theta: Array  # Log-Cholesky coordinates of the expected body, shape (10,)
 
     def expect(self, theta: Array) -> "Task":
         """Returns the task with another expected body, shape (10,)."""

@@ -17,12 +17,7 @@ from studies.study import run_kept
 
 
 def check_recordings(data: Path) -> None:
-    """Reads the recordings.
-
-    Raises:
-        BadValueError: A clone is missing or has changed.
-        ModelFileError: The URDF of a clone has changed.
-    """
+    """Reads the recordings."""
     for load in (load_weighed_objects, load_panda, load_ur10e):
         load(data)
 
@@ -30,18 +25,7 @@ def check_recordings(data: Path) -> None:
 def measure_motions(
     data: Path, folder: Path, *, pools: int, designs: int, seed: int, jobs: int
 ) -> tuple[dict[str, Any], dict[str, Callable[[], Figure]]]:
-    """Measures what postures and motions are worth.
-
-    Args:
-        data: Folder of the recordings.
-        folder: Folder of the study, which keeps what was found.
-        pools: Number of pools of postures.
-        designs: Number of designs of each motion.
-        seed: Root of every random draw.
-        jobs: Number of processes.
-
-    Returns: Numbers of metrics.json, and functions that draw the figures.
-    """
+    """Measures what postures and motions are worth; returns numbers of metrics.json, and functions of figures."""
     files = sorted(path for path in data.rglob("*") if path.suffix in (".npz", ".csv", ".txt", ".urdf"))
 
     def run[C](config: C, measure: Callable[[C, int], Mapping[str, NDArray[Any]]], repeats: int, name: str) -> Any:

@@ -50,36 +50,23 @@ def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
 
 
 class HammerStudy(NamedTuple):
-    """Results of the study.
+    """Results of the study."""
 
-    Attributes:
-        compared: Names of the two grips of least simulated work, which the crossovers and the figure compare.
-        crossovers: Forces at which both of them cost the same, [N].
-        checked: Blows on either side of the first crossover, by force and grip; forces at which one fails are
-            omitted.
-        yielding: Demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
-        swings: Costs of other swings to the same strike, by grip; empty if one of them is not found.
-        map: Work over force and density of the denser part.
-        densities: Densities of the map's rows, (R,), [kg/m^3].
-    """
-
+    # Names of the two grips of least simulated work, which the crossovers and the figure compare.
     compared: tuple[str, ...]
-    crossovers: list[float]
+    crossovers: list[float]  # forces at which both of them cost the same, [N]
+    # Blows on either side of the first crossover, by force and grip; forces at which one fails are omitted.
     checked: Mapping[float, Mapping[str, Blow]]
+    # Demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
     yielding: Mapping[str, Blow]
+    # Costs of other swings to the same strike, by grip; empty if one of them is not found.
     swings: Mapping[str, SwingComparison]
-    map: HammeringMap
-    densities: Array
+    map: HammeringMap  # work over force and density of the denser part
+    densities: Array  # densities of the map's rows, (R,), [kg/m^3]
 
 
 def study_blows(experiment: ChoiceExperiment, plan: ChoicePlan, *, jobs: int) -> HammerStudy:
-    """Studies the blows with the first novel tool of an experiment, in processes.
-
-    Args:
-        experiment: Experiment of hammering.
-        plan: Plan of the experiment.
-        jobs: Number of processes.
-    """
+    """Studies the blows with the first novel tool of an experiment, in processes."""
     tool, settings = experiment.novel[0], remove_errors(experiment.settings)
     task = experiment.task
     assert isinstance(task, Hammer)

@@ -20,11 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the blows of the experiment.
-
-    Raises:
-        AffordanceError: A file is invalid, or the demanded blow cannot be dealt.
-    """
+    """Plans the blows of the experiment."""
     experiment = load_choice_experiment("hammer", arguments.models, arguments.seed, read_settings(arguments))
     return partial(_work, experiment, experiment.plan(arguments.jobs), arguments.jobs)
 

@@ -63,15 +63,8 @@ def draw_map(
 ) -> Figure:
     """Draws a map of which of two grips needs less absolute work, over demanded force and another quantity.
 
-    Args:
-        forces: Demanded forces, (F,), ascending, [N].
-        values: Values of the other quantity, (R,), ascending.
-        work: Absolute work by grip, (R, F), [J].
-        feasible: True where the blow is feasible, by grip, (R, F).
-        case: Force and value of the marked case.
-        case_label: Label of the marked case.
-        value_label: Name and unit of the other quantity.
-        title: Title of the figure.
+    Forces, (F,), [N], and values of the other quantity, (R,), ascend; work, [J], and feasibility are (R, F) by grip.
+    The marked case is a force and a value.
     """
     one, other = work
     can_one, can_other = feasible[one], feasible[other]

@@ -11,30 +11,21 @@ from affordance.plant.arm_model import ArmModel
 
 
 class TorqueGradients(NamedTuple):
-    """Torques at N states and their derivatives.
+    """Torques at N states and their derivatives."""
 
-    Attributes:
-        tau: Torques, (N, num_joints), [N m].
-        by_q: Derivatives by the angles, (N, num_joints, num_joints), [N m/rad].
-        by_v: Derivatives by the rates, (N, num_joints, num_joints), [N m s/rad].
-        by_vdot: Derivatives by the accelerations, the mass matrices, (N, num_joints, num_joints), [kg m^2].
-    """
-
-    tau: Array
-    by_q: Array
-    by_v: Array
-    by_vdot: Array
+    tau: Array  # torques, (N, num_joints), [N m]
+    by_q: Array  # derivatives by the angles, (N, num_joints, num_joints), [N m/rad]
+    by_v: Array  # derivatives by the rates, (N, num_joints, num_joints), [N m s/rad]
+    by_vdot: Array  # derivatives by the accelerations, the mass matrices, (N, num_joints, num_joints), [kg m^2]
 
 
 class InverseDynamics:
     """Inverse dynamics of an arm that holds a known tool, along whole motions."""
 
     def __init__(self, model: ArmModel, pi: Array) -> None:
-        """Translates the plant to AutoDiff.
+        """Translates the plant to AutoDiff; every use changes the model's state and payload.
 
-        Args:
-            model: Model of the arm; its state and payload are changed by every use.
-            pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
+        The tool's inertial parameters pi, (10,), are about To, expressed in T.
         """
         self._model = model
         self._pi = pi

@@ -27,12 +27,7 @@ _PACES = np.geomspace(0.25, 2.0, 12)
 def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Array, settings: Settings) -> BlowCost:
     """Plans the demanded blow with least work, for a tool of inertial parameters pi, (10,).
 
-    Args:
-        planned: Blows of least acceleration, from which the search starts.
-        hammer: Hammering task.
-        model: Model of the arm; its state and payload are changed.
-        pi: Inertial parameters of the tool.
-        settings: Settings of the controller.
+    The search starts from blows of least acceleration, and changes the model's state and payload.
 
     Raises:
         AffordanceError: No swing strikes as demanded, the search does not converge, or its motion exceeds the

@@ -44,27 +44,16 @@ _NUM_TIMES = 801
 
 
 class OptimalSwing(NamedTuple):
-    """Motion from rest to a strike, with its torques and costs.
+    """Motion from rest to a strike, with its torques and costs."""
 
-    Attributes:
-        times: Times, (T,), [s].
-        q: Joint angles, (T, num_joints), [rad].
-        v: Joint rates, (T, num_joints), [rad/s].
-        vdot: Joint accelerations, (T, num_joints), [rad/s^2].
-        tau: Torques, (T, num_joints), [N m].
-        work: Absolute work of the joints, [J].
-        effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        converged: True if the search ended at an optimum, or there was no search.
-    """
-
-    times: Array
-    q: Array
-    v: Array
-    vdot: Array
-    tau: Array
-    work: float
-    effort: float
-    converged: bool
+    times: Array  # times, (T,), [s]
+    q: Array  # joint angles, (T, num_joints), [rad]
+    v: Array  # joint rates, (T, num_joints), [rad/s]
+    vdot: Array  # joint accelerations, (T, num_joints), [rad/s^2]
+    tau: Array  # torques, (T, num_joints), [N m]
+    work: float  # absolute work of the joints, [J]
+    effort: float  # integral of |tau|^2 dt, [N^2 m^2 s]
+    converged: bool  # true if the search ended at an optimum, or there was no search
 
 
 class SwingComparison(NamedTuple):
@@ -86,12 +75,8 @@ def compare_swings(
 ) -> SwingComparison:
     """Computes the swings of a blow by minimum acceleration, by least effort and by least work.
 
-    Args:
-        model: Model of the arm; its state and payload are changed.
-        target: Point that is struck, and the point of the tool that strikes it.
-        swing: Swing of minimum acceleration, from which both searches start.
-        pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
-        num_pieces: Number of pieces of the splines.
+    Both searches start from the swing of minimum acceleration, and change the model's state and payload. The tool's
+    inertial parameters pi, (10,), are about To, expressed in T.
 
     Raises:
         AffordanceError: No motion that keeps the limits was found.
@@ -133,9 +118,6 @@ class SwingSearch:
     def fit(self, q: Array) -> Array:
         """Fits control points of a motion from rest to the angles at the times of reports, by least squares.
 
-        Args:
-            q: Joint angles, as in ``OptimalSwing``.
-
         Returns: Control points, shape (num_pieces + 5, num_joints), [rad].
         """
         points: Array = np.linalg.lstsq(self._evaluate_basis(self._times)[0], q)[0]
@@ -143,10 +125,7 @@ class SwingSearch:
         return points
 
     def find_least_effort(self, start: Array | None = None) -> OptimalSwing:
-        """Searches for the motion of least effort.
-
-        Args:
-            start: Control points from which to search; None for those of the given swing.
+        """Searches for the motion of least effort, from given control points or those of the given swing.
 
         Raises:
             AffordanceError: No motion that keeps the limits was found.

@@ -12,26 +12,17 @@ from affordance.choice.blow_cost import BlowCost
 
 
 class HammeringMap(NamedTuple):
-    """Work of a blow with each of G grips, over R values of a property of the object and F demanded forces.
+    """Work of a blow with each of G grips, over R values of a property of the object and F demanded forces."""
 
-    Attributes:
-        forces: Demanded peak of the resistance, (F,), [N].
-        work: Work of the joints, (G, R, F), [J].
-        feasible: True where the blow is feasible, (G, R, F).
-    """
-
-    forces: Array
-    work: Array
-    feasible: NDArray[np.bool_]
+    forces: Array  # demanded peak of the resistance, (F,), [N]
+    work: Array  # work of the joints, (G, R, F), [J]
+    feasible: NDArray[np.bool_]  # true where the blow is feasible, (G, R, F)
 
 
 def map_work(costs: Sequence[BlowCost], pi: Sequence[Array], forces: Array) -> HammeringMap:
-    """Computes the work of blows.
+    """Computes the work of blows planned for each of G grips, at demanded peaks of the resistance, (F,), [N].
 
-    Args:
-        costs: Planned blows for each of G grips.
-        pi: Inertial parameters of the object in each grip, for R values of its property, (R, 10) each.
-        forces: Demanded peaks of the resistance, (F,), [N].
+    The object's inertial parameters pi in each grip are given for R values of its property, (R, 10).
     """
     found = [
         [planned.compute(parameters, float(force)) for force in forces]
@@ -43,14 +34,9 @@ def map_work(costs: Sequence[BlowCost], pi: Sequence[Array], forces: Array) -> H
 
 
 def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forces: Array) -> list[float]:
-    """Finds the forces at which two grips of an object of known inertia cost the same.
+    """Finds the forces, [N], at which two grips of an object of known inertia cost the same.
 
-    Args:
-        costs: Planned blows for each of two grips.
-        pi: Inertial parameters of the object in each grip, (10,) each.
-        forces: Increasing forces between which the cheaper grip is compared, (F,), [N].
-
-    Returns: Increasing forces, [N]; empty if one grip is cheaper wherever both can be used.
+    Increasing forces, (F,), are compared; none is found if one grip is cheaper wherever both can be used.
     """
     one, other = costs
     compare = _compare(costs[one], pi[one], costs[other], pi[other])
@@ -65,20 +51,12 @@ def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forc
 def pick_forces_around(
     crossovers: Sequence[float], *, forces: Array, feasible: NDArray[np.bool_], least: float, demanded: float
 ) -> tuple[float, float]:
-    """Picks a force on either side of the first crossover, to check that the cheaper grip really changes.
+    """Picks a force on either side of the first crossover, [N], to check that the cheaper grip really changes.
 
     The force below is the geometric mean of the crossover and the least force. The force above is the geometric mean
     of the crossover and the demanded force, if that is larger and both grips can be used up to there; else of the
-    crossover and the last force up to which they can; and always before the next crossover.
-
-    Args:
-        crossovers: Forces at which both grips cost the same, increasing, at least one, [N].
-        forces: Forces among which they were found, increasing, (F,), [N].
-        feasible: True where both grips can be used, (F,).
-        least: Force below all others, [N].
-        demanded: Demanded force, at which both grips can be used, [N].
-
-    Returns: Force below and force above, [N].
+    crossover and the last force up to which they can; and always before the next crossover. Crossovers, at least one,
+    were found among increasing forces, (F,), with which both grips can be used where feasible, (F,).
     """
     first = crossovers[0]
     above = forces > first

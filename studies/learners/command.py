@@ -25,12 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Loads Simulations I and II.
-
-    Raises:
-        BadValueError: A file of the models is invalid.
-        ModelFileError: The arm cannot be loaded or is unsuitable.
-    """
+    """Loads Simulations I and II."""
     settings = read_settings(arguments)
     weight, com = (
         load_hold_experiment(name, arguments.models, arguments.seed, settings) for name in ("weight", "com")

@@ -34,15 +34,10 @@ _OFFSET = 0.14
 
 @dataclass(frozen=True)
 class DecoyConfig:
-    """Configuration of the study.
+    """Configuration of the study."""
 
-    Attributes:
-        weight: Experiment of Simulation I.
-        learner: Learner of the observers.
-    """
-
-    weight: PresentationExperiment
-    learner: Learner
+    weight: PresentationExperiment  # experiment of Simulation I
+    learner: Learner  # learner of the observers
 
     @property
     def tools(self) -> tuple[Tool, ...]:

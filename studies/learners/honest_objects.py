@@ -41,17 +41,11 @@ _NUM_CHOICES = 500
 
 @dataclass(frozen=True)
 class HonestConfig:
-    """Configuration of the study.
+    """Configuration of the study."""
 
-    Attributes:
-        com: Experiment of Simulation II: objects, order and decoy.
-        models: Folder with the tasks of Simulations III and IV.
-        learner: Learner of the observers.
-    """
-
-    com: PresentationExperiment
-    models: Path
-    learner: Learner
+    com: PresentationExperiment  # experiment of Simulation II: objects, order and decoy
+    models: Path  # folder with the tasks of Simulations III and IV
+    learner: Learner  # learner of the observers
 
 
 def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:

@@ -16,41 +16,24 @@ _BLACK = "#000000"
 
 
 class ObjectSummary(NamedTuple):
-    """Summary of an object in one of its colours.
+    """Summary of an object in one of its colours."""
 
-    Attributes:
-        appearance: Appearance of the object.
-        probability: Probability of its kind after its last lift.
-        num_lifts: Number of consecutive last lifts in which it was of this kind.
-        density: Mean of the belief about its density, [kg/m^3].
-        sd: Standard deviation of the belief about its density, [kg/m^3].
-        has_own: True if it has a density of its own, False if it has that of its kind.
-    """
-
-    appearance: Appearance
-    probability: float
-    num_lifts: int
-    density: float
-    sd: float
-    has_own: bool
+    appearance: Appearance  # appearance of the object
+    probability: float  # probability of its kind after its last lift
+    num_lifts: int  # number of consecutive last lifts in which it was of this kind
+    density: float  # mean of the belief about its density, [kg/m^3]
+    sd: float  # standard deviation of the belief about its density, [kg/m^3]
+    has_own: bool  # true if it has a density of its own, False if it has that of its kind
 
 
 class KindSummary(NamedTuple):
-    """Summary of a kind.
+    """Summary of a kind."""
 
-    Attributes:
-        colour: Red, green and blue in [0, 1].
-        density: Mean of the belief about its mean density, [kg/m^3].
-        sd: Standard deviation of the belief about its mean density, [kg/m^3].
-        is_most_populous: True if new objects of this colour are believed to be of this kind.
-        objects: Objects of the kind.
-    """
-
-    colour: Colour
-    density: float
-    sd: float
-    is_most_populous: bool
-    objects: tuple[ObjectSummary, ...]
+    colour: Colour  # red, green and blue in [0, 1]
+    density: float  # mean of the belief about its mean density, [kg/m^3]
+    sd: float  # standard deviation of the belief about its mean density, [kg/m^3]
+    is_most_populous: bool  # true if new objects of this colour are believed to be of this kind
+    objects: tuple[ObjectSummary, ...]  # objects of the kind
 
 
 def summarise_kinds(memory: KindMemory) -> tuple[KindSummary, ...]:
@@ -82,14 +65,10 @@ def _summarise_object(known: KnownObject, column: int, density: float, sd: float
 
 
 def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
-    """Draws each kind as a bar of mean ± 2 standard deviations, with its objects below.
+    """Draws each kind, of at least one, as a bar of mean ± 2 standard deviations, with its objects below.
 
     A filled marker is an object's own density, an open one that of its kind. The label gives the object's length, the
     number of times it was lifted as a member of the kind, and its probability of membership.
-
-    Args:
-        kinds: Kinds from ``summarise_kinds``, at least one.
-        title: Title of the figure.
     """
     heights = [1 + len(kind.objects) for kind in kinds]
     figure = Figure(figsize=(8.0, 1.2 + 0.28 * (sum(heights) + len(kinds))))

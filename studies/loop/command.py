@@ -53,11 +53,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Checks the robots, or plans recordings.
-
-    Raises:
-        BadValueError: The folder of robots is missing, or lacks a robot's file.
-    """
+    """Checks the robots, or plans recordings."""
     if arguments.demo:
         return Task(write_demo)
     if arguments.record is not None:

@@ -37,27 +37,17 @@ _IDENTIFICATION = replace(DEFAULT_SETTINGS, num_samples=500, unseen_share=0.02)
 
 
 class Judged(NamedTuple):
-    """Choice that was judged by the true inertias.
+    """Choice that was judged by the true inertias."""
 
-    Attributes:
-        is_right: 1 if no usable option costs less, else 0; not a number if no option can do the task.
-        regret: Cost in excess of that of the best option, as a fraction of it.
-    """
-
-    is_right: float
-    regret: float
+    is_right: float  # 1 if no usable option costs less, else 0; not a number if no option can do the task
+    regret: float  # cost in excess of that of the best option, as a fraction of it
 
 
 class TrueTool(NamedTuple):
-    """Tool with its true densities.
+    """Tool with its true densities."""
 
-    Attributes:
-        name: Name of the tool.
-        parameters: Ten inertial parameters of the tool about To, expressed in T, (10,).
-    """
-
-    name: str
-    parameters: Array
+    name: str  # name of the tool
+    parameters: Array  # ten inertial parameters of the tool about To, expressed in T, (10,)
 
 
 def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> TrueTool:
@@ -77,12 +67,7 @@ def live(
 ) -> Iterator[Memory]:
     """Holds pieces of stock in random order; yields the recalled memory before the first and after each.
 
-    Args:
-        place: File of the lasting memory.
-        recorder: Robot that records itself.
-        pieces: Pieces of stock, as they are held.
-        settings: Settings of prior and learner.
-        rng: Random generator of the order, the true densities and all errors.
+    The generator draws the order, the true densities and all errors; the lasting memory is a file.
     """
     with open_memory(place) as ledger:
         yield ledger.recall(settings.learner, settings.prior)

@@ -23,17 +23,11 @@ STOCK = MODELS / "workshop" / "blanks.yaml"
 
 
 class Recorded(NamedTuple):
-    """Recorded piece of stock.
+    """Recorded piece of stock."""
 
-    Attributes:
-        mass: True mass, [kg].
-        empty: Recording of the empty hand.
-        loaded: Recording with the piece.
-    """
-
-    mass: float
-    empty: Path
-    loaded: Path
+    mass: float  # true mass, [kg]
+    empty: Path  # recording of the empty hand
+    loaded: Path  # recording with the piece
 
 
 def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dict[str, Recorded]:

@@ -18,24 +18,17 @@ _AMPLITUDE, _SHARE = 0.6, 0.8
 
 
 class Signals(NamedTuple):
-    """Errors of a robot's joint signals.
+    """Errors of a robot's joint signals."""
 
-    Attributes:
-        kind: Kind of the signal.
-        gain_sd: Relative standard deviation of each joint's gain, drawn once for a robot.
-        load_friction: Mean and standard deviation of friction as a share of the load, drawn once for a robot.
-        friction: Standard deviations of Coulomb friction, viscous friction at 1 rad/s, and offset, as shares of the
-            joint's torque limit.
-        noise_sd: Standard deviation of an error, as a share of the joint's torque limit.
-        agreement: Time over which errors agree, [s].
-    """
-
-    kind: SignalKind
-    gain_sd: float
+    kind: SignalKind  # kind of the signal
+    gain_sd: float  # relative standard deviation of each joint's gain, drawn once for a robot
+    # Mean and standard deviation of friction as a share of the load, drawn once for a robot.
     load_friction: tuple[float, float]
+    # Standard deviations of Coulomb friction, viscous friction at 1 rad/s, and offset, as shares of the joint's
+    # torque limit.
     friction: tuple[float, float, float]
-    noise_sd: float
-    agreement: float
+    noise_sd: float  # standard deviation of an error, as a share of the joint's torque limit
+    agreement: float  # time over which errors agree, [s]
 
 
 # Of a Panda's torque sensors and a UR10e's motors, as recordings show them (docs/decisions/0020-recorded-data.md):
@@ -46,23 +39,14 @@ MOTORS = Signals(SignalKind.MOTOR_TORQUE, 0.02, (0.06, 0.03), (0.02, 0.013, 0.00
 
 
 class Recorder(NamedTuple):
-    """Robot that records itself.
+    """Robot that records itself."""
 
-    Attributes:
-        chain: Chain of the arm up to the hand.
-        tau_max: Torque limits, (n,), [N m].
-        signals: Errors of its signals.
-        gain: Gain of each joint, (n,).
-        load_friction: Friction as a share of the load at each joint, (n,).
-        motion: Angles, rates and accelerations of the motion, (N, n) each.
-    """
-
-    chain: SerialChain
-    tau_max: Array
-    signals: Signals
-    gain: Array
-    load_friction: Array
-    motion: tuple[Array, Array, Array]
+    chain: SerialChain  # chain of the arm up to the hand
+    tau_max: Array  # torque limits, (n,), [N m]
+    signals: Signals  # errors of its signals
+    gain: Array  # gain of each joint, (n,)
+    load_friction: Array  # friction as a share of the load at each joint, (n,)
+    motion: tuple[Array, Array, Array]  # angles, rates and accelerations of the motion, (N, n) each
 
     def record(self, pi: Array, rng: np.random.Generator, name: str) -> Runs:
         """Records the motion with an empty hand, and with a load of ten parameters pi, (10,)."""

@@ -45,37 +45,22 @@ _RIGHT, _REGRET = 0.95, 0.01
 
 @dataclass(frozen=True)
 class LoopConfig:
-    """Configuration of the lives on one robot.
+    """Configuration of the lives on one robot."""
 
-    Attributes:
-        folder: Folder of models of the robot.
-        has_torque_sensors: True for torque sensors at the joints, false for motor torques.
-        seed: Root of every random draw.
-    """
-
-    folder: Path
-    has_torque_sensors: bool
-    seed: int = 0
+    folder: Path  # folder of models of the robot
+    has_torque_sensors: bool  # true for torque sensors at the joints, false for motor torques
+    seed: int = 0  # root of every random draw
 
 
 class Bench(NamedTuple):
-    """Robot with all that is chosen from and held: planned once, as every observer sees the same tools.
+    """Robot with all that is chosen from and held: planned once, as every observer sees the same tools."""
 
-    Attributes:
-        robot: Robot.
-        settings: Settings, with its arm.
-        pieces: Pieces of stock.
-        tools: Tools, three hammers and two of a kitchen.
-        tasks: Tasks by name.
-        choices: Planned options by task.
-    """
-
-    robot: Robot
-    settings: Settings
-    pieces: Sequence[Tool]
-    tools: Sequence[Tool]
-    tasks: Mapping[str, TaskCostModel]
-    choices: Mapping[str, Choice]
+    robot: Robot  # robot
+    settings: Settings  # settings, with its arm
+    pieces: Sequence[Tool]  # pieces of stock
+    tools: Sequence[Tool]  # tools, three hammers and two of a kitchen
+    tasks: Mapping[str, TaskCostModel]  # tasks by name
+    choices: Mapping[str, Choice]  # planned options by task
 
 
 @lru_cache(maxsize=4)
@@ -97,19 +82,12 @@ def build_bench(config: LoopConfig) -> Bench:
 
 
 class Life(NamedTuple):
-    """Observer with its true tools and its memories.
+    """Observer with its true tools and its memories."""
 
-    Attributes:
-        rng: Random generator of all that is still to be drawn.
-        truths: Tools with their true inertias.
-        memories: Memory by the number of pieces that were held.
-        taught: Share of the recordings that were learned from; the others were doubted.
-    """
-
-    rng: np.random.Generator
-    truths: Sequence[TrueTool]
-    memories: Mapping[int, Memory]
-    taught: float
+    rng: np.random.Generator  # random generator of all that is still to be drawn
+    truths: Sequence[TrueTool]  # tools with their true inertias
+    memories: Mapping[int, Memory]  # memory by the number of pieces that were held
+    taught: float  # share of the recordings that were learned from; the others were doubted
 
 
 def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:

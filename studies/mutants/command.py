@@ -31,12 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Task:
-    """Imports what tries mutants, or draws them.
-
-    Raises:
-        BadValueError: A number is out of bounds.
-        UnavailableError: A library that is needed is not installed.
-    """
+    """Imports what tries mutants, or draws them."""
     if arguments.draw is not None:
         number = check_whole("--draw", arguments.draw, _NUMBER)
         draw = import_part("studies.mutants.draw", extra="mutation").replace_sample

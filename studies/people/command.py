@@ -39,11 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Checks the values of kappa, and loads both groups.
-
-    Raises:
-        BadValueError: An option is out of bounds, or a file with human data is invalid.
-    """
+    """Checks the values of kappa, and loads both groups."""
     if not 0.0 < arguments.lowest < arguments.highest:
         problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
         raise BadValueError("--lowest", "", problem)

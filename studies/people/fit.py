@@ -40,19 +40,12 @@ _STEP = 0.001
 
 
 class Fraction(NamedTuple):
-    """Learned fraction of a group.
+    """Learned fraction of a group."""
 
-    Attributes:
-        mean: Estimate of f.
-        se: Standard error of the estimate.
-        low: Lower end of the 95 % interval.
-        high: Upper end of the 95 % interval.
-    """
-
-    mean: float
-    se: float
-    low: float
-    high: float
+    mean: float  # estimate of f
+    se: float  # standard error of the estimate
+    low: float  # lower end of the 95 % interval
+    high: float  # upper end of the 95 % interval
 
 
 def estimate_people_fraction(people: PublishedTable) -> Fraction:
@@ -77,27 +70,16 @@ def _estimate_se(published: Published, quantile: float) -> float:
 
 
 class KappaFit(NamedTuple):
-    """Estimate of kappa from the two groups, for one learner.
+    """Estimate of kappa from the two groups, for one learner."""
 
-    Attributes:
-        kappas: Simulated values of kappa, (K,), increasing.
-        fractions: Mean learned fraction of simulated observers, (K, groups).
-        fraction_ses: Standard errors of these means, (K, groups).
-        grid: Values of kappa at which the likelihood was computed, (N,).
-        log_likelihood: Log-likelihood on the grid, minus its maximum, (N,).
-        kappa: Maximum-likelihood estimate.
-        low: Lower end of the 95 % interval; the smallest simulated value if the likelihood does not bound it.
-        high: Upper end of the 95 % interval; the largest simulated value if the likelihood does not bound it.
-    """
-
-    kappas: Array
-    fractions: Array
-    fraction_ses: Array
-    grid: Array
-    log_likelihood: Array
-    kappa: float
-    low: float
-    high: float
+    kappas: Array  # simulated values of kappa, (K,), increasing
+    fractions: Array  # mean learned fraction of simulated observers, (K, groups)
+    fraction_ses: Array  # standard errors of these means, (K, groups)
+    grid: Array  # values of kappa at which the likelihood was computed, (N,)
+    log_likelihood: Array  # Log-likelihood on the grid, minus its maximum, (N,)
+    kappa: float  # Maximum-likelihood estimate
+    low: float  # lower end of the 95 % interval; the smallest simulated value if the likelihood does not bound it
+    high: float  # upper end of the 95 % interval; the largest simulated value if the likelihood does not bound it
 
     @property
     def is_bounded(self) -> bool:
@@ -118,11 +100,7 @@ def simulate_fraction(
 
 
 def load_groups(models: Path, seed: int, settings: Settings) -> list[PresentationExperiment]:
-    """Loads the experiment of each group.
-
-    Raises:
-        BadValueError: A protocol is wrong.
-    """
+    """Loads the experiment of each group."""
     return [load_hold_experiment(name, models, seed, settings) for name in GROUPS]
 
 
@@ -133,13 +111,9 @@ def load_people(experiment: PresentationExperiment) -> PublishedTable:
 
 
 def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:
-    """Finds kappa and its interval.
+    """Finds kappa and its interval from increasing simulated values, (K,), and learned fractions, (K, groups).
 
-    Args:
-        kappas: Simulated values of kappa, (K,), increasing.
-        fractions: Mean learned fraction of simulated observers, (K, groups).
-        fraction_ses: Standard errors of these means, (K, groups).
-        people: Learned fraction of people, of each group.
+    The latter are means of observers with their standard errors; those of people are given for each group.
     """
     grid = np.arange(kappas[0], kappas[-1] + 0.5 * _STEP, _STEP)
     log_likelihood = np.zeros(len(grid))

@@ -42,32 +42,18 @@ class PandaData(NamedTuple):
 
 
 class WeighedObject(NamedTuple):
-    """Recording of a servo arm that was moved to a thousand postures with an object in its hand.
+    """Recording of a servo arm that was moved to a thousand postures with an object in its hand."""
 
-    Attributes:
-        regressors: Derivatives of the torques by mass and first moment, shape (N, joints, 4).
-        arm_torque: Torques of the empty arm, shape (N, joints), [N m].
-        deviation: Position errors of the servos, which are the signal, shape (N, joints), [rad].
-        direction: Direction from which each posture was approached, shape (N, joints).
-        mass: Mass by a scale, [kg].
-        first_moment: First moment m p_TTcm as given by the owners, shape (3,), [kg m].
-    """
-
-    regressors: Array
-    arm_torque: Array
-    deviation: Array
-    direction: Array
-    mass: float
-    first_moment: Array
+    regressors: Array  # derivatives of the torques by mass and first moment, shape (N, joints, 4)
+    arm_torque: Array  # torques of the empty arm, shape (N, joints), [N m]
+    deviation: Array  # position errors of the servos, which are the signal, shape (N, joints), [rad]
+    direction: Array  # direction from which each posture was approached, shape (N, joints)
+    mass: float  # mass by a scale, [kg]
+    first_moment: Array  # first moment m p_TTcm as given by the owners, shape (3,), [kg m]
 
 
 def load_ur10e(data: Path) -> Ur10eData:
-    """Reads the two recordings of the UR10e.
-
-    Raises:
-        BadValueError: The clone is missing or has changed.
-        ModelFileError: The clone's URDF has changed.
-    """
+    """Reads the two recordings of the UR10e."""
     robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
     description = _HERE / "ur10e.yaml"
     name = "ur-20_02_19_14harm50sec"
@@ -78,11 +64,7 @@ def load_ur10e(data: Path) -> Ur10eData:
 
 
 def load_panda(data: Path) -> PandaData:
-    """Reads the recording of the Panda.
-
-    Raises:
-        BadValueError: The clone is missing or has changed.
-    """
+    """Reads the recording of the Panda."""
     robot = load_robot(_HERE / "panda.urdf", "panda_link8")
     folder = _find(data, _PANDA)
     tables = {}
@@ -99,11 +81,7 @@ def load_panda(data: Path) -> PandaData:
 
 
 def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
-    """Reads the recordings of the weighed objects.
-
-    Raises:
-        BadValueError: The clone is missing or has changed.
-    """
+    """Reads the recordings of the weighed objects."""
     objects = {}
     for name in LBIPE_OBJECTS:
         path = _find(data, _LBIPE / f"data_test_{name}.npz")

@@ -48,11 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Reads all recordings, so that a missing clone is reported at once.
-
-    Raises:
-        AffordanceError: An argument is out of bounds, or a recording is missing.
-    """
+    """Reads all recordings, so that a missing clone is reported at once."""
     check_whole("--injections", arguments.injections, REPEATS)
     data = arguments.data
     return partial(_work, arguments, load_ur10e(data), load_panda(data), load_weighed_objects(data))

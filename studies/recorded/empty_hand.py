@@ -21,15 +21,10 @@ _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
 
 
 class ApparentPayload(NamedTuple):
-    """Apparent payload of an empty hand, of either sign and in general not a physically consistent body.
+    """Apparent payload of an empty hand, of either sign and in general not a physically consistent body."""
 
-    Attributes:
-        parameters: Mean of the ten parameters, shape (10,).
-        covariance: Covariance of the ten parameters, shape (10, 10).
-    """
-
-    parameters: Array
-    covariance: Array
+    parameters: Array  # mean of the ten parameters, shape (10,)
+    covariance: Array  # covariance of the ten parameters, shape (10, 10)
 
     @property
     def mass_sd(self) -> float:
@@ -40,11 +35,7 @@ class ApparentPayload(NamedTuple):
 def weigh_empty_hand(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
     """Estimates the apparent payload of an empty run, each stretch predicted by an arm fitted to the others.
 
-    Args:
-        robot: Model of the arm.
-        run: Run with an empty hand.
-        gains: Gains of the joints, drift included.
-        settings: Identification settings.
+    Gains include drift.
     """
     run = run.arrange(robot.joint_names)
     robot = robot.with_gravity(run.description.gravity)

@@ -15,30 +15,20 @@ _PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\
 
 
 class Weighing(NamedTuple):
-    """Identified mass and its true value.
+    """Identified mass and its true value."""
 
-    Attributes:
-        name: Name of the run or object.
-        mean: Posterior mean, [kg].
-        low: Lower end of the 90 % interval, [kg].
-        high: Upper end of the 90 % interval, [kg].
-        truth: Mass by a scale, [kg].
-    """
-
-    name: str
-    mean: float
-    low: float
-    high: float
-    truth: float
+    name: str  # name of the run or object
+    mean: float  # posterior mean, [kg]
+    low: float  # lower end of the 90 % interval, [kg]
+    high: float  # upper end of the 90 % interval, [kg]
+    truth: float  # mass by a scale, [kg]
 
 
 def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
     """Draws identified masses with their 90 % intervals next to those by a scale.
 
-    Args:
-        pair: Masses of the UR10e's load, by several analyses.
-        empty: Mass of the UR10e's empty hand, analysed as if it were loaded.
-        objects: Masses of the objects on the servo arm.
+    They are those of the UR10e's load by several analyses, of its empty hand, analysed as if it were loaded, and of
+    the objects on the servo arm.
     """
     figure = Figure(figsize=(12.0, 3.8))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.1))

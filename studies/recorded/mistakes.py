@@ -25,23 +25,14 @@ _RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
 
 @dataclass(frozen=True)
 class Case:
-    """Input of an identification.
+    """Input of an identification."""
 
-    Attributes:
-        robot: Model of the arm.
-        empty: Run with an empty hand.
-        loaded: Run with the load, of the same motion.
-        mass: True mass of the load, [kg].
-        gains: Gains of an earlier run; None for a weighed load, and for signals that are torques.
-        reference_mass: Mass of the load by a scale, [kg]; None if it was not weighed.
-    """
-
-    robot: SerialChain
-    empty: Run
-    loaded: Run
-    mass: float
-    gains: Gains | None = None
-    reference_mass: float | None = None
+    robot: SerialChain  # model of the arm
+    empty: Run  # run with an empty hand
+    loaded: Run  # run with the load, of the same motion
+    mass: float  # true mass of the load, [kg]
+    gains: Gains | None = None  # gains of an earlier run; None for a weighed load, and for signals that are torques
+    reference_mass: float | None = None  # mass of the load by a scale, [kg]; None if it was not weighed
 
     def identify(self, settings: IdentificationSettings) -> PayloadBelief:
         """Identifies the payload."""
@@ -55,33 +46,21 @@ class Case:
 
 
 class Mistake(NamedTuple):
-    """Mistake of a user.
+    """Mistake of a user."""
 
-    Attributes:
-        name: Mistake, in words.
-        make: Function that makes it in a good case.
-        can_be_seen: False if the data cannot show it.
-        of_sensors: True if it is one of the sensors, alike in both runs, so that gains of a weighed load contain it.
-    """
-
-    name: str
-    make: Callable[[Case], Case]
-    can_be_seen: bool = True
+    name: str  # mistake, in words
+    make: Callable[[Case], Case]  # function that makes it in a good case
+    can_be_seen: bool = True  # false if the data cannot show it
+    # True if it is one of the sensors, alike in both runs, so that gains of a weighed load contain it.
     of_sensors: bool = False
 
 
 class Outcome(NamedTuple):
-    """Outcome of an identification with a mistake.
+    """Outcome of an identification with a mistake."""
 
-    Attributes:
-        name: Mistake, in words.
-        verdict: "refused", "not_trusted", "right" or "wrong_silent".
-        reason: First reason given; empty without one.
-    """
-
-    name: str
-    verdict: str
-    reason: str
+    name: str  # mistake, in words
+    verdict: str  # "refused", "not_trusted", "right" or "wrong_silent"
+    reason: str  # first reason given; empty without one
 
 
 def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: IdentificationSettings) -> list[Outcome]:

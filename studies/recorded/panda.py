@@ -34,23 +34,14 @@ _WRONG = 3.0  # tolerances by which a setting of the payload is wrong
 
 
 class Injections(NamedTuple):
-    """Identified payloads for one length of window; shapes (N,) or (N, 10), quantities as in payload_belief.
+    """Identified payloads for one length of window; shapes (N,) or (N, 10), quantities as in payload_belief."""
 
-    Attributes:
-        truth: True mass, centre of mass and moments of inertia about it.
-        mean: Posterior means.
-        sd: Posterior standard deviations.
-        inside: True where the 90 % interval holds the truth.
-        phantom: Phantom mass of errors that do not average out, estimated outside the window, [kg].
-        claims: Share of right settings of the payload that are not called wrong, and of wrong ones that are, shape
-            (N, 2).
-    """
-
-    truth: Array
-    mean: Array
-    sd: Array
-    inside: Array
-    phantom: Array
+    truth: Array  # true mass, centre of mass and moments of inertia about it
+    mean: Array  # posterior means
+    sd: Array  # posterior standard deviations
+    inside: Array  # true where the 90 % interval holds the truth
+    phantom: Array  # phantom mass of errors that do not average out, estimated outside the window, [kg]
+    # Share of right settings of the payload that are not called wrong, and of wrong ones that are, shape (N, 2).
     claims: Array
 
     @property
@@ -60,21 +51,14 @@ class Injections(NamedTuple):
 
 
 class PandaResult(NamedTuple):
-    """Results of the study on the Panda.
+    """Results of the study on the Panda."""
 
-    Attributes:
-        numbers: Numbers of metrics.json.
-        details: Further numbers, for details.json.
-        injections: Identified payloads, by length of window, [s].
-        control: Identified payloads under the assumption of white noise.
-        least_squares: Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval
-            holds the truth, shape (N, 2).
-    """
-
-    numbers: dict[str, Any]
-    details: dict[str, Any]
-    injections: dict[int, Injections]
-    control: Injections
+    numbers: dict[str, Any]  # numbers of metrics.json
+    details: dict[str, Any]  # further numbers, for details.json
+    injections: dict[int, Injections]  # identified payloads, by length of window, [s]
+    control: Injections  # identified payloads under the assumption of white noise
+    # Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval holds the truth,
+    # shape (N, 2).
     least_squares: Array
 
 

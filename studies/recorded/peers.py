@@ -20,15 +20,10 @@ TO_90 = 1.645
 
 
 class PointPayload(NamedTuple):
-    """Estimated payload.
+    """Estimated payload."""
 
-    Attributes:
-        parameters: Inertial parameters, shape (10,).
-        mass_sd: Standard deviation of the mass if errors were white, [kg].
-    """
-
-    parameters: Array
-    mass_sd: float
+    parameters: Array  # inertial parameters, shape (10,)
+    mass_sd: float  # standard deviation of the mass if errors were white, [kg]
 
 
 def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
@@ -42,11 +37,7 @@ def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
 
 
 def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
-    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN.
-
-    Raises:
-        AffordanceError: The solver fails.
-    """
+    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN."""
     A, b = _stack(evidence, gains)
     # Friction is unconstrained: eliminating it leaves a smaller quadratic.
     friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])

@@ -16,19 +16,12 @@ _TOLERANCE = 0.25
 
 
 class RandomPayload(NamedTuple):
-    """Payload at the flange, whose z axis points outward.
+    """Payload at the flange, whose z axis points outward."""
 
-    Attributes:
-        parameters: Inertial parameters, shape (10,).
-        Phi: Inertial parameters of each box at 1 kg/m^3, shape (10, M).
-        low: Lower corner of the bounding box, shape (3,), [m].
-        high: Upper corner of the bounding box, shape (3,), [m].
-    """
-
-    parameters: Array
-    Phi: Array
-    low: Array
-    high: Array
+    parameters: Array  # inertial parameters, shape (10,)
+    Phi: Array  # inertial parameters of each box at 1 kg/m^3, shape (10, M)
+    low: Array  # lower corner of the bounding box, shape (3,), [m]
+    high: Array  # upper corner of the bounding box, shape (3,), [m]
 
 
 def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> RandomPayload:

@@ -35,11 +35,6 @@ def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, 
     """Measures how often the 90 % interval of a density that is taught holds it, by how wrong the sizes are, [%].
 
     The key `up_to_20` is for errors that are drawn evenly up to 20 %.
-
-    Args:
-        world: Arm and motion.
-        num_draws: Number of holds for each error.
-        seed: Seed of all draws.
     """
     materials = load_materials(MODELS / "materials.yaml")
     tools = [tool for name in _TOOLS for tool in load_tools(MODELS / "tools" / f"{name}.yaml", materials)]

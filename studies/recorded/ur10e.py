@@ -22,23 +22,14 @@ _WINDOW = 6.0  # duration of the windows in which gains are found anew, to measu
 
 
 class Ur10eResult(NamedTuple):
-    """Results of the study on the UR10e.
+    """Results of the study on the UR10e."""
 
-    Attributes:
-        numbers: Numbers of metrics.json.
-        details: Further numbers, for details.json.
-        evidence: Evidence of the pair of runs.
-        gains: Gains of the whole run.
-        halves: Check with gains from one half and the mass from the other.
-        belief: Posterior of the load by the pair with these gains, for figures.
-    """
-
-    numbers: dict[str, Any]
-    details: dict[str, Any]
-    evidence: Evidence
-    gains: Gains
-    halves: HalfCheck
-    belief: PayloadBelief
+    numbers: dict[str, Any]  # numbers of metrics.json
+    details: dict[str, Any]  # further numbers, for details.json
+    evidence: Evidence  # evidence of the pair of runs
+    gains: Gains  # gains of the whole run
+    halves: HalfCheck  # check with gains from one half and the mass from the other
+    belief: PayloadBelief  # posterior of the load by the pair with these gains, for figures
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:

@@ -33,17 +33,11 @@ _RATE = 1.0
 
 
 class WeighedResult(NamedTuple):
-    """Results of the study on weighed objects.
+    """Results of the study on weighed objects."""
 
-    Attributes:
-        numbers: Numbers of metrics.json.
-        details: Further numbers, for details.json.
-        beliefs: Posteriors, by name of the object.
-    """
-
-    numbers: dict[str, Any]
-    details: dict[str, Any]
-    beliefs: dict[str, PayloadBelief]
+    numbers: dict[str, Any]  # numbers of metrics.json
+    details: dict[str, Any]  # further numbers, for details.json
+    beliefs: dict[str, PayloadBelief]  # posteriors, by name of the object
 
 
 def study_weighed_objects(objects: dict[str, WeighedObject], settings: IdentificationSettings) -> WeighedResult:

@@ -21,29 +21,17 @@ type Setting = Mapping[str, float | str]
 
 @dataclass(frozen=True)
 class Assumption:
-    """Assumption that the paper does not state.
+    """Assumption that the paper does not state."""
 
-    Attributes:
-        name: Key of the assumption in the file.
-        label: Description in words, with its unit.
-        source: Source of default and range.
-        default: Value that the simulations use.
-        low: Lower end of its range; 0 where it is a choice, as is high.
-        high: Upper end.
-        is_log: True if the range is sampled evenly in its logarithm.
-        choices: Values of a choice; empty for a range.
-        weights: Relative frequency of each choice, of any sum.
-    """
-
-    name: str
-    label: str
-    source: str
-    default: float | str
-    low: float = 0.0
-    high: float = 0.0
-    is_log: bool = False
-    choices: tuple[str, ...] = ()
-    weights: tuple[float, ...] = ()
+    name: str  # key of the assumption in the file
+    label: str  # description in words, with its unit
+    source: str  # source of default and range
+    default: float | str  # value that the simulations use
+    low: float = 0.0  # lower end of its range; 0 where it is a choice, as is high
+    high: float = 0.0  # upper end
+    is_log: bool = False  # true if the range is sampled evenly in its logarithm
+    choices: tuple[str, ...] = ()  # values of a choice; empty for a range
+    weights: tuple[float, ...] = ()  # relative frequency of each choice, of any sum
 
     def place(self, u: float) -> float | str:
         """The value at a place u of its range, 0 <= u < 1."""
@@ -56,11 +44,7 @@ class Assumption:
 
 
 def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
-    """Reads the assumptions, in the order of the file.
-
-    Raises:
-        ValueError: A default lies outside its range, or an entry has neither range nor choices.
-    """
+    """Reads the assumptions, in the order of the file."""
     content = read_yaml(path)
     return tuple(_read(name, entry) for name, entry in content.items())
 

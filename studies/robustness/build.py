@@ -29,27 +29,16 @@ _NUM_RODS = 4
 
 @dataclass(frozen=True)
 class World:
-    """Objects, tasks and rules that one setting defines.
+    """Objects, tasks and rules that one setting defines."""
 
-    Attributes:
-        settings: Settings shared by all simulations.
-        rods: Objects of Simulation I, the decoy last.
-        learning: Objects of Simulation II, the decoy last.
-        novel: The tool of Simulations III and IV.
-        reach: The path of Simulation III.
-        hammer: The blow of Simulation IV.
-        plans_least_work: True if blows are planned by least work.
-        rule: Rule of choice, "one sample" or "expectation".
-    """
-
-    settings: Settings
-    rods: tuple[Tool, ...]
-    learning: tuple[Tool, Tool, Tool]
-    novel: Tool
-    reach: Reach
-    hammer: Hammer
-    plans_least_work: bool
-    rule: str
+    settings: Settings  # settings shared by all simulations
+    rods: tuple[Tool, ...]  # objects of Simulation I, the decoy last
+    learning: tuple[Tool, Tool, Tool]  # objects of Simulation II, the decoy last
+    novel: Tool  # the tool of Simulations III and IV
+    reach: Reach  # the path of Simulation III
+    hammer: Hammer  # the blow of Simulation IV
+    plans_least_work: bool  # true if blows are planned by least work
+    rule: str  # rule of choice, "one sample" or "expectation"
 
     @property
     def num_samples(self) -> int:
@@ -58,12 +47,9 @@ class World:
 
 
 def build_world(setting: Setting, models: Path, settings: Settings) -> World:
-    """Builds what a setting says.
+    """Builds what a setting says, all assumptions by name; the settings of the simulations are replaced accordingly.
 
-    Args:
-        setting: Values by the names of the assumptions, all of them.
-        models: Gives materials, path, nail and working posture.
-        settings: Settings of the simulations; what the setting says is replaced.
+    The folder of models gives materials, path, nail and working posture.
     """
     materials = load_materials(models / "materials.yaml")
     wood = replace(materials["beech"], density=float(setting["wood_density"]))

@@ -34,13 +34,7 @@ _LEAST_FORCE = 1.02
 
 
 def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
-    """Costs of all options with the true densities, (options,) each.
-
-    Args:
-        choice: Motions by grip.
-        tool: The tool as it is.
-        rule: The measure; that of the settings if None.
-    """
+    """Costs of all options with the true densities, (options,) each, by a measure or by that of the settings."""
     held = tool.list_gripped()
     models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
     costs = [
@@ -65,11 +59,7 @@ def find_correct(costs: Costs) -> int:
 
 
 def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
-    """The numbers of a task that claims are about.
-
-    Raises:
-        AffordanceError: No grip is the correct one.
-    """
+    """The numbers of a task that claims are about."""
     costs = measure_truth(choice, tool)
     correct = find_correct(costs)
     cost = np.where(costs.feasible, costs.cost, np.inf)
@@ -93,25 +83,15 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Index of the correct option by each measure.
-
-    Raises:
-        AffordanceError: No grip is the correct one.
-    """
+    """Index of the correct option by each measure."""
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
     """Finds the largest travel of the nail, [m], at which the grip with the densest part at the hand is the cheaper.
 
-    Args:
-        choice: Blows by grip.
-        tool: The tool as it is.
-        depth_set: Depth at which the nail stands, [m].
-        stiffness: Stiffness of the nail's resistance, [N/m].
-        most: The largest force, [N].
-
-    Returns: The travel; zero if that grip is never the cheaper one among forces that both can give.
+    The nail stands at ``depth_set``, [m], and resists with a stiffness, [N/m], up to the largest force, [N]. The
+    travel is zero if that grip is never the cheaper one among forces that both can give.
     """
     held = tool.list_gripped()
     at_hand = find_grip_of_densest(tool, at_hand=True)
@@ -184,11 +164,7 @@ def measure_tasks(
 ) -> dict[str, Any]:
     """Measures what both tasks together say: correct grips, and whether measures agree on them.
 
-    Args:
-        by_reach: Index of the correct grip by each measure, reaching.
-        by_hammer: Index of the correct grip by each measure, hammering.
-        correct_reach: Correct grip by the measure of the settings, reaching.
-        correct_hammer: Correct grip by the measure of the settings, hammering.
+    The index of the correct grip is given by measure, the grip itself by the measure of the settings.
     """
     works = (CostMeasure.WORK.name, CostMeasure.POSITIVE_WORK.name, CostMeasure.MUSCULAR_WORK.name)
     return {

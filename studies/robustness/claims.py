@@ -34,8 +34,7 @@ def list_claims() -> Mapping[str, Claim]:
 def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     """Judges every claim: 1 if it holds, 0 if not; not a number where a number that it names was not found.
 
-    Args:
-        numbers: By experiment; of those that could not be run, none.
+    Numbers are by experiment; those that could not be run have none.
     """
     outcomes = {}
     for name, claim in list_claims().items():

@@ -51,11 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Task:
-    """Loads the study, and plans its run, that of one of its settings, of a proof, or of the page.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
+    """Loads the study, and plans its run, that of one of its settings, of a proof, or of the page."""
     if arguments.page:
         return Task(page.fill)
     check_whole("--repeats", arguments.repeats, _REPEATS)
@@ -68,11 +64,7 @@ def plan(arguments: argparse.Namespace) -> Task:
 
 
 def _read_setting(text: str) -> int | None:
-    """The number of a setting; None for that of the simulations.
-
-    Raises:
-        BadValueError: It is neither.
-    """
+    """The number of a setting; None for that of the simulations."""
     if text == _DEFAULT:
         return None
     if not text.isdecimal():

@@ -25,21 +25,13 @@ _LEAST_OUTCOMES = 5
 
 
 class Effects(NamedTuple):
-    """Robustness of one claim over the settings.
+    """Robustness of one claim over the settings."""
 
-    Attributes:
-        evaluated: Number of settings in which the claim could be judged.
-        holds: Share of these in which the claim holds.
-        ci95: Wilson's interval of the share.
-        indices: First-order index of each assumption, (D,); zero where there is nothing to explain.
-        null_level: Level that the largest index exceeds by chance in one of twenty permutations.
-    """
-
-    evaluated: int
-    holds: float
-    ci95: tuple[float, float]
-    indices: Array
-    null_level: float
+    evaluated: int  # number of settings in which the claim could be judged
+    holds: float  # share of these in which the claim holds
+    ci95: tuple[float, float]  # Wilson's interval of the share
+    indices: Array  # first-order index of each assumption, (D,); zero where there is nothing to explain
+    null_level: float  # level that the largest index exceeds by chance in one of twenty permutations
 
     @property
     def strongest(self) -> int:
@@ -55,10 +47,8 @@ class Effects(NamedTuple):
 def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Effects:
     """Measures share and first-order effects of a claim.
 
-    Args:
-        outcomes: 1 where it holds, 0 where not, not a number where it was not judged, (N,).
-        levels: Level of each assumption, (N, D); see ``find_levels``.
-        seed: Determines the permutations.
+    Outcomes, (N,), are 1 where it holds, 0 where not, and not a number where it was not judged; levels of
+    assumptions, (N, D), are those of ``find_levels``. The seed determines the permutations.
     """
     judged = np.isfinite(outcomes)
     y, levels = outcomes[judged], levels[judged]

@@ -42,23 +42,16 @@ from studies.robustness.learning import collect_experience_at_rest, learn_at_res
 
 
 class Outcome(NamedTuple):
-    """Outcome of one setting.
+    """Outcome of one setting."""
 
-    Attributes:
-        numbers: Measured numbers by experiment; without the experiments that could not be run.
-        outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
-        reasons: Reason why an experiment could not be run, by its name; empty if it could.
-        cpu_s: Processor time, by part, [s].
-        held: Objects of Simulations I and II as observers hold them, by experiment.
-        interpolation_error: Largest error of interpolated motions, all holds simulated, [m]; not a number if they
-            were not.
-    """
-
+    # Measured numbers by experiment; without the experiments that could not be run.
     numbers: dict[str, dict[str, Any]]
+    # 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
     outcomes: dict[str, float]
-    reasons: dict[str, str]
-    cpu_s: dict[str, float]
-    held: dict[str, Held]
+    reasons: dict[str, str]  # reason why an experiment could not be run, by its name; empty if it could
+    cpu_s: dict[str, float]  # processor time, by part, [s]
+    held: dict[str, Held]  # objects of Simulations I and II as observers hold them, by experiment
+    # Largest error of interpolated motions, all holds simulated, [m]; not a number if they were not.
     interpolation_error: float
 
     @property
@@ -83,17 +76,10 @@ def evaluate_setting(
     simulates_contact: bool = False,
     proves: bool = False,
 ) -> Outcome:
-    """Evaluates a setting.
+    """Evaluates a setting, values of the assumptions, by observers that learn, hold and choose.
 
-    Args:
-        setting: Values of the assumptions.
-        seed: Root of its random draws.
-        models: Folder of materials, path and nail.
-        settings: Settings of the simulations.
-        num_observers: Number of observers that learn, hold and choose.
-        simulates_contact: True to simulate contact, without which the force of the blow is not judged; blows of
-            least work have none.
-        proves: True to simulate all holds as well and compare them with the interpolated ones.
+    Contact is simulated on demand, without which the force of the blow is not judged; blows of least work have none.
+    A proof simulates all holds as well and compares them with the interpolated ones.
     """
     world = build_world(setting, models, settings)
     clock = _Clock()
@@ -154,20 +140,12 @@ def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _plan_reach(world: World) -> Choice:
-    """Plans the path with both grips.
-
-    Raises:
-        AffordanceError: It cannot be followed with one of them.
-    """
+    """Plans the path with both grips."""
     return _check(plan_choice(list_options(world.novel), world.reach, world.settings))
 
 
 def _plan_hammer(world: World, clock: "_Clock") -> Choice:
-    """Plans the blows with both grips, by least work where the setting says so.
-
-    Raises:
-        AffordanceError: One of them cannot strike, or the search for least work does not converge.
-    """
+    """Plans the blows with both grips, by least work where the setting says so."""
     with clock.measure("hammer"):
         choice = _check(plan_choice(list_options(world.novel), world.hammer, world.settings))
     if not world.plans_least_work:

@@ -71,23 +71,15 @@ INTERPOLATION_BOUND = TOLERANCE
 
 @dataclass(frozen=True)
 class Robustness(Experiment):
-    """Robustness study: claims evaluated over a sample of settings.
+    """Robustness study: claims evaluated over a sample of settings."""
 
-    Attributes:
-        assumptions: Assumptions that are varied.
-        claims: Claims judged in every setting, by experiment and key.
-        models: Folder of materials, path, nail and arm.
-        seed: Root of every random draw.
-        settings: Settings of the simulations; a sampled setting replaces those that it varies.
-        num_observers: Number of observers of each setting.
-    """
-
-    assumptions: tuple[Assumption, ...]
-    claims: Mapping[str, Claim]
-    models: Path
-    seed: int = 0
+    assumptions: tuple[Assumption, ...]  # assumptions that are varied
+    claims: Mapping[str, Claim]  # claims judged in every setting, by experiment and key
+    models: Path  # folder of materials, path, nail and arm
+    seed: int = 0  # root of every random draw
+    # Settings of the simulations; a sampled setting replaces those that it varies.
     settings: Settings = DEFAULT_SETTINGS
-    num_observers: int = DEFAULT_NUM_OBSERVERS
+    num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers of each setting
 
     name = "robustness"
     unit = "setting"
@@ -105,9 +97,7 @@ class Robustness(Experiment):
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
         """Evaluates a setting of the sample, or that of the simulations, with the random draws that they have.
 
-        Args:
-            index: Number of the setting; None for that of the simulations.
-            proves: True to simulate all holds as well, as a proof of their interpolation.
+        A proof simulates all holds as well.
 
         Returns: Values of the assumptions, and the outcome.
         """

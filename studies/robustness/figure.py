@@ -16,15 +16,10 @@ _WIDTH = 11.0
 def draw_multiverse(
     claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
 ) -> Figure:
-    """Draws shares of settings in which claims hold, and a map of first-order indices of claims by assumptions.
+    """Draws shares of settings in which C claims hold, and a map of first-order indices by D assumptions, (C, D).
 
-    Args:
-        claims: Names of C claims.
-        assumptions: Names of D assumptions.
-        shares: Shares with their intervals, (C,) each.
-        indices: First-order indices, (C, D); entries at or below their null level are left white, and assumptions of
-            which all are so are left out, unless that is all of them.
-        null_levels: Null levels of the indices by claim, (C,).
+    Indices at or below the null level of their claim, (C,), are left white, and assumptions of which all are so are
+    left out, unless that is all of them.
     """
     above = indices > null_levels[:, None]
     drawn = above.any(axis=0) | ~above.any()

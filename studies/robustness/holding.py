@@ -46,40 +46,25 @@ type Judge = Callable[[Mapping[str, Any]], Mapping[str, float]]
 
 
 class HeldTool(NamedTuple):
-    """An object that R observers hold.
+    """An object that R observers hold."""
 
-    Attributes:
-        tool: The object.
-        colours: Colours of the objects, M of them.
-        believed: Densities that control uses, (R, M), [kg/m^3].
-        motions: Motions of all.
-    """
-
-    tool: Tool
-    colours: tuple[Colour, ...]
-    believed: Array
-    motions: Motions
+    tool: Tool  # the object
+    colours: tuple[Colour, ...]  # colours of the objects, M of them
+    believed: Array  # densities that control uses, (R, M), [kg/m^3]
+    motions: Motions  # motions of all
 
 
 class Held(NamedTuple):
-    """Objects of a protocol, held by R observers.
+    """Objects of a protocol, held by R observers."""
 
-    Attributes:
-        numbers: Numbers of the protocol that claims are about.
-        tools: Objects in the order of presentation.
-    """
-
-    numbers: dict[str, Any]
-    tools: tuple[HeldTool, ...]
+    numbers: dict[str, Any]  # numbers of the protocol that claims are about
+    tools: tuple[HeldTool, ...]  # objects in the order of presentation
 
 
 def measure_rods(world: World, observers: Sequence[Sequence[Memory]], judge: Judge) -> Held:
     """The numbers of Simulation I that claims are about.
 
-    Args:
-        world: Gives rods and settings.
-        observers: The memories of each observer, before the first and after each rod, the decoy the last.
-        judge: Function that judges the claims about them.
+    Each observer has memories before the first and after each rod, the decoy the last.
     """
     beliefs = [[memory.belief for memory in memories] for memories in observers]
     arrays = {

@@ -44,20 +44,14 @@ _MAX_NODES = 60
 
 
 class Motions(NamedTuple):
-    """Motions of R observers.
+    """Motions of R observers."""
 
-    Attributes:
-        heights: A height over time, (R, N), [m].
-        error: Largest error of motions when they were compared last, [m]; zero if all were simulated. Those along
-            a line are nodes thereafter.
-        num_simulated: Number of distinct motions that were simulated.
-        num_distinct: Number of distinct motions.
-    """
-
-    heights: Array
+    heights: Array  # a height over time, (R, N), [m]
+    # Largest error of motions when they were compared last, [m]; zero if all were simulated. Those along a line are
+    # nodes thereafter.
     error: float
-    num_simulated: int
-    num_distinct: int
+    num_simulated: int  # number of distinct motions that were simulated
+    num_distinct: int  # number of distinct motions
 
 
 class _Simulated:
@@ -82,13 +76,10 @@ class _Simulated:
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
-    """Finds the motions of all who believe some densities.
+    """Finds the motions of all who believe some densities, (R, M), [kg/m^3], to a tolerance, [m].
 
-    Args:
-        simulate: Function that simulates the motion of one who believes densities, (M,) to (N,), [m].
-        believed: Densities that observers believe, (R, M), [kg/m^3].
-        true: The true densities, (M,), which are a node; None where no belief makes the object rest.
-        tolerance: Largest error of a motion that is compared, [m].
+    A motion is simulated of one who believes densities, (M,) to (N,), [m]. The true densities, (M,), are a node; they
+    are None where no belief makes the object rest.
     """
     distinct, owners = np.unique(believed, axis=0, return_inverse=True)
     candidates = distinct if true is None else np.vstack([true, distinct])
@@ -112,13 +103,9 @@ def interpolate_motions(
 def _interpolate_line(
     motions: _Simulated, scaled: Array, num_true: int, tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions along a line of beliefs by a cubic spline.
+    """Interpolates motions along a line of beliefs, at positions (P,) from -1 to 1, by a cubic spline.
 
-    Args:
-        motions: Simulates the motion of a candidate.
-        scaled: Position of each candidate on the line, (P,), from -1 to 1.
-        num_true: Number of leading candidates that are true beliefs, which are always nodes.
-        tolerance: Largest error of a motion in the middle of a gap, [m].
+    The first candidates are true beliefs, which are always nodes.
 
     Returns: Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all
         have to be simulated.
@@ -155,16 +142,10 @@ def _interpolate_line(
 def _interpolate_plane(
     motions: _Simulated, scaled: Array, extremes: Sequence[int], tolerance: float
 ) -> tuple[Array, float] | None:
-    """Interpolates motions over several directions of beliefs by polynomials.
+    """Interpolates motions over several directions of beliefs, at places (P, axes) from -1 to 1, by polynomials.
 
-    Args:
-        motions: Simulates the motion of a candidate.
-        scaled: Where candidates lie, (P, axes), from -1 to 1.
-        extremes: Candidates with extreme beliefs.
-        tolerance: Largest error of a motion that is compared, [m].
-
-    Returns: Motions of all candidates, (P, N), [m], and the largest error of those compared; None if all have to be
-        simulated.
+    Returns: Motions of all candidates, (P, N), [m], and the largest error of those compared, extreme ones too; None
+        if all have to be simulated.
     """
     basis, sizes = _build_basis(scaled)
     order = _order_nodes(basis)

@@ -26,12 +26,8 @@ def learn_at_rest(
 ) -> list[list[Memory]]:
     """The memories of observers before the first and after each object that they hold; evidence is not computed.
 
-    Args:
-        hold: The arm at rest.
-        world: Gives the settings.
-        tools: Objects; their colours are remembered in the order of their parts.
-        orders: Indices of the objects that each observer holds, in turn.
-        seed: Root of all errors of feeling, which are those of simulated trials with this root.
+    Each observer holds objects in an order of its own; colours are remembered in the order of the objects' parts.
+    Errors of feeling are those of simulated trials with the same root.
     """
     prior = world.settings.prior
     features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]

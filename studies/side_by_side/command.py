@@ -22,12 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Compares what there is.
-
-    Raises:
-        BadValueError: There is nothing to compare, a file is not that of a finished run, or runs differ in more than
-            what is compared.
-    """
+    """Compares what there is."""
     out: Path = arguments.out
     if arguments.pixels is not None:
         found = compare_sources(out, arguments.pixels)

@@ -38,11 +38,7 @@ def check_same_conditions(path: Path, one: Mapping[str, Any], other_path: Path, 
 
 
 def read_numbers(path: Path) -> dict[str, Any]:
-    """Reads a metrics.json.
-
-    Raises:
-        BadValueError: The file cannot be read or is not that of a run.
-    """
+    """Reads a metrics.json."""
     with blame_file(path):
         return dict(read_json(path))
 

@@ -20,19 +20,12 @@ SECTION = Path(__file__).parent / "sections" / f"{NAME}.yaml"
 
 
 class Curve(NamedTuple):
-    """Number of an experiment that shows the speed of learning.
+    """Number of an experiment that shows the speed of learning."""
 
-    Attributes:
-        experiment: Name of the experiment.
-        key: Key of metrics.json.
-        label: Label of the number, with its unit.
-        scale: Factor from SI to that unit.
-    """
-
-    experiment: str
-    key: str
-    label: str
-    scale: float = 1.0
+    experiment: str  # name of the experiment
+    key: str  # key of metrics.json
+    label: str  # label of the number, with its unit
+    scale: float = 1.0  # factor from SI to that unit
 
     @property
     def is_judged(self) -> bool:
@@ -50,11 +43,7 @@ CURVES = (
 
 
 def compare_sources(features: Path, pixels: Path) -> Findings | None:
-    """Compares runs with true features and with pictures, in two folders of results; None if they share none.
-
-    Raises:
-        BadValueError: A file is not that of a finished run, or the runs differ in more than the source of features.
-    """
+    """Compares runs with true features and with pictures, in two folders of results; None if they share none."""
     found: dict[Curve, dict[str, Array]] = {}
     for name, curves in itertools.groupby(CURVES, lambda curve: curve.experiment):
         paths = [folder / name / "metrics.json" for folder in (features, pixels)]
@@ -86,11 +75,7 @@ def describe_sources(found: Mapping[Curve, Mapping[str, Array]]) -> Findings:
 
 
 def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
-    """Draws quantities trial by trial for several methods, one panel per quantity.
-
-    Args:
-        panels: Values by method, (K,) each, by the quantity's name with its unit.
-    """
+    """Draws quantities trial by trial, one panel per quantity with its unit, by method, (K,) each."""
     figure = Figure(figsize=(3.3 * len(panels), 3.4))
     all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
     for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):

@@ -23,25 +23,15 @@ TASKS = ("reach", "hammer")
 
 
 class ToolChoices(NamedTuple):
-    """Choices of a grip of one tool in one task.
+    """Choices of a grip of one tool in one task."""
 
-    Attributes:
-        symmetric: True if the two grips differ only in where the materials are.
-        correct: Index of the correct grip.
-        chosen: Indices of the chosen grips, negative where no grip was usable, (observers, K + 1).
-    """
-
-    symmetric: bool
-    correct: int
-    chosen: NDArray[np.intp]
+    symmetric: bool  # true if the two grips differ only in where the materials are
+    correct: int  # index of the correct grip
+    chosen: NDArray[np.intp]  # indices of the chosen grips, negative where no grip was usable, (observers, K + 1)
 
 
 def compare_tasks(out: Path) -> Findings | None:
-    """Compares the choices of both tasks; None if a folder of results does not hold both.
-
-    Raises:
-        BadValueError: A file is not that of a finished run, or the runs differ in more than the task.
-    """
+    """Compares the choices of both tasks; None if a folder of results does not hold both."""
     one, other = (out / name / "metrics.json" for name in TASKS)
     if not (one.exists() and other.exists()):
         return None

@@ -47,12 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
-    """Imports the peers, and plans all measurements, or tables that are printed.
-
-    Raises:
-        BadValueError: An option that a table needs is missing.
-        UnavailableError: A peer is not installed.
-    """
+    """Imports the peers, and plans all measurements, or tables that are printed."""
     if arguments.compare is not None:
         if len(arguments.compare) < 2:
             raise BadValueError("--compare", "", "must be two folders of results")

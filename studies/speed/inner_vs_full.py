@@ -51,15 +51,10 @@ _LONG, _ACROSS, _MAX_BEND = (0.05, 0.10), (0.01, 0.025), np.radians(60.0)
 
 
 class Comparison(NamedTuple):
-    """Costs by inner and by full simulation of one tool, for S beliefs and G grips.
+    """Costs by inner and by full simulation of one tool, for S beliefs and G grips."""
 
-    Attributes:
-        inner: Costs by inner simulation, (G, S) each.
-        full: Costs by full simulation, (G, S) each; effort is not simulated.
-    """
-
-    inner: Costs
-    full: Costs
+    inner: Costs  # costs by inner simulation, (G, S) each
+    full: Costs  # costs by full simulation, (G, S) each; effort is not simulated
 
     @property
     def differences(self) -> Array:
@@ -90,10 +85,7 @@ class Comparison(NamedTuple):
 def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Component]) -> Tool:
     """Draws a tool of two parts, bent at their joint, with two grips: by either end, along the part that is held.
 
-    Args:
-        rng: Generator of the shape.
-        name: Name of the tool.
-        materials: Parts whose materials and appearances the new parts have.
+    The new parts have the materials and appearances of given ones.
     """
     lengths = rng.uniform(*_LONG, 2)
     shapes = [
@@ -123,14 +115,7 @@ def draw_densities(experience: ExperienceConfig, settings: Settings, count: int)
 
 
 def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho: Array) -> Comparison:
-    """Evaluates both grips of a tool by inner and by full simulation.
-
-    Args:
-        tool: Tool with two grips.
-        task: Task to be done with it.
-        experience: Experience with the materials that it is made of.
-        rho: Densities of these materials, (S, 2), [kg/m^3].
-    """
+    """Evaluates both grips of a tool by inner and full simulation, with densities of materials, (S, 2), [kg/m^3]."""
     choice = plan_choice(list_options(tool), task, experience.settings)
     memory = MaterialMemory().add_colours(experience.colours, experience.settings.prior)
     inner = choice.compute_costs(choice.compute_parameters(memory, rho))
@@ -167,13 +152,7 @@ def _simulate(
 
 
 def measure(beliefs: int, crooked: int, jobs: int) -> Iterator[list[str]]:
-    """Compares stick, hammer and crooked tools in both tasks; yields rows of a table.
-
-    Args:
-        beliefs: Number of beliefs, for each tool and task.
-        crooked: Number of tools that are drawn.
-        jobs: Number of processes.
-    """
+    """Compares stick, hammer and drawn tools in both tasks, by beliefs for each; yields rows of a table."""
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
     rho = draw_densities(reaching.experience, reaching.settings, beliefs)
     rng = np.random.default_rng(0)

@@ -30,37 +30,22 @@ _WHOLE_WAY = 0.999
 
 
 class Blow(NamedTuple):
-    """Measures of a blow.
+    """Measures of a blow."""
 
-    Attributes:
-        peak: Peak of the resistance, [N].
-        contact: Peak of the tool's force on the nail along its axis, [N].
-        impulse: Impulse of the resistance, until the nail is in, [N s].
-        travel: Travel of the nail, [m].
-        steps: Number of the integrator's steps.
-        seconds: Wall time, [s].
-    """
-
-    peak: float
-    contact: float
-    impulse: float
-    travel: float
-    steps: int
-    seconds: float
+    peak: float  # peak of the resistance, [N]
+    contact: float  # peak of the tool's force on the nail along its axis, [N]
+    impulse: float  # impulse of the resistance, until the nail is in, [N s]
+    travel: float  # travel of the nail, [m]
+    steps: int  # number of the integrator's steps
+    seconds: float  # wall time, [s]
 
 
 class Strip(NamedTuple):
-    """Part of a closed loop in which tool and nail may touch.
+    """Part of a closed loop in which tool and nail may touch."""
 
-    Attributes:
-        x: State of the arm at its beginning, (2 num_joints,).
-        tau: Torques of each of its K control periods, (K, num_joints), [N m].
-        control_period: Control period, [s].
-    """
-
-    x: Array
-    tau: Array
-    control_period: float
+    x: Array  # state of the arm at its beginning, (2 num_joints,)
+    tau: Array  # torques of each of its K control periods, (K, num_joints), [N m]
+    control_period: float  # control period, [s]
 
 
 def measure_blow(times: Array, travel: Array, resistance: Array, contact: Array, seconds: float) -> Blow:

@@ -44,27 +44,19 @@ Run = Callable[[Settings], Sequence[TrialRecord]]
 
 
 class Comparison(NamedTuple):
-    """Comparison of the trials of a simulation that were run both ways.
+    """Comparison of the trials of a simulation that were run both ways."""
 
-    Attributes:
-        num_trials: Number of trials.
-        difference: Largest difference of a joint angle at any logged time, [rad].
-        limited: Control periods with a limit active, with the default and with the program.
-        seconds: Processor time, with the default and with the program; each builds its own Diagrams.
-    """
-
-    num_trials: int
-    difference: float
-    limited: tuple[int, int]
+    num_trials: int  # number of trials
+    difference: float  # largest difference of a joint angle at any logged time, [rad]
+    limited: tuple[int, int]  # control periods with a limit active, with the default and with the program
+    # Processor time, with the default and with the program; each builds its own Diagrams.
     seconds: tuple[float, float]
 
 
 def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tuple[str, Run]]:
-    """Yields the trials of each simulation, with its name.
+    """Yields the trials of each simulation, with its name; the duration, [s], is that of holds.
 
-    Args:
-        duration: Duration of holds, [s]; reaching and hammering have their own.
-        num_tools: Number of novel tools used, by their first grips; all by all grips if None.
+    Some novel tools are used by their first grips, or all of them by all grips.
     """
     yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
     yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)

@@ -31,10 +31,7 @@ _REFERENCE_ACCURACY = 1e-8
 def hold(models: Path, accuracy: float, *, holds_torque: bool) -> tuple[Array, int, float]:
     """Simulates the hold; returns angles, (N, num_joints), control periods at a limit, and processor time, [s].
 
-    Args:
-        models: Folder of models.
-        accuracy: Accuracy of the integrator.
-        holds_torque: True if the controller models its torques as held.
+    The controller models its torques as held, or as instantaneous.
     """
     settings = dataclasses.replace(
         Settings(arm=models / ARM.name),

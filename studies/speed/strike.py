@@ -66,29 +66,20 @@ LONG_PATIENCE = 120.0
 
 
 class Start(NamedTuple):
-    """Closed loop shortly before its strike.
+    """Closed loop shortly before its strike."""
 
-    Attributes:
-        tool: Tool as it is held.
-        strike: Task, with the true position of the nail.
-        trial: Diagram of the trial.
-        context: Context of the Diagram at that time.
-    """
-
-    tool: Tool
-    strike: Strike
-    trial: TrialDiagram
-    context: Context
+    tool: Tool  # tool as it is held
+    strike: Strike  # task, with the true position of the nail
+    trial: TrialDiagram  # diagram of the trial
+    context: Context  # context of the Diagram at that time
 
 
 def prepare_starts(
     shifts: Iterable[float], change_nail: Callable[[Nail], Nail] = lambda nail: nail
 ) -> dict[str, list[Start]]:
-    """Simulates the swings; returns the starts by the grip of the stick.
+    """Simulates the swings, the nail being displaced along the blow, [m]; returns starts by the grip of the stick.
 
-    Args:
-        shifts: Displacements of the nail along the blow, [m].
-        change_nail: Function that changes the simulated nail; blows are planned for the nail of the file.
+    The simulated nail may be changed; blows are planned for the nail of the file.
     """
     materials = load_materials(MODELS / "materials.yaml")
     stick = load_tools(MODELS / "tools" / "novel.yaml", materials)[0]

@@ -9,15 +9,7 @@ import numpy as np
 def time_by_turns(
     calls: Mapping[str, Callable[[], object]], *, turns: int = 21, calls_per_turn: int = 20
 ) -> dict[str, float]:
-    """Times functions alternately.
-
-    Args:
-        calls: Functions, by name.
-        turns: Number of turns of each function.
-        calls_per_turn: Number of calls in a turn.
-
-    Returns: Median over turns of the mean time per call, [s].
-    """
+    """Times functions by turns; returns by name the median over turns of the mean time per call, [s]."""
     times: dict[str, list[float]] = {name: [] for name in calls}
     for call in calls.values():
         call()

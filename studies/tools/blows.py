@@ -14,37 +14,21 @@ from affordance.vision.eye import measure_drawing
 
 
 class CheckedBlow(NamedTuple):
-    """Planned and simulated blow, at true densities.
+    """Planned and simulated blow, at true densities."""
 
-    Attributes:
-        tool: Name of the tool.
-        grip: Name of the grip.
-        force_aimed: Planned peak of the nail's resistance, [N].
-        force: Simulated peak of the nail's resistance, [N].
-        work_planned: Planned work, [J].
-        work: Simulated work, [J].
-        travel: Travel of the nail, [m].
-        held: Tool in that grip.
-        blow: Simulated motion.
-    """
-
-    tool: str
-    grip: str
-    force_aimed: float
-    force: float
-    work_planned: float
-    work: float
-    travel: float
-    held: Tool
-    blow: Blow
+    tool: str  # name of the tool
+    grip: str  # name of the grip
+    force_aimed: float  # planned peak of the nail's resistance, [N]
+    force: float  # simulated peak of the nail's resistance, [N]
+    work_planned: float  # planned work, [J]
+    work: float  # simulated work, [J]
+    travel: float  # travel of the nail, [m]
+    held: Tool  # tool in that grip
+    blow: Blow  # simulated motion
 
 
 def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, settings: Settings) -> list[CheckedBlow]:
-    """Simulates a blow with each tool in one of its grips.
-
-    Raises:
-        AffordanceError: No swing is fast enough, or a simulation stalls.
-    """
+    """Simulates a blow with each tool in one of its grips."""
     checked = []
     for tool, name in zip(tools, grips, strict=True):
         held = hold_by(tool, name)

@@ -35,11 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Runs the study, which reads files throughout and writes none.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
+    """Runs the study, which reads files throughout and writes none."""
     config = ToolsConfig(
         data=arguments.data,
         models=arguments.models,

@@ -52,17 +52,11 @@ class Half(enum.Enum):
 
 @dataclass(frozen=True)
 class TrueInertia:
-    """True inertia of a tool, from the program with which it was drawn.
+    """True inertia of a tool, from the program with which it was drawn."""
 
-    Attributes:
-        mass: Mass, [kg].
-        p_FBcm: Centre of mass in the frame F of the mesh, shape (3,), [m].
-        I_BBcm_F: Rotational inertia about the centre of mass, shape (3, 3), [kg m^2].
-    """
-
-    mass: float
-    p_FBcm: Array
-    I_BBcm_F: Array
+    mass: float  # mass, [kg]
+    p_FBcm: Array  # centre of mass in the frame F of the mesh, shape (3,), [m]
+    I_BBcm_F: Array  # rotational inertia about the centre of mass, shape (3, 3), [kg m^2]
 
 
 class _InertiaEntry(DataModel):
@@ -84,27 +78,17 @@ class _InertiaFile(DataModel):
 
 
 def load_known_materials(models: Path) -> dict[str, Material]:
-    """Loads the materials that an observer who knows workshop tools recognises by sight, by name.
-
-    Raises:
-        BadValueError: A file is wrong; the message gives file and reason.
-    """
+    """Loads the materials that an observer who knows workshop tools recognises by sight, by name."""
     return select_known(load_materials(models / MATERIALS.name), (), models)
 
 
 @dataclass(frozen=True)
 class DataSet:
-    """User's clone of the data set.
+    """User's clone of the data set."""
 
-    Attributes:
-        folder: Folder of the clone.
-        models: Folder of our models.
-        halves: Halves whose files may be read.
-    """
-
-    folder: Path
-    models: Path
-    halves: tuple[Half, ...] = tuple(Half)
+    folder: Path  # folder of the clone
+    models: Path  # folder of our models
+    halves: tuple[Half, ...] = tuple(Half)  # halves whose files may be read
 
     @cached_property
     def materials(self) -> dict[str, Material]:
@@ -113,11 +97,7 @@ class DataSet:
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
-        """Tools of the halves by name, in the order of our file; no file of another tool is opened.
-
-        Raises:
-            BadValueError: A mesh is missing, or cannot be read.
-        """
+        """Tools of the halves by name, in the order of our file; no file of another tool is opened."""
         self.check()
         found = load_tools(
             self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES, chosen=self._is_open
@@ -125,11 +105,7 @@ class DataSet:
         return {tool.name: tool for tool in found}
 
     def check(self) -> None:
-        """Checks that nothing is missing, before anything is run for minutes.
-
-        Raises:
-            BadValueError: The folder is not a clone of the data set; the message is one line.
-        """
+        """Checks that nothing is missing, before anything is run for minutes."""
         for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
             if not (self.folder / path).is_dir():
                 problem = f"has no folder {str(path)!r}, must be a clone of the data set"
@@ -143,11 +119,7 @@ class DataSet:
         return tuple(name for name in self.tools if (name in LEARNING) == (half is Half.LEARNING))
 
     def read_truth(self, name: str) -> TrueInertia:
-        """Reads the true inertia of a tool.
-
-        Raises:
-            BadValueError: The file or one of its values is wrong.
-        """
+        """Reads the true inertia of a tool."""
         entry = load_model(self.folder / _MESHES / name / "Inertia.yaml", _InertiaFile).OBJECT
         return TrueInertia(entry.MASS, np.array(entry.COM_WRT_MESH), np.array(entry.INERTIA_WRT_COM))
 
@@ -171,17 +143,11 @@ class DataSet:
 
 
 class Deviation(NamedTuple):
-    """Error of a tool's inertia from its mesh.
+    """Error of a tool's inertia from its mesh."""
 
-    Attributes:
-        mass: Error of the mass, as a fraction of the true one.
-        com: Largest error of a coordinate of the centre of mass, [m].
-        inertia: Norm of the error of the rotational inertia, as a fraction of that of the true one.
-    """
-
-    mass: float
-    com: float
-    inertia: float
+    mass: float  # error of the mass, as a fraction of the true one
+    com: float  # largest error of a coordinate of the centre of mass, [m]
+    inertia: float  # norm of the error of the rotational inertia, as a fraction of that of the true one
 
 
 def measure_parity(data: DataSet) -> dict[str, Deviation]:

@@ -39,15 +39,10 @@ STEEL, WATER = 7850.0, 1000.0
 
 
 class Prediction(NamedTuple):
-    """Belief about a tool before it is touched, at _PERCENTILES.
+    """Belief about a tool before it is touched, at _PERCENTILES."""
 
-    Attributes:
-        mass: Percentiles of the mass, shape (3,), [kg].
-        com: Percentiles of the centre of mass, shape (3, 3): percentiles times axes of the hand, [m].
-    """
-
-    mass: Array
-    com: Array
+    mass: Array  # percentiles of the mass, shape (3,), [kg]
+    com: Array  # percentiles of the centre of mass, shape (3, 3): percentiles times axes of the hand, [m]
 
 
 class Truth(NamedTuple):
@@ -58,23 +53,14 @@ class Truth(NamedTuple):
 
 
 class Score(NamedTuple):
-    """Four measures of error, and the coverage of 90 % intervals.
+    """Four measures of error, and the coverage of 90 % intervals."""
 
-    Attributes:
-        ade_g: Mean absolute error, [g].
-        alde: Mean absolute error of the logarithm.
-        ape: Mean absolute error as a fraction of the true mass.
-        mnre: Mean ratio of the smaller to the larger of both masses.
-        coverage_mass: Coverage of the intervals of mass.
-        coverage_com: Coverage of the intervals of the centre of mass's coordinates.
-    """
-
-    ade_g: float
-    alde: float
-    ape: float
-    mnre: float
-    coverage_mass: float
-    coverage_com: float
+    ade_g: float  # mean absolute error, [g]
+    alde: float  # mean absolute error of the logarithm
+    ape: float  # mean absolute error as a fraction of the true mass
+    mnre: float  # mean ratio of the smaller to the larger of both masses
+    coverage_mass: float  # coverage of the intervals of mass
+    coverage_com: float  # coverage of the intervals of the centre of mass's coordinates
 
 
 def predict(

@@ -35,11 +35,7 @@ def simulate_holds(
 ) -> dict[str, list[TorqueStatistics]]:
     """Simulates holds of each tool in each round, in random order, with learning in between.
 
-    Args:
-        tools: Tools as they are gripped; the same order gives the same holds.
-        settings: Settings of the arm.
-        rounds: Number of holds of each tool.
-        seed: Root of every random draw.
+    Tools are held as they are gripped; the same order gives the same holds.
 
     Returns: Torque statistics of the holds of each tool, by its name.
     """
@@ -76,13 +72,9 @@ def learn(
     colours: Sequence[Colour],
     settings: Settings,
 ) -> Memory:
-    """Learns from tools that were held, with one update per tool.
+    """Learns from tools that were held, by name, with one update per tool.
 
-    Args:
-        felt: Torque statistics of the holds of each tool, by its name.
-        features: Features of each tool's geometry, as it was held.
-        colours: Colours of the materials that the learner knows by sight; others are not remembered.
-        settings: Settings of prior and noise.
+    Features are those of each tool as it was held. Materials are remembered whose colours the learner knows.
     """
     memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
     for name, holds in felt.items():
@@ -95,14 +87,7 @@ def learn(
 
 
 def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
-    """Learns materials from holding tools in the arm's home posture.
-
-    Args:
-        tools: Tools, each held by its first grip, or as it is written if it has none.
-        settings: Settings of the arm and of learning.
-        holds: Number of holds of each tool.
-        seed: Seed of all random numbers.
-    """
+    """Learns materials from holding tools in the arm's home posture, by the first grip or as written without one."""
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
     return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)

@@ -37,52 +37,32 @@ HOLDS = (1, 5)
 
 @dataclass(frozen=True)
 class ToolsConfig:
-    """Configuration of the study.
+    """Configuration of the study."""
 
-    Attributes:
-        data: User's clone of the data set; None to do without.
-        models: Folder of our models.
-        seed: Root of every random draw.
-        observers: Number of observers who hold the learning tools and predict the others, with independent noise.
-        jobs: Number of processes.
-        halves: Halves of the tools whose masses are predicted.
-        sources: Sources of their geometry.
-        settings: Settings of arm, prior and noise.
-    """
-
-    data: Path | None = None
-    models: Path = MODELS
-    seed: int = 0
+    data: Path | None = None  # User's clone of the data set; None to do without
+    models: Path = MODELS  # folder of our models
+    seed: int = 0  # root of every random draw
+    # Number of observers who hold the learning tools and predict the others, with independent noise.
     observers: int = 10
-    jobs: int = 1
-    halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)
-    sources: tuple[Source, ...] = tuple(Source)
-    settings: Settings = DEFAULT_SETTINGS
+    jobs: int = 1  # number of processes
+    halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)  # halves of the tools whose masses are predicted
+    sources: tuple[Source, ...] = tuple(Source)  # sources of their geometry
+    settings: Settings = DEFAULT_SETTINGS  # settings of arm, prior and noise
 
 
 class Predictions(NamedTuple):
-    """Predictions of an observer for each tool, by its name.
+    """Predictions of an observer for each tool, by its name."""
 
-    Attributes:
-        first_touch: Predictions by geometry, number of holds, and half.
-        floors: Predictions for the last half, by the name of the floor.
-        at_true_densities: Logarithm of the ratio of predicted to true mass, by geometry, with only the geometry in
-            error.
-        not_seen: Reasons for which tools were not detected in pictures, by name of the tool.
-    """
-
+    # Predictions by geometry, number of holds, and half.
     first_touch: dict[tuple[Source, int, Half], dict[str, Prediction]]
-    floors: dict[str, dict[str, Prediction]]
+    floors: dict[str, dict[str, Prediction]]  # predictions for the last half, by the name of the floor
+    # Logarithm of the ratio of predicted to true mass, by geometry, with only the geometry in error.
     at_true_densities: dict[Source, dict[str, float]]
-    not_seen: dict[str, str]
+    not_seen: dict[str, str]  # reasons for which tools were not detected in pictures, by name of the tool
 
 
 def run_observer(config: ToolsConfig, data: DataSet, observer: int) -> Predictions:
-    """Runs one observer.
-
-    Raises:
-        BadValueError: A file of the data set is wrong.
-    """
+    """Runs one observer."""
     settings = config.settings
     colours = [material.colour for material in data.materials.values()]
     held = {name: hold_tool(data, name) for name in data.list_names(Half.LEARNING)}

@@ -21,25 +21,15 @@ _MOST_BYTES = 10 * RECORDING
 
 
 class Recording(NamedTuple):
-    """Record of a force-torque sensor S while a robot moved a tool, at N times.
+    """Record of a force-torque sensor S while a robot moved a tool, at N times."""
 
-    Attributes:
-        X_WS: Pose of the sensor, shape (N, 4, 4).
-        X_WF: Pose of the tool's mesh frame, shape (N, 4, 4).
-        w_WS: Angular velocity of the sensor, shape (N, 3), [rad/s].
-        a_WS: Linear acceleration of the sensor's origin, shape (N, 3), [m/s^2].
-        alpha_WS: Angular acceleration of the sensor, shape (N, 3), [rad/s^2].
-        force_W: Measured force, shape (N, 3), [N].
-        torque_W: Measured torque about So, shape (N, 3), [N m].
-    """
-
-    X_WS: Array
-    X_WF: Array
-    w_WS: Array
-    a_WS: Array
-    alpha_WS: Array
-    force_W: Array
-    torque_W: Array
+    X_WS: Array  # pose of the sensor, shape (N, 4, 4)
+    X_WF: Array  # pose of the tool's mesh frame, shape (N, 4, 4)
+    w_WS: Array  # angular velocity of the sensor, shape (N, 3), [rad/s]
+    a_WS: Array  # linear acceleration of the sensor's origin, shape (N, 3), [m/s^2]
+    alpha_WS: Array  # angular acceleration of the sensor, shape (N, 3), [rad/s^2]
+    force_W: Array  # measured force, shape (N, 3), [N]
+    torque_W: Array  # measured torque about So, shape (N, 3), [N m]
 
 
 class _Held:
@@ -77,11 +67,7 @@ class _Unpickler(pickle.Unpickler):
 
 
 def read_pickle(path: Path) -> Any:
-    """Reads a pickle that holds only records, arrays, numbers and strings.
-
-    Raises:
-        BadValueError: The file cannot be read, or names anything else.
-    """
+    """Reads a pickle that holds only records, arrays, numbers and strings."""
     try:
         return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
     except BadValueError:
@@ -91,11 +77,7 @@ def read_pickle(path: Path) -> Any:
 
 
 def read_recording(path: Path) -> Recording:
-    """Reads the record of one tool.
-
-    Raises:
-        BadValueError: The file cannot be read, or is not such a record.
-    """
+    """Reads the record of one tool."""
     rows = read_pickle(path)
     try:
         poses = [np.array([_take(row, name).data[0] for row in rows]) for name in ("ft_pose", "object_pose")]

@@ -28,19 +28,12 @@ _FIRST_DENSITY = 3000.0
 
 
 class Noise(NamedTuple):
-    """Standard deviations of the noise added to a record.
+    """Standard deviations of the noise added to a record."""
 
-    Attributes:
-        acceleration: Standard deviation of linear acceleration, [m/s^2].
-        angular_acceleration: Standard deviation of angular acceleration, [rad/s^2].
-        force: Standard deviation of force, [N].
-        torque: Standard deviation of torque, [N m].
-    """
-
-    acceleration: float
-    angular_acceleration: float
-    force: float
-    torque: float
+    acceleration: float  # standard deviation of linear acceleration, [m/s^2]
+    angular_acceleration: float  # standard deviation of angular acceleration, [rad/s^2]
+    force: float  # standard deviation of force, [N]
+    torque: float  # standard deviation of torque, [N m]
 
 
 # Noise levels as the authors define them.
@@ -53,21 +46,13 @@ NOISES = {
 
 
 class Measured(NamedTuple):
-    """Record in the frame of its sensor, with noise, at N times.
+    """Record in the frame of its sensor, with noise, at N times."""
 
-    Attributes:
-        g_S: Acceleration of gravity, shape (N, 3), [m/s^2].
-        a_S: Linear acceleration, shape (N, 3), [m/s^2].
-        alpha_S: Angular acceleration, shape (N, 3), [rad/s^2].
-        w_S: Angular velocity, shape (N, 3), [rad/s].
-        wrench_S: Torque, followed by force, shape (N, 6), [N m, N].
-    """
-
-    g_S: Array
-    a_S: Array
-    alpha_S: Array
-    w_S: Array
-    wrench_S: Array
+    g_S: Array  # acceleration of gravity, shape (N, 3), [m/s^2]
+    a_S: Array  # linear acceleration, shape (N, 3), [m/s^2]
+    alpha_S: Array  # angular acceleration, shape (N, 3), [rad/s^2]
+    w_S: Array  # angular velocity, shape (N, 3), [rad/s]
+    wrench_S: Array  # torque, followed by force, shape (N, 6), [N m, N]
 
 
 def add_noise(recording: Recording, noise: Noise, rng: np.random.Generator) -> Measured:
@@ -100,17 +85,11 @@ def solve_least_squares(measured: Measured) -> Array:
 
 
 class PointParts(NamedTuple):
-    """Tool as the authors describe it: points with a volume each, which belong to K parts.
+    """Tool as the authors describe it: points with a volume each, which belong to K parts."""
 
-    Attributes:
-        p_SQ: Positions of the points, shape (P, 3), [m].
-        volumes: Volumes of the points, shape (P,), [m^3].
-        part: Index of each point's part, shape (P,).
-    """
-
-    p_SQ: Array
-    volumes: Array
-    part: Array
+    p_SQ: Array  # positions of the points, shape (P, 3), [m]
+    volumes: Array  # volumes of the points, shape (P,), [m^3]
+    part: Array  # index of each point's part, shape (P,)
 
     def build_inertia_map(self) -> Array:
         """Computes the parameters of each part at 1 kg/m^3, as point masses, shape (10, K)."""
@@ -127,11 +106,7 @@ class PointParts(NamedTuple):
 def solve_at_rest(measured: Measured, Phi: Array) -> Array:
     """Solves for nonnegative part masses by least squares on samples at rest (Nadeau, Giamou and Kelly 2023).
 
-    Args:
-        measured: Record in the frame of its sensor.
-        Phi: Parameters of each part at 1 kg/m^3, shape (10, K).
-
-    Returns: Inertial parameters, shape (10,).
+    Phi has the parameters of each part at 1 kg/m^3, (10, K); returns inertial parameters, (10,).
     """
     sizes = np.linalg.norm([measured.a_S, measured.alpha_S], axis=-1)  # (2, N)
     resting = (sizes < _AT_REST).all(axis=0)
@@ -144,17 +119,11 @@ def solve_at_rest(measured: Measured, Phi: Array) -> Array:
 
 
 def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) -> DensityBelief:
-    """Infers the densities of a tool's materials from all samples.
+    """Infers the densities of a tool's materials from all samples, Phi their parameters at 1 kg/m^3, (10, M).
 
     Errors of acceleration count as errors of the corresponding wrench, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T with
     B_k the derivative of W by the k-th acceleration, evaluated at the estimated densities by fixed-point iteration.
     Their expected contribution to the products of W with itself is subtracted.
-
-    Args:
-        measured: Record in the frame of its sensor.
-        Phi: Parameters of each material at 1 kg/m^3, shape (10, M).
-        noise: Standard deviations of the record's errors.
-        prior: Prior of a density.
     """
     W = build_regressors(measured)
     count = len(W)

@@ -51,29 +51,17 @@ class Errors(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """Tool with its record.
+    """Tool with its record."""
 
-    Attributes:
-        recording: Record of the sensor.
-        pi: True parameters about So, expressed in S, shape (10,).
-        box: Lengths of the bounding box along Sx, Sy, Sz, shape (3,), [m].
-        Phi: Parameters of each material at 1 kg/m^3, from the drawing, shape (10, M).
-        parts: Parts as the authors found them.
-    """
-
-    recording: Recording
-    pi: Array
-    box: Array
-    Phi: Array
-    parts: PointParts
+    recording: Recording  # record of the sensor
+    pi: Array  # true parameters about So, expressed in S, shape (10,)
+    box: Array  # lengths of the bounding box along Sx, Sy, Sz, shape (3,), [m]
+    Phi: Array  # parameters of each material at 1 kg/m^3, from the drawing, shape (10, M)
+    parts: PointParts  # parts as the authors found them
 
 
 def load_subject(data: DataSet, name: str) -> Subject:
-    """Loads a tool and its record.
-
-    Raises:
-        BadValueError: A file is wrong.
-    """
+    """Loads a tool and its record."""
     recording = read_recording(data.find_simulation(name))
     X_SF = np.linalg.inv(recording.X_WS) @ recording.X_WF
     if np.abs(X_SF - X_SF[0]).max() > _HELD:
@@ -115,11 +103,7 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
 
 
 def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
-    """Reads the errors that the authors stored, by noise and method: means over the data set's tools, as fractions.
-
-    Raises:
-        BadValueError: The file is missing, or holds something else.
-    """
+    """Reads the errors that the authors stored, by noise and method: means over the tools, as fractions."""
     path, rows = data.stored_results, read_pickle(data.stored_results)
     names = {name.replace(" ", "_") for name in data.tools}
     try:
@@ -142,11 +126,7 @@ def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def read_parts(path: Path) -> tuple[Array, Array, Array]:
-    """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,).
-
-    Raises:
-        BadValueError: The file cannot be read, or has no such columns.
-    """
+    """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,)."""
     header, _, body = read_text(path, MESH).partition("end_header\n")
     names = [line.split()[-1] for line in header.splitlines() if line.startswith("property")]
     missing = [name for name in ("x", "y", "z", "volume", "segmentation") if name not in names]

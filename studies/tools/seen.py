@@ -49,13 +49,7 @@ ERRORS: Mapping[Source, SolidError] = {
 def measure_all(
     tool: Tool, stand: CameraSensor, rng: np.random.Generator, sources: Sequence[Source]
 ) -> dict[Source, tuple[ComponentFeatures, ...]]:
-    """Measures a held tool by each source; all sources of sight share the same pictures.
-
-    Args:
-        tool: Tool in one grip, without further choice of grips.
-        stand: Stand that takes the pictures.
-        rng: Generator of the noise of the pictures.
-        sources: Sources to measure by.
+    """Measures a tool, held in its only grip, by each source; all sources of sight share the same pictures.
 
     Raises:
         SeeingError: The features cannot be extracted from the pictures.
@@ -95,17 +89,12 @@ _WORTH_NAMING = 0.05
 
 
 class Outcome(NamedTuple):
-    """Result of looking at a tool.
+    """Result of looking at a tool."""
 
-    Attributes:
-        purity: Fraction of its pixels that lie in areas which show mostly their own material.
-        unsure: Candidate materials of each appearance that is not identified with certainty.
-        problem: Reason for which the tool was not detected; empty if it was.
-    """
-
-    purity: float
+    purity: float  # fraction of its pixels that lie in areas which show mostly their own material
+    # Candidate materials of each appearance that is not identified with certainty.
     unsure: tuple[tuple[str, ...], ...] = ()
-    problem: str = ""
+    problem: str = ""  # reason for which the tool was not detected; empty if it was
 
     @property
     def made_out(self) -> bool:

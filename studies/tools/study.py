@@ -49,17 +49,11 @@ HOLDS_BEFORE_CHOICE = 2
 
 
 class Choices(NamedTuple):
-    """Choices of the grips of some tools.
+    """Choices of the grips of some tools."""
 
-    Attributes:
-        tools: Tools to choose from.
-        rankings: Rankings by task, geometry (drawing or pictures) and belief.
-        blows: Simulated blows, with each tool in its best grip at true densities.
-    """
-
-    tools: tuple[Tool, ...]
-    rankings: dict[tuple[str, str, str], Ranking]
-    blows: list[CheckedBlow]
+    tools: tuple[Tool, ...]  # tools to choose from
+    rankings: dict[tuple[str, str, str], Ranking]  # rankings by task, geometry (drawing or pictures) and belief
+    blows: list[CheckedBlow]  # simulated blows, with each tool in its best grip at true densities
 
 
 class Uncommon(NamedTuple):
@@ -72,43 +66,28 @@ class Uncommon(NamedTuple):
 
 @dataclass
 class ToolsResult:
-    """Results of the study; those that need the data set are empty without it.
+    """Results of the study; those that need the data set are empty without it."""
 
-    Attributes:
-        config: Configuration of the study.
-        own: Choices about our own hammers.
-        uncommon: Results for the paper's figure 1.
-        hammers: Choices about the data set's hammers; None without it.
-        parity: Errors of inertia from meshes, by tool.
-        scores: Scores of first touch, by geometry, holds and half.
-        floors: Scores of the floors on the last half, by name.
-        predictions: Predictions of every observer.
-        truths: True mass and centre of mass, by tool.
-        made_out: Results of looking at each tool, drawn in the colours of its materials.
-        painted: Results of looking at each tool, in the paint of the data set.
-        records: Errors on the force-torque records, by noise and method.
-    """
-
-    config: ToolsConfig
-    own: Choices
-    uncommon: Uncommon
-    hammers: Choices | None = None
-    parity: dict[str, Deviation] = field(default_factory=dict)
+    config: ToolsConfig  # configuration of the study
+    own: Choices  # choices about our own hammers
+    uncommon: Uncommon  # results for the paper's figure 1
+    hammers: Choices | None = None  # choices about the data set's hammers; None without it
+    parity: dict[str, Deviation] = field(default_factory=dict)  # errors of inertia from meshes, by tool
+    # Scores of first touch, by geometry, holds and half.
     scores: dict[tuple[Source, int, Half], Score] = field(default_factory=dict)
-    floors: dict[str, Score] = field(default_factory=dict)
-    predictions: list[Predictions] = field(default_factory=list)
-    truths: dict[str, Truth] = field(default_factory=dict)
+    floors: dict[str, Score] = field(default_factory=dict)  # scores of the floors on the last half, by name
+    predictions: list[Predictions] = field(default_factory=list)  # predictions of every observer
+    truths: dict[str, Truth] = field(default_factory=dict)  # true mass and centre of mass, by tool
+    # Results of looking at each tool, drawn in the colours of its materials.
     made_out: dict[str, Outcome] = field(default_factory=dict)
+    # Results of looking at each tool, in the paint of the data set.
     painted: dict[str, Outcome] = field(default_factory=dict)
+    # Errors on the force-torque records, by noise and method.
     records: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
 
 
 def run(config: ToolsConfig) -> ToolsResult:
-    """Runs the study.
-
-    Raises:
-        AffordanceError: A file is wrong, or a task cannot be done; the message gives file and reason.
-    """
+    """Runs the study."""
     folder, settings = config.models / "workshop", config.settings
     materials = load_known_materials(config.models)
     data = None if config.data is None else DataSet(config.data, config.models, config.halves)

@@ -38,47 +38,28 @@ _HOLD = 3.0
 
 
 class CheckedMotion(NamedTuple):
-    """Predicted and simulated cost of a motion with one option.
+    """Predicted and simulated cost of a motion with one option."""
 
-    Attributes:
-        object_name: Name of the object.
-        grip: Name of the grip.
-        p_best_before: Probability that it is the cheapest option, without experience.
-        p_best: Probability that it is the cheapest option, after experience with the same materials.
-        p_feasible: Probability that it respects the torque limits, after that experience.
-        work: Predicted work, 5th percentile, median and 95th, (3,), [J], over feasible samples; NaN without any.
-        simulated: Work in simulation, [J].
-        error: Largest distance of the free end from the path, [m].
-    """
-
-    object_name: str
-    grip: str
-    p_best_before: float
-    p_best: float
-    p_feasible: float
+    object_name: str  # name of the object
+    grip: str  # name of the grip
+    p_best_before: float  # probability that it is the cheapest option, without experience
+    p_best: float  # probability that it is the cheapest option, after experience with the same materials
+    p_feasible: float  # probability that it respects the torque limits, after that experience
+    # Predicted work, 5th percentile, median and 95th, (3,), [J], over feasible samples; NaN without any.
     work: tuple[float, ...]
-    simulated: float
-    error: float
+    simulated: float  # work in simulation, [J]
+    error: float  # largest distance of the free end from the path, [m]
 
 
 class CheckedMass(NamedTuple):
-    """Predicted mass of an object, and the result of holding it.
+    """Predicted mass of an object, and the result of holding it."""
 
-    Attributes:
-        object_name: Name of the object.
-        mass: True mass, [kg].
-        seen: Mass predicted from pictures: 5th percentile, median and 95th, (3,), [kg].
-        held: Mass after the hold: 5th percentile, median and 95th, (3,), [kg].
-        rise: Displacement of the object's centre of largest magnitude during the hold, upward positive, [m].
-        p_value: P-value of the measured torques under the prediction.
-    """
-
-    object_name: str
-    mass: float
-    seen: tuple[float, ...]
-    held: tuple[float, ...]
-    rise: float
-    p_value: float
+    object_name: str  # name of the object
+    mass: float  # true mass, [kg]
+    seen: tuple[float, ...]  # mass predicted from pictures: 5th percentile, median and 95th, (3,), [kg]
+    held: tuple[float, ...]  # mass after the hold: 5th percentile, median and 95th, (3,), [kg]
+    rise: float  # displacement of the object's centre of largest magnitude during the hold, upward positive, [m]
+    p_value: float  # P-value of the measured torques under the prediction
 
 
 def check_motions(
@@ -121,13 +102,8 @@ def check_motions(
 def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> CheckedMass:
     """Predicts an object's mass from pictures, simulates a hold, and updates the prediction by the measured torques.
 
-    Samples of densities and of errors of vision are weighted by the likelihood of the measured torques.
-
-    Args:
-        tool: Object in one grip.
-        memory: Memory of materials.
-        settings: Settings of the arm.
-        seed: Root of every random draw.
+    Samples of densities and of errors of vision are weighted by the likelihood of the measured torques. The object
+    has one grip.
     """
     runner = TrialRunner(replace(settings, feature_source=FeatureSource.PIXELS))
     trial_seed = (seed, *tool.name.encode())
@@ -153,11 +129,7 @@ def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> Che
 
 
 def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
-    """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,).
-
-    Raises:
-        NotImplementedError: The noise is not a WeberNoise.
-    """
+    """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,)."""
     if not isinstance(noise, WeberNoise):
         raise NotImplementedError(f"no weights with {type(noise).__name__}")
     n = len(felt.features) // (2 + NUM_PARAMETERS)

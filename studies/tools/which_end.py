@@ -26,10 +26,7 @@ NUM_SAMPLES = 4000
 def build_beliefs(materials: Mapping[str, Material], experience: Memory, settings: Settings) -> dict[str, Memory]:
     """Builds the memories before and after experience, with one density for all, and with all densities known.
 
-    Args:
-        materials: Materials that are known by sight.
-        experience: Memory of some of them.
-        settings: Settings of the prior; its mode is the one density.
+    The one density is the mode of the prior.
     """
     colours: list[Colour] = list(dict.fromkeys(material.colour for material in materials.values()))
     return {
@@ -49,11 +46,7 @@ def rank_grips(
     seed: int,
     num_samples: int = NUM_SAMPLES,
 ) -> dict[str, Ranking]:
-    """Ranks options under each belief, also among the grips of each tool; motions are planned once.
-
-    Raises:
-        AffordanceError: No motion could be planned.
-    """
+    """Ranks options under each belief, also among the grips of each tool; motions are planned once."""
     choice = plan_choice(options, task, settings)
     return {
         name: _rank_within_tools(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)

@@ -107,18 +107,12 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """Corrupted file.
+    """Corrupted file."""
 
-    Attributes:
-        file: Path in the folder of models.
-        content: Corrupted content.
-        what: Description of the corruption.
-        keys: Words of which the refusal must name one, in addition to the file; empty if there is no key to name.
-    """
-
-    file: str
-    content: bytes
-    what: str
+    file: str  # path in the folder of models
+    content: bytes  # corrupted content
+    what: str  # description of the corruption
+    # Words of which the refusal must name one, in addition to the file; empty if there is no key to name.
     keys: tuple[str, ...] = ()
 
 
@@ -270,11 +264,9 @@ def answer_for_arm(models: Path, number: int) -> Answer:
 
 
 def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
-    """Tests invalid input; returns a row for each case without a correct refusal, and the counts of distinct cases.
+    """Tests distinct ones of generated cases, and some corrupted arms.
 
-    Args:
-        cases: Number of generated files; distinct ones are tested.
-        arms: Number of corrupted arms that are tested in addition.
+    Returns: A row for each case without a correct refusal, and the counts of distinct cases.
     """
     tried, failures = 0, []
     seen: set[tuple[str, bytes]] = set()

@@ -56,33 +56,20 @@ _GRID = np.arange(25.0, 20_500.0, 50.0)
 
 @dataclass(frozen=True)
 class CalibrationConfig:
-    """Configuration of a calibration.
+    """Configuration of a calibration."""
 
-    Attributes:
-        settings: Settings of all simulations, except the noise.
-        tool: Object of two materials, whose densities are replaced by drawn ones.
-        moves: True to hold the object in Drake, False to measure it at rest.
-        seed: Root of every random draw.
-    """
-
-    settings: Settings
-    tool: Tool
-    moves: bool
-    seed: int = 0
+    settings: Settings  # settings of all simulations, except the noise
+    tool: Tool  # object of two materials, whose densities are replaced by drawn ones
+    moves: bool  # true to hold the object in Drake, False to measure it at rest
+    seed: int = 0  # root of every random draw
 
 
 class Calibration(NamedTuple):
-    """Calibration of posteriors, over N draws of M densities.
+    """Calibration of posteriors, over N draws of M densities."""
 
-    Attributes:
-        positions: Cumulative probability of each truth in its posterior, from 0 to 1, (N, M).
-        p_value: P-value of the chi-squared test that positions are uniform, the smallest over densities times M.
-        coverage: Proportion of truths in the central intervals of COVERAGES.
-    """
-
-    positions: Array
-    p_value: float
-    coverage: Array
+    positions: Array  # cumulative probability of each truth in its posterior, from 0 to 1, (N, M)
+    p_value: float  # P-value of the chi-squared test that positions are uniform, the smallest over densities times M
+    coverage: Array  # proportion of truths in the central intervals of COVERAGES
 
 
 @functools.cache
@@ -123,17 +110,11 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
 
 
 class Learned(NamedTuple):
-    """Result of a trial for an observer without experience.
+    """Result of a trial for an observer without experience."""
 
-    Attributes:
-        belief: Belief about the materials.
-        p_value: P-value of the measurements under the prior.
-        bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2].
-    """
-
-    belief: DensityBelief
-    p_value: float
-    bound: Array
+    belief: DensityBelief  # belief about the materials
+    p_value: float  # P-value of the measurements under the prior
+    bound: Array  # Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2]
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
@@ -205,9 +186,6 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 
     Bayes' rule is applied by brute force, with the errors at every density's own torque. The object's densities stand
     for the materials', whose deviations from them are neglected.
-
-    Raises:
-        ValueError: The noise is not Weber's.
     """
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):

@@ -38,13 +38,7 @@ class DaskCluster:
     def __init__(
         self, folder: Path, *, num_workers: int = 2, num_threads: int = 1, imports: Path | None = None
     ) -> None:
-        """Starts the cluster, and waits for the scheduler and all workers.
-
-        Args:
-            folder: Folder for the files of the cluster.
-            num_workers: Number of workers.
-            num_threads: Number of threads of each worker.
-            imports: Further folder from which modules can be imported.
+        """Starts the cluster, and waits for all its processes; modules can be imported from a further folder.
 
         Raises:
             TimeoutError: A process did not start in time; those already started are ended.

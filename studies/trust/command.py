@@ -62,11 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Imports the parts.
-
-    Raises:
-        UnavailableError: A library that they need is not installed.
-    """
+    """Imports the parts."""
     parts = import_part("studies.trust.parts").PARTS
     return partial(_work, {name: parts[name] for name in arguments.only or KEYS}, arguments.jobs)
 

@@ -19,17 +19,11 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):
-    """Statistics of a trial on which measurements of an object's inertial parameters depend.
+    """Statistics of a trial on which measurements of an object's inertial parameters depend."""
 
-    Attributes:
-        tau_arm: Mean over samples of the torques of the arm alone, (num_joints,), [N m].
-        Y: Mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter.
-        YtY: Sum of Y^T Y over samples, (10, 10).
-    """
-
-    tau_arm: Array
-    Y: Array
-    YtY: Array
+    tau_arm: Array  # mean over samples of the torques of the arm alone, (num_joints,), [N m]
+    Y: Array  # mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter
+    YtY: Array  # sum of Y^T Y over samples, (10, 10)
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
@@ -54,16 +48,10 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
 def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
     """Computes bounds on the variances of M materials' mean densities, with the prior, (M,), [(kg/m^3)^2].
 
-    The bound is the inverse of the sum of the prior's precision and the Fisher information at the truth. With Weber
-    noise the mean torque is measured once, and its information has a part from the mean and one from the size of the
-    errors, which depends on the densities; with white noise every sample adds its own.
-
-    Args:
-        felt: Statistics of the trial.
-        Phi: Geometry of the object, (10, M).
-        own: True densities of the object, (M,), [kg/m^3].
-        noise: Noise model of the joints.
-        prior: Prior of the materials; the object's own densities deviate from theirs.
+    The bound is the inverse of the sum of the prior's precision and the Fisher information at the object's true
+    densities, (M,), [kg/m^3], which deviate from the materials'. With Weber noise the mean torque is measured once,
+    and its information has a part from the mean and one from the size of the errors, which depends on the densities;
+    with white noise every sample adds its own. The geometry Phi is (10, M).
     """
     H = felt.Y @ Phi  # (num_joints, M)
     tau = felt.tau_arm + H @ own

@@ -18,12 +18,7 @@ _FONT_SIZE = 9
 
 
 def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) -> Figure:
-    """Draws histograms of the positions of truths in their posteriors, with the band of a uniform distribution.
-
-    Args:
-        calibrations: Calibrations of two densities, by name.
-        names: Names of the materials.
-    """
+    """Draws histograms of the places of true densities in posteriors, with the band of a uniform distribution."""
     figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
     for axes, (name, found) in zip(all_axes.flat, calibrations.items(), strict=False):
@@ -49,11 +44,7 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
 
 
 def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draws the effect of each fault on beliefs and choices.
-
-    Args:
-        costs: Costs by fault, with ``density_error`` and ``p_correct`` at every moment of learning.
-    """
+    """Draws the effect of each fault on beliefs and choices at every moment of learning."""
     names = list(costs)
     figure = Figure(figsize=(10.0, 0.8 + 0.32 * len(names)))
     left, right = figure.subplots(1, 2, sharey=True)

@@ -22,12 +22,7 @@ CHANGES: Mapping[str, Mapping[str, Any]] = {
 
 
 def measure(folder: Path, *, repeats: int = DEFAULT_REPEATS, jobs: int) -> dict[str, list[float]]:
-    """Simulates the observers with each change.
-
-    Args:
-        folder: Folder that keeps the observers.
-        repeats: Number of observers.
-        jobs: Number of processes.
+    """Simulates the observers, kept in a folder, with each change.
 
     Returns: Proportions of correct choices about the first novel tool at every moment, by key of CHANGES.
     """

@@ -15,11 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Task:
-    """Reads the objects that are ranked, and plans the run.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
+    """Reads the objects that are ranked, and plans the run."""
     return plan_experiment(load(arguments.models, arguments.seed, read_settings(arguments)), arguments)
 
 

@@ -19,21 +19,13 @@ from studies.vision.random_objects import MAX_PARTS
 
 
 class Comparison(NamedTuple):
-    """Errors of the features detected of an object; NaN for parts it does not have.
+    """Errors of the features detected of an object; NaN for parts it does not have."""
 
-    Attributes:
-        visible_error: Relative errors of the two semi-axes across the view, (MAX_PARTS, 2).
-        depth_error: Relative error of the semi-axis along the view, (MAX_PARTS,).
-        colour_error: Distance of each part's colour from the true one in CIELAB, (MAX_PARTS,).
-        mass_error: Relative error of the mass at the true densities.
-        mass_deviation: Error of the mass in its predicted standard deviations.
-    """
-
-    visible_error: Array
-    depth_error: Array
-    colour_error: Array
-    mass_error: float
-    mass_deviation: float
+    visible_error: Array  # relative errors of the two semi-axes across the view, (MAX_PARTS, 2)
+    depth_error: Array  # relative error of the semi-axis along the view, (MAX_PARTS,)
+    colour_error: Array  # distance of each part's colour from the true one in CIELAB, (MAX_PARTS,)
+    mass_error: float  # relative error of the mass at the true densities
+    mass_deviation: float  # error of the mass in its predicted standard deviations
 
 
 NOTHING = Comparison(

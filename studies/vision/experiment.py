@@ -66,23 +66,15 @@ class Rankings(NamedTuple):
 
 @dataclass(frozen=True)
 class VisionExperiment(Experiment):
-    """Study of features from pictures.
+    """Study of features from pictures."""
 
-    Attributes:
-        uncommon: Pair of objects to choose from.
-        known: Densities of materials, [kg/m^3], with their colours, for an observer who has learned them.
-        task: Task of mashing.
-        seed: Root of every random draw.
-        settings: Settings of arm, prior and controller.
-        models: Folder of objects and path.
-    """
-
-    uncommon: tuple[Tool, ...]
+    uncommon: tuple[Tool, ...]  # pair of objects to choose from
+    # Densities of materials, [kg/m^3], with their colours, for an observer who has learned them.
     known: tuple[tuple[tuple[float, float, float], float], ...]
-    task: Reach
-    seed: int
-    settings: Settings
-    models: Path
+    task: Reach  # task of mashing
+    seed: int  # root of every random draw
+    settings: Settings  # settings of arm, prior and controller
+    models: Path  # folder of objects and path
 
     name = "vision"
     unit = "object"
@@ -93,11 +85,7 @@ class VisionExperiment(Experiment):
         return math.ceil(COVERAGE_FACTOR * observers)
 
     def plan(self, jobs: int) -> None:
-        """Plans the mashing.
-
-        Raises:
-            BadValueError: Mashing is infeasible with every object.
-        """
+        """Plans the mashing."""
         path = self.models / "paths" / "mash.yaml"
         model = ArmModel(load_arm(self.settings.arm))
         build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path
@@ -226,11 +214,7 @@ class VisionExperiment(Experiment):
 
 
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> VisionExperiment:
-    """Reads the uncommon objects and the mashing from a folder of models; this experiment always takes pictures.
-
-    Raises:
-        BadValueError: A file is wrong.
-    """
+    """Reads the uncommon objects and the mashing from a folder of models; this experiment always takes pictures."""
     materials = load_materials(models / "materials.yaml")
     path = models / "tools" / "uncommon.yaml"
     tools = load_tools(path, materials)

@@ -22,11 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Reads the first object of Simulation I.
-
-    Raises:
-        AffordanceError: A file is invalid.
-    """
+    """Reads the first object of Simulation I."""
     weight = load_hold_experiment("weight", arguments.models, arguments.seed, read_settings(arguments))
     return partial(_work, weight)
 

@@ -14,45 +14,26 @@ _METRES_TO_CM = 100.0
 
 
 class Growth(NamedTuple):
-    """Belief about a density within a trial, at N times; each entry conditions on the samples up to its time.
+    """Belief about a density within a trial, at N times; each entry conditions on the samples up to its time."""
 
-    Attributes:
-        times: Times, (N,), [s].
-        quartiles: 25th, 50th and 75th percentile of the density, (N, 3), [kg/m^3].
-        sd: Standard deviation of the normal distribution before it is restricted to positive values, (N,), [kg/m^3].
-        sd_at_rest: Theoretical standard deviation for an arm at rest in its final posture, (N,), [kg/m^3].
-    """
-
-    times: Array
-    quartiles: Array
+    times: Array  # times, (N,), [s]
+    quartiles: Array  # 25th, 50th and 75th percentile of the density, (N, 3), [kg/m^3]
+    # Standard deviation of the normal distribution before it is restricted to positive values, (N,), [kg/m^3].
     sd: Array
-    sd_at_rest: Array
+    sd_at_rest: Array  # theoretical standard deviation for an arm at rest in its final posture, (N,), [kg/m^3]
 
 
 class Sinking(NamedTuple):
-    """Height of an object, and the density that control assumes.
+    """Height of an object, and the density that control assumes."""
 
-    Attributes:
-        times: Times, (N,), [s].
-        height: Height of the object's centre relative to where it was given, (N,), [m].
-        belief_times: Times until which each density is assumed, (K,), [s].
-        density: Assumed densities, (K,), [kg/m^3].
-    """
-
-    times: Array
-    height: Array
-    belief_times: Array
-    density: Array
+    times: Array  # times, (N,), [s]
+    height: Array  # height of the object's centre relative to where it was given, (N,), [m]
+    belief_times: Array  # times until which each density is assumed, (K,), [s]
+    density: Array  # assumed densities, (K,), [kg/m^3]
 
 
 def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str) -> Figure:
-    """Draws the narrowing of the posterior sample by sample.
-
-    Args:
-        growth: Beliefs by noise model.
-        density_true: True density, [kg/m^3].
-        name: Name of the object.
-    """
+    """Draws the narrowing of the posterior sample by sample, by noise model, with the true density, [kg/m^3]."""
     figure = Figure(figsize=(9.0, 4.0))
     left, right = figure.subplots(1, 2, sharex=True)
     left.axhline(density_true, color="#000000", linewidth=1.0, linestyle=":", label="true density")
@@ -83,13 +64,7 @@ def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str)
 
 
 def draw_sinking(lines: Mapping[str, Sinking], *, density_true: float, name: str) -> Figure:
-    """Draws the height of an object, and the density that control assumes.
-
-    Args:
-        lines: Heights and densities by the belief that control uses.
-        density_true: True density, [kg/m^3].
-        name: Name of the object.
-    """
+    """Draws the height of an object, and the density, [kg/m^3], that control assumes, by the belief that it uses."""
     figure = Figure(figsize=(9.0, 3.8))
     left, right = figure.subplots(1, 2, sharex=True)
     left.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")

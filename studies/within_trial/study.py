@@ -32,15 +32,10 @@ BY_PRIOR, BY_POSTERIOR = "the visual prior, as in the paper", "the posterior as 
 
 
 class WithinTrial(NamedTuple):
-    """Trials with one object under two noise models and two controls.
+    """Trials with one object under two noise models and two controls."""
 
-    Attributes:
-        growth: Posterior density over time, by noise.
-        records: Records of the trials, by the belief that control uses.
-    """
-
-    growth: Mapping[str, Growth]
-    records: Mapping[str, TrialRecord]
+    growth: Mapping[str, Growth]  # posterior density over time, by noise
+    records: Mapping[str, TrialRecord]  # records of the trials, by the belief that control uses
 
 
 class WithinTrialStudy:
