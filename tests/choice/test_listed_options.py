@@ -31,7 +31,7 @@ def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():
     settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
     options = list_options(STICK, seed=1, feature_source=settings.feature_source)
     choice = plan_choice(options, REACH, settings)
-    assert all(part.X_TE[1, 3] != 0.0 for part in choice.options[0].features)
+    assert all(part.X_TE[1, 3] != 0.0 and len(part.deformations) == 9 for part in choice.options[0].features)
     ranking = rank_options(choice, MaterialMemory(), np.random.default_rng(0), 5_000)
     assert ranking.best.p_best == pytest.approx(0.5, abs=0.01 + 3 * 0.5 / np.sqrt(5_000))
     one, other = ranking.ranked

@@ -1,7 +1,6 @@
 """Trials of simple objects, as a ledger keeps them: point masses of some colours, held by an imaginary arm."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -71,11 +70,6 @@ def hold_workshop(count: int) -> list[TrialEvidence]:
     """Simulates trials with three things, one after the other."""
     things = (("bar", (WOOD,), (600.0,)), ("rod", (STEEL,), (7800.0,)), ("hammer", (WOOD, STEEL), (650.0, 7700.0)))
     return [hold(*things[i % 3], seed=i, robot="arm" if i % 2 else "other") for i in range(count)]
-
-
-def with_noise(trial: TrialEvidence, features: Array) -> TrialEvidence:
-    """Returns a trial with other features."""
-    return replace(trial, features=features)
 
 
 def get_regressor() -> Array:

@@ -6,5 +6,4 @@ from studies.tools.data_set import load_known_materials
 
 MATERIALS = load_known_materials(MODELS)
 HAMMERS = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "tools.yaml", MATERIALS)}
-UNCOMMON = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "uncommon.yaml", MATERIALS)}
 BLANKS = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "blanks.yaml", MATERIALS)}

@@ -119,14 +119,8 @@ def list_anchors(page):
 
 
 def test_linked_files_and_headings_exist():
-    pages = [
-        ROOT / "README.md",
-        ROOT / "CONTRIBUTING.md",
-        *(ROOT / "docs").rglob("*.md"),
-        *(ROOT / "affordance" / "tutorials").glob("*.md"),
-        ROOT / "models" / "README.md",
-    ]
-    for page in pages:
+    pages = [page for way in ("*.md", "docs/**/*.md", "affordance/tutorials/*.md") for page in ROOT.glob(way)]
+    for page in [*pages, ROOT / "models" / "README.md"]:
         for target, heading in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", page.read_text(encoding="utf-8")):
             linked = page.parent / target if target else page
             assert linked.exists(), f"{page}: {target}"

@@ -8,7 +8,6 @@ from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.listed_options import list_options
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import suite
 from affordance.experiments.protocol_runs import load_hold_experiment
@@ -82,13 +81,6 @@ def test_geometry_seen_is_no_noise_of_the_joints():
         precisions.append(PIXELS.noise.compute_likelihood(*args).precision)
     assert (np.linalg.eigvalsh(precisions[1] - precisions[0]) > -1e-18).all()
     assert np.trace(precisions[0]) < np.trace(precisions[1])
-
-
-def test_options_can_be_seen():
-    told, seen = (list_options(STICK, seed=2, feature_source=feature_source) for feature_source in FeatureSource)
-    assert [option.name for option in told] == [option.name for option in seen]
-    assert len(told[0].features[0].deformations) == 0
-    assert len(seen[0].features[0].deformations) == 9
 
 
 def blind(self, picture):
