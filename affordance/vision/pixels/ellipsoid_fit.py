@@ -11,6 +11,7 @@ affine deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nin
 every shape, even a ball, whose axes have no direction of their own. Frame C throughout.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -130,12 +131,11 @@ def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Si
     return Sighting(depth, points, (points - c) @ A, distance)
 
 
-def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, numbers: Array, seen: Sighting) -> Array:
-    """Differentiates F = (p - c)^T A (p - c) - 1 at the sighted points by the numbers of ``deform``, (N, 9).
+def differentiate_surface(start: SeenEllipsoid, numbers: Array, g: Array) -> Array:
+    """Differentiates F = (p - c)^T A (p - c) - 1 at points with normals g = A (p - c) by the numbers of ``deform``.
 
-    With S = (I + E) S_0 (I + E) and g = A (p - c):  dF = -2 g^T dc - g^T dS g.
+    With S = (I + E) S_0 (I + E):  dF = -2 g^T dc - g^T dS g, (N, 9).
     """
-    g = seen.normals
     h = g @ (np.eye(3) + build_strain(numbers[3:9])) @ start.shape_matrix
     strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in INDICES]
     return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
@@ -229,66 +229,65 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
     return np.mean(neighbours, axis=0) - depth
 
 
+@dataclass
 class _Problem:
-    """Residuals of depth, outline and priors for a deformed ellipsoid, in standard deviations."""
+    """Residuals of depth, outline and priors for a deformed ellipsoid, in standard deviations.
 
-    def __init__(
-        self,
-        start: SeenEllipsoid,
-        rays: Array,
-        depth: Array,
-        sd: Array,
-        rim: Array,
-        noise: SensorNoise,
-        focal_length: float,
-    ) -> None:
-        """Stores the fixed quantities: the ellipsoid, readings along rays, and rays to points of the outline."""
-        self._start, self._rays, self._depth, self._sd = start, rays, depth, sd
-        self._rim, self._rim_shift, self._rim_sd = rim, noise.outline_shift, noise.outline_sd
-        self._focal_length = focal_length
-        squares, axes = np.linalg.eigh(start.shape_matrix)
-        self._log_sizes = 0.5 * np.log(squares)
+    Readings are along rays, and the rim are rays to points of the outline.
+    """
+
+    start: SeenEllipsoid
+    rays: Array
+    depth: Array
+    sd: Array
+    rim: Array
+    noise: SensorNoise
+    focal_length: float
+
+    def __post_init__(self) -> None:
+        """Computes what is fixed."""
+        self.rim_shift, self.rim_sd = self.noise.outline_shift, self.noise.outline_sd
+        squares, axes = np.linalg.eigh(self.start.shape_matrix)
+        self.log_sizes = 0.5 * np.log(squares)
         # To first order a size changes by u^T E u, for u along its axis.
-        self._prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
+        self.prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
         for column, (i, j) in enumerate(INDICES):
-            self._prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
-        self._prior[3, NUM_NUMBERS] = 1.0
+            self.prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
+        self.prior[3, NUM_NUMBERS] = 1.0
 
     def compute_residuals(self, numbers: Array) -> Array:
         """Computes residuals (N + K + 4,) at the numbers of ``deform`` and the outline's shift in its SD, (10,)."""
-        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
-        seen = trace_rays(ellipsoid, self._rays, self._focal_length)
-        rim = trace_rays(ellipsoid, self._rim, self._focal_length)
-        shift = self._rim_shift + _SHIFT_SD * numbers[NUM_NUMBERS]
-        in_outline = (rim.outline_distance - shift) / self._rim_sd
-        prior = self._prior @ numbers
-        prior[:3] += (self._log_sizes - np.log(_PRIOR_SIZE)) / _PRIOR_LOG_SD
-        return np.concatenate([(seen.depth - self._depth) / self._sd, in_outline, prior])
+        ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
+        seen = trace_rays(ellipsoid, self.rays, self.focal_length)
+        rim = trace_rays(ellipsoid, self.rim, self.focal_length)
+        shift = self.rim_shift + _SHIFT_SD * numbers[NUM_NUMBERS]
+        in_outline = (rim.outline_distance - shift) / self.rim_sd
+        prior = self.prior @ numbers
+        prior[:3] += (self.log_sizes - np.log(_PRIOR_SIZE)) / _PRIOR_LOG_SD
+        return np.concatenate([(seen.depth - self.depth) / self.sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
         """Computes the residuals' derivatives, (N + K + 4, 10), to first order in the distance from the outline."""
-        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
-        seen = trace_rays(ellipsoid, self._rays, self._focal_length)
-        facing = np.einsum("ni,ni->n", seen.normals, self._rays)
+        ellipsoid = deform(self.start, numbers[:NUM_NUMBERS])
+        seen = trace_rays(ellipsoid, self.rays, self.focal_length)
+        facing = np.einsum("ni,ni->n", seen.normals, self.rays)
         # On the outline depth has no derivative: a ray that just misses is treated as a grazing one.
         facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
-        surface = differentiate_surface(ellipsoid, self._start, numbers, seen)
-        J = np.zeros((len(self._rays) + len(self._rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
-        J[: len(surface), :NUM_NUMBERS] = surface / (-2.0 * facing * self._sd)[:, None]
+        surface = differentiate_surface(self.start, numbers, seen.normals)
+        J = np.zeros((len(self.rays) + len(self.rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
+        J[: len(surface), :NUM_NUMBERS] = surface / (-2.0 * facing * self.sd)[:, None]
         J[len(surface) : -_NUM_PRIORS, :NUM_NUMBERS] = self._differentiate_outline(ellipsoid, numbers)
-        J[len(surface) : -_NUM_PRIORS, NUM_NUMBERS] = -_SHIFT_SD / self._rim_sd
-        J[-_NUM_PRIORS:] = self._prior
+        J[len(surface) : -_NUM_PRIORS, NUM_NUMBERS] = -_SHIFT_SD / self.rim_sd
+        J[-_NUM_PRIORS:] = self.prior
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
         """Differentiates the distances from the outline: the least F along a ray is -(d^T Q d) / alpha."""
-        A, rays = np.linalg.inv(ellipsoid.shape_matrix), self._rim
+        A, rays = np.linalg.inv(ellipsoid.shape_matrix), self.rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac
-        depth = beta / alpha
-        points = rays * depth[:, None]
-        nearest = Sighting(depth, points, (points - ellipsoid.centre) @ A, np.zeros(len(rays)))
+        normals = (rays * (beta / alpha)[:, None] - ellipsoid.centre) @ A
         gradient = beta[:, None] * Ac[:2] - (ellipsoid.centre @ Ac - 1.0) * Ad[:, :2]
-        factor = -0.5 * self._focal_length * alpha / np.linalg.norm(gradient, axis=1) / self._rim_sd
-        derivatives: Array = factor[:, None] * differentiate_surface(ellipsoid, self._start, numbers, nearest)
+        factor = -0.5 * self.focal_length * alpha / np.linalg.norm(gradient, axis=1) / self.rim_sd
+        derivatives: Array = factor[:, None] * differentiate_surface(self.start, numbers, normals)
         return derivatives
