@@ -72,15 +72,10 @@ DENSITY_FLOOR = 10.0
 
 @dataclass(frozen=True)
 class DensityBelief:
-    """Distribution of M densities, [kg/m^3].
+    """Distribution of M densities, [kg/m^3]."""
 
-    Attributes:
-        precision: Precision Lambda of the unrestricted normal distribution, shape (M, M), read-only.
-        information_vector: Information vector eta, shape (M,), read-only.
-    """
-
-    precision: Array
-    information_vector: Array
+    precision: Array  # Lambda of the unrestricted normal distribution, shape (M, M), read-only
+    information_vector: Array  # eta, shape (M,), read-only
 
     def __post_init__(self) -> None:
         """Keeps read-only copies; a precision that is not finite and positive definite raises a BadArgumentError."""

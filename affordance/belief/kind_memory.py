@@ -130,10 +130,8 @@ class KindMemory(Memory):
         scatter_sd = np.full(len(memory.kinds.colours), prior.deviation_sd)
         densities = predict_densities(memory.kinds, chosen, scatter_sd, find_stable(known, chosen))
         columns = tuple(colours.index(memory.colours.index(part.colour)) for part in parts)
-        felt = None
-        if (own := known.felt) is not None:
-            shown = tuple(memory.colours[colour] for colour in colours)
-            felt = FeltObject(shown, own, own.marginalise_deviation(prior.deviation_sd), known.appearance)
+        shown = tuple(memory.colours[colour] for colour in colours)
+        felt = FeltObject.of(shown, known.felt, prior, known.appearance)
         return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns, felt)
 
     def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:

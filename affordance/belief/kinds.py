@@ -25,17 +25,11 @@ class KindPrior(NamedTuple):
 
 
 class Membership(NamedTuple):
-    """Membership of an object in a kind, for one of its colours.
+    """Membership of an object in a kind, for one of its colours."""
 
-    Attributes:
-        kind: Index of the kind.
-        num_lifts: Number n of consecutive last lifts in which the object was of this kind.
-        probability: Probability of this kind after the last of these lifts.
-    """
-
-    kind: int
-    num_lifts: int
-    probability: float
+    kind: int  # index of the kind
+    num_lifts: int  # number n of consecutive last lifts in which the object was of this kind
+    probability: float  # probability of this kind after the last of these lifts
 
 
 class OwnDensities(NamedTuple):
@@ -50,39 +44,25 @@ class OwnDensities(NamedTuple):
 
 
 class KnownObject(NamedTuple):
-    """Object that was lifted before.
+    """Object that was lifted before."""
 
-    Attributes:
-        appearance: Appearance of the object; its parts have the colours of the memory.
-        colours: Indices of its colours, in the order of its columns.
-        memberships: Memberships for each of these colours.
-        own: Own densities of the object.
-        felt: Sum of the likelihoods of its own densities, over the lifts since it has been of these kinds; None if it
-            was never lifted.
-    """
-
-    appearance: Appearance
-    colours: tuple[int, ...]
-    memberships: tuple[Membership, ...]
+    appearance: Appearance  # with the colours of the memory
+    colours: tuple[int, ...]  # indices of its colours, in the order of its columns
+    memberships: tuple[Membership, ...]  # one for each of these colours
     own: OwnDensities = OwnDensities()
+    # Sum of the likelihoods of its own densities, over the lifts since it has been of these kinds; None if it was
+    # never lifted.
     felt: Likelihood | None = None
 
 
 @dataclass(frozen=True)
 class Kinds:
-    """Kinds and their objects.
+    """Kinds and their objects."""
 
-    Attributes:
-        colours: Index of the colour of each of K kinds.
-        belief: Belief about the kinds' mean densities, of size K.
-        objects: Objects that were lifted.
-        priors: Priors of the kinds, K of them.
-    """
-
-    colours: tuple[int, ...] = ()
-    belief: DensityBelief = EMPTY_BELIEF
-    objects: tuple[KnownObject, ...] = ()
-    priors: tuple[KindPrior, ...] = ()
+    colours: tuple[int, ...] = ()  # index of the colour of each of K kinds
+    belief: DensityBelief = EMPTY_BELIEF  # about the kinds' mean densities, of size K
+    objects: tuple[KnownObject, ...] = ()  # those that were lifted
+    priors: tuple[KindPrior, ...] = ()  # one for each of K kinds
 
     def list_of(self, colour: int) -> list[int]:
         """Lists the indices of the kinds of a colour, the oldest first."""

@@ -66,37 +66,23 @@ class GateSettings(NamedTuple):
 
 
 class Hypothesis(NamedTuple):
-    """Hypothesis about the kinds of an object with m colours.
+    """Hypothesis about the kinds of an object with m colours."""
 
-    Attributes:
-        kinds: Index of the kind of each colour.
-        probability: Probability before the lift.
-        densities: Belief about the object's densities under the hypothesis, of size m.
-        founded: Columns whose kind is new and not the first of its colour.
-    """
-
-    kinds: tuple[int, ...]
-    probability: float
-    densities: DensityBelief
-    founded: tuple[int, ...] = ()
+    kinds: tuple[int, ...]  # index of the kind of each colour
+    probability: float  # probability before the lift
+    densities: DensityBelief  # of the object under the hypothesis, of size m
+    founded: tuple[int, ...] = ()  # columns whose kind is new and not the first of its colour
 
 
 class Verdict(NamedTuple):
-    """Verdict on a hypothesis after a lift.
+    """Verdict on a hypothesis after a lift."""
 
-    Attributes:
-        hypothesis: Hypothesis, with the breadth of new kinds evaluated after the lift.
-        probability: Probability after the lift.
-        log_evidence: Log probability density of the measured torques under the hypothesis.
-        likelihood: Likelihood of the object's densities, with the size of errors evaluated under the hypothesis.
-        posterior: Belief about the object's densities after the lift under the hypothesis.
-    """
-
-    hypothesis: Hypothesis
-    probability: float
-    log_evidence: float
+    hypothesis: Hypothesis  # with the breadth of new kinds evaluated after the lift
+    probability: float  # probability after the lift
+    log_evidence: float  # log probability density of the measured torques under the hypothesis
+    # Likelihood of the object's densities, with the size of errors evaluated under the hypothesis.
     likelihood: Likelihood
-    posterior: DensityBelief
+    posterior: DensityBelief  # belief about the object's densities after the lift
 
 
 @dataclass(frozen=True)

@@ -1,29 +1,26 @@
-"""Linear-Gaussian likelihoods of densities."""
+"""Quadratic log likelihoods: of densities, and of the ten inertial parameters of a body."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.objects.inertia import NUM_PARAMETERS
+
+# Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
+SEEN = 1e-12
 
 
 class Likelihood(NamedTuple):
-    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho.
+    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho."""
 
-    Attributes:
-        precision: Precision P, shape (M, M).
-        information_vector: Information vector q, shape (M,).
-        log_constant: Log probability density of the data if all densities are zero.
-        log_peak: Log probability density of data without error, the largest possible, for p-values.
-        num_values: Number of measured values.
-    """
-
-    precision: Array
-    information_vector: Array
-    log_constant: float
-    log_peak: float = np.nan
-    num_values: int = 0
+    precision: Array  # P, shape (M, M)
+    information_vector: Array  # q, shape (M,)
+    log_constant: float  # log probability density of the data if all densities are zero
+    log_peak: float = np.nan  # log probability density of data without error, the largest possible, for p-values
+    num_values: int = 0  # that were measured
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
         """Returns the likelihood of some of the densities, where the others do not matter."""
@@ -63,3 +60,48 @@ class Likelihood(NamedTuple):
             precision = K @ P @ B
             information_vector = K @ (q - deviation_sd**2 * P @ B @ earlier.information_vector)
         return Likelihood(0.5 * (precision + precision.T), information_vector, np.nan)
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Quadratic log likelihood, log L(pi) = -pi^T H pi / 2 + b^T pi + constant."""
+
+    precision: Array  # H, shape (10, 10); may be singular
+    information: Array  # b, shape (10,)
+
+    def widen(self, covariance: Array) -> "Quadratic":
+        """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
+        A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
+        precision = A @ self.precision
+        return Quadratic(0.5 * (precision + precision.T), A @ self.information)
+
+    def restrict(self, Phi: Array) -> Likelihood:
+        """Restricts the quadratic to bodies Phi rho of densities rho, Phi of shape (10, M).
+
+        The constant of the likelihood is that of the parameters that fit best.
+        """
+        H, b = self.precision, self.information
+        values, vectors = np.linalg.eigh(H)
+        seen = values > SEEN * values[-1]
+        distance = float(((vectors.T @ b)[seen] ** 2 / values[seen]).sum())
+        return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
+
+    def change_frame(self, to_here: Array) -> "Quadratic":
+        """Returns the quadratic of the parameters in another frame, from which to_here, (10, 10), leads to these."""
+        precision = to_here.T @ self.precision @ to_here
+        return Quadratic(0.5 * (precision + precision.T), to_here.T @ self.information)
+
+    def find_load(self, pi: Array, covariance: Array) -> Array:
+        """Finds the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
+        missing = self.information - self.precision @ pi
+        load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
+        return load
+
+    def evaluate(self, pi: Array) -> Array:
+        """Computes the value at N points, shape (N, 10), without the constant; shape (N,)."""
+        value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
+        return value
+
+    def about(self, origin: Array) -> "Quadratic":
+        """Returns the quadratic as a function of pi - origin, origin of shape (10,)."""
+        return Quadratic(self.precision, self.information - self.precision @ origin)

@@ -25,16 +25,11 @@ _CERTAIN_SD = 1e-3
 
 
 class HeldObject(NamedTuple):
-    """Object that was held, whose deviation from its materials is the same each time.
+    """Object that was held, whose deviation from its materials is the same each time."""
 
-    Attributes:
-        appearance: Appearance of the object; its parts have the colours of the memory.
-        columns: Indices of its m colours.
-        felt: Sum of the likelihoods of its own densities over all holds, of size m; None if it was never held.
-    """
-
-    appearance: Appearance
-    columns: tuple[int, ...]
+    appearance: Appearance  # with the colours of the memory
+    columns: tuple[int, ...]  # indices of its m colours
+    # Sum of the likelihoods of its own densities over all holds, of size m; None if it was never held.
     felt: Likelihood | None = None
 
 
@@ -129,10 +124,8 @@ class MaterialMemory(Memory):
         known = (held for held in memory.objects if is_same_object(held.appearance, parts))
         at_hand = next(known, HeldObject(tuple(parts), tuple(dict.fromkeys(columns))))
         densities = memory.belief.add_object_variation(prior.deviation_sd)
-        felt = None
-        if (own := at_hand.felt) is not None:
-            colours = tuple(memory.colours[column] for column in at_hand.columns)
-            felt = FeltObject(colours, own, own.marginalise_deviation(prior.deviation_sd), at_hand.appearance)
+        colours = tuple(memory.colours[column] for column in at_hand.columns)
+        felt = FeltObject.of(colours, at_hand.felt, prior, at_hand.appearance)
         return Recollection(replace(memory, at_hand=at_hand), densities, tuple(columns), felt)
 
     def learn(

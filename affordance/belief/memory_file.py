@@ -53,7 +53,7 @@ def find_taught(path: Path, content: Any) -> tuple[str, ...]:
 
 
 def format_memory(memory: Memory) -> str:
-    """Returns the JSON text of a memory."""
+    """Returns the JSON text of a memory; an object recalled but not yet learned from is omitted."""
     if isinstance(memory, KindMemory):
         return json.dumps(to_plain(_format_kinds(memory)))
     assert isinstance(memory, MaterialMemory)
@@ -73,9 +73,7 @@ def parse_memory(text: str | bytes) -> MaterialMemory | KindMemory:
 def begin_memory(known: str, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
     """Returns the memory with which an observer begins: that of a JSON text, or without experience if it is empty.
 
-    Raises:
-        BadArgumentError: The seed is not a seed, or the text is the memory of another learner.
-        BadValueError: The text is not a memory.
+    The memory of another learner, or a seed that is not one, raises a BadArgumentError; other texts a BadValueError.
     """
     start = start_memory(learner, seed, kappa)
     if not known:
@@ -88,7 +86,6 @@ def begin_memory(known: str, learner: Learner, seed: Seed, kappa: float | None =
 
 
 def _format_kinds(memory: KindMemory) -> dict[str, Any]:
-    """Returns the content of a memory with kinds; an object recalled but not yet learned from is omitted."""
     settings, kinds = memory.settings, memory.kinds
     return {
         "gate": settings.gate,
@@ -114,19 +111,20 @@ def _format_kinds(memory: KindMemory) -> dict[str, Any]:
 
 
 def _build_kinds(content: Mapping[str, Any]) -> KindMemory:
-    """Restores a memory with kinds from the content of its JSON text."""
     settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
-    objects = tuple(_read_object(known) for known in content["objects"])
+    objects = tuple(
+        KnownObject(
+            _read_appearance(known),
+            tuple(known["colours"]),
+            tuple(Membership(**membership) for membership in known["memberships"]),
+            OwnDensities(tuple(known["own_columns"]), _read_belief(known["own"])),
+            _read_felt(known),
+        )
+        for known in content["objects"]
+    )
     priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])
     kinds = Kinds(tuple(content["colour_of_kind"]), _read_belief(content["kinds"]), objects, priors)
     return KindMemory(settings, _read_colours(content), kinds, content["num_lifts"])
-
-
-def _read_object(content: Mapping[str, Any]) -> KnownObject:
-    appearance = _read_appearance(content)
-    memberships = tuple(Membership(**membership) for membership in content["memberships"])
-    own = OwnDensities(tuple(content["own_columns"]), _read_belief(content["own"]))
-    return KnownObject(appearance, tuple(content["colours"]), memberships, own, _read_felt(content))
 
 
 def _format_felt(felt: Likelihood | None) -> dict[str, Array] | None:
@@ -143,7 +141,6 @@ def _read_felt(content: Mapping[str, Any]) -> Likelihood | None:
 
 
 def _read_appearance(content: Mapping[str, Any]) -> Appearance:
-    """Restores the appearance of an object."""
     return tuple(_read_part(part) for part in content["appearance"])
 
 
@@ -153,12 +150,10 @@ def _read_part(content: Mapping[str, Any]) -> PartAppearance:
 
 
 def _read_colours(content: Mapping[str, Any]) -> tuple[Colour, ...]:
-    """Restores the colours of a memory."""
     return tuple((float(red), float(green), float(blue)) for red, green, blue in content["colours"])
 
 
 def _read_belief(content: Mapping[str, Any]) -> DensityBelief:
-    """Restores a belief about densities from its precision and information vector."""
     information_vector = np.array(content["information_vector"], dtype=float)
     size = len(information_vector)
     return DensityBelief(np.array(content["precision"], dtype=float).reshape(size, size), information_vector)

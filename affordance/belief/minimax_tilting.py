@@ -31,21 +31,13 @@ _STEP_LENGTHS = 0.5 ** np.arange(15)
 
 
 class TiltedProposal(NamedTuple):
-    """Distribution of proposed points, with coordinates in the order in which they are drawn.
+    """Distribution of proposed points, with coordinates in the order in which they are drawn."""
 
-    Attributes:
-        order: Index of each coordinate in the caller's order, shape (M,).
-        mean: Mean of the unrestricted distribution, shape (M,).
-        root: Cholesky factor L of the covariance, shape (M, M).
-        tilt: Tilt mu, shape (M,).
-        log_bound: Largest possible log weight.
-    """
-
-    order: NDArray[np.intp]
-    mean: Array
-    root: Array
-    tilt: Array
-    log_bound: float
+    order: NDArray[np.intp]  # index of each coordinate in the caller's order, shape (M,)
+    mean: Array  # mean of the unrestricted distribution, shape (M,)
+    root: Array  # Cholesky factor L of the covariance, shape (M, M)
+    tilt: Array  # mu, shape (M,)
+    log_bound: float  # largest possible log weight
 
 
 def compute_mean_excess(t: Array) -> Array:

@@ -29,32 +29,30 @@ _NUM_NODES = 12
 
 
 class FeltObject(NamedTuple):
-    """Object that was held, with the likelihoods of the densities that were felt.
+    """Object that was held, with the likelihoods of the densities that were felt."""
 
-    Attributes:
-        colours: Colours of the object, m of them.
-        own: Likelihood of its own densities, of size m in the order of the colours.
-        shared: Likelihood of its materials' means, which the memory has learned, in the same order.
-        appearance: Appearance of the object; its parts have these colours.
-    """
+    colours: tuple[Colour, ...]  # m of them
+    own: Likelihood  # of its own densities, of size m in the order of the colours
+    shared: Likelihood  # of its materials' means, which the memory has learned, in the same order
+    appearance: Appearance = ()  # with these colours
 
-    colours: tuple[Colour, ...]
-    own: Likelihood
-    shared: Likelihood
-    appearance: Appearance = ()
+    @classmethod
+    def of(
+        cls, colours: tuple[Colour, ...], own: Likelihood | None, prior: Prior, appearance: Appearance
+    ) -> "FeltObject | None":
+        """Returns the object with its own likelihood; None if nothing was felt."""
+        if own is None:
+            return None
+        return cls(colours, own, own.marginalise_deviation(prior.deviation_sd), appearance)
 
 
 class Recollection[M](NamedTuple):
-    """Recalled belief about an object that is seen, with a memory that includes all of its colours.
-
-    Attributes:
-        columns: Index of each part's density among those of the object.
-        felt: Likelihoods that were felt in earlier holds of this object; None if it was never held.
-    """
+    """Recalled belief about an object that is seen, with a memory that includes all of its colours."""
 
     memory: M
     densities: DensityBelief
-    columns: tuple[int, ...]
+    columns: tuple[int, ...]  # index of each part's density among those of the object
+    # Likelihoods that were felt in earlier holds of this object; None if it was never held.
     felt: FeltObject | None = None
 
 

@@ -46,8 +46,7 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
     is about 1e-5.
     """
     log_mass = 0.0
-    for block in _blocks(covariance):
-        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+    for block, block_mean, block_covariance in _split(mean, covariance):
         if len(block) <= _MAX_NESTED:
             log_mass += orthant_quadrature.compute_log_mass(block_mean, block_covariance)
         else:
@@ -63,8 +62,7 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
     coordinates it is at most a few 1e-4 between the quartiles and up to 3e-3 at the outermost hundredth.
     """
     percentiles = np.empty((len(fractions), len(mean)))
-    for block in _blocks(covariance):
-        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+    for block, block_mean, block_covariance in _split(mean, covariance):
         if len(block) == 1:
             sd = np.sqrt(block_covariance[0])
             percentiles[:, block] = sd * compute_excess(block_mean / sd, np.log1p(-fractions))[:, None]
@@ -82,8 +80,7 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
 def compute_mean(mean: Array, covariance: Array) -> Array:
     """Computes the mean of each coordinate, shape (M,), as accurately as percentiles."""
     result = np.empty_like(mean)
-    for block in _blocks(covariance):
-        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+    for block, block_mean, block_covariance in _split(mean, covariance):
         if len(block) == 1:
             sd = np.sqrt(block_covariance[0])
             result[block] = sd * compute_mean_excess(block_mean / sd)
@@ -110,8 +107,8 @@ def draw_samples(
     samples = np.empty((num_samples, len(mean)))
     batch = max(num_samples, _SMALLEST_BATCH)
     even = _spread(len(mean), batch, rng) if is_even else np.empty((0, len(mean)))
-    for block in _blocks(covariance):
-        proposal = build_proposal(mean[block], covariance[np.ix_(block, block)])
+    for block, block_mean, block_covariance in _split(mean, covariance):
+        proposal = build_proposal(block_mean, block_covariance)
         accepted = np.empty((0, len(block)))
         for number in range(_MAX_BATCHES):
             # Drawn coordinate by coordinate, in (0, 1].
@@ -129,13 +126,14 @@ def draw_samples(
     return samples
 
 
-def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
-    """Yields index sets of coordinates that are correlated, directly or through others."""
+def _split(mean: Array, covariance: Array) -> Iterator[tuple[NDArray[np.intp], Array, Array]]:
+    """Yields sets of coordinates that are correlated, directly or through others: indices, mean and covariance."""
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
     reachable = np.linalg.matrix_power(related, len(related))
     for first in np.flatnonzero(~np.tril(reachable, -1).any(axis=1)):
-        yield np.flatnonzero(reachable[first])
+        block = np.flatnonzero(reachable[first])
+        yield block, mean[block], covariance[np.ix_(block, block)]
 
 
 def _spread(num_coordinates: int, num_points: int, rng: np.random.Generator) -> Array:
@@ -184,7 +182,6 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
 
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
-
     # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
     # either end, so missing ones there count as zero.
     between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]

@@ -31,29 +31,17 @@ _HALVINGS = 16
 
 @dataclass(frozen=True, eq=False)
 class BlowCost:
-    """Swings of all tip speeds, and their costs.
-
-    Attributes:
-        nail: Nail to be driven.
-        force: Demanded peak of the nail's resistance, [N].
-        target: Point that is struck, and the point of the tool that strikes it.
-        swings: Swings in the order of increasing tip speed.
-        speeds: Tip speeds of the swings, (K,), [m/s].
-        masses: Effective masses at the strikes.
-        motions: Costs of the swings.
-        joint_names: Names of the arm's joints.
-        infeasible_reason: Reason why no swing strikes the nail, whatever the tool's inertia; empty if one does.
-    """
+    """Swings of all tip speeds, and their costs."""
 
     nail: Nail
-    force: float
-    target: Target
-    swings: tuple[Swing, ...]
-    speeds: Array
-    masses: tuple[EffectiveMass, ...]
-    motions: tuple[MotionCost, ...]
+    force: float  # demanded peak of the nail's resistance, [N]
+    target: Target  # point that is struck, and the point of the tool that strikes it
+    swings: tuple[Swing, ...]  # in the order of increasing tip speed
+    speeds: Array  # of the tips, (K,), [m/s]
+    masses: tuple[EffectiveMass, ...]  # at the strikes
+    motions: tuple[MotionCost, ...]  # costs of the swings
     joint_names: tuple[str, ...]
-    infeasible_reason: str
+    infeasible_reason: str  # reason why no swing strikes the nail, whatever the tool's inertia; empty if one does
 
     @property
     def q_start(self) -> Array:

@@ -1,17 +1,17 @@
 """Carrying: the grip follows a path in the world W, while the tool keeps its orientation."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from affordance.arrays import Array
-from affordance.choice.motion_cost import MotionCost, describe_limit, plan_motion
+from affordance.choice.motion_cost import MotionCost
+from affordance.choice.reach import PathTask
 from affordance.control.carrying import Carrying
-from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, PathEntry, TimedPath
-from affordance.exceptions import NoPlanError
+from affordance.control.timed_path import PathEntry
 from affordance.files.constraints import Within, check_fields
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
@@ -22,59 +22,26 @@ _TILT = Within(1e-3, 1.5)
 
 
 @dataclass(frozen=True)
-class Carry:
-    """Task of following a path with the grip, the tool held as at the start, for any tool.
+class Carry(PathTask):
+    """Task of following a path with the grip, the tool held as at the start, for any tool."""
 
-    Attributes:
-        path: Path of the grip.
-        tilt: Largest admissible turn of the tool from its first orientation, [rad].
-    """
-
-    path: TimedPath
-    tilt: Annotated[float, _TILT] = 0.1
+    tilt: Annotated[float, _TILT] = 0.1  # largest admissible turn of the tool from its first orientation, [rad]
 
     def __post_init__(self) -> None:
-        """Checks the number.
-
-        Raises:
-            BadArgumentError: The tilt is out of bounds.
-        """
+        """Raises a BadArgumentError if the tilt is out of bounds."""
         check_fields(self)
 
-    @property
-    def duration(self) -> float:
-        """Duration of the path, [s]."""
-        return self.path.duration
-
-    def list_easier(self) -> "Iterator[tuple[Carry, str]]":
-        """Lists easier tasks, each with what is easier: mirrored, slower, smaller."""
-        for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
-            if words:
-                yield replace(self, path=path), words
-
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the task of the controller, and sets the model to rest at its start.
-
-        Raises:
-            AffordanceError: The arm cannot take the start posture.
-        """
+        """Builds the task of the controller, and sets the model to rest at its start."""
         q_start = model.arm.find_posture(dict(self.path.start))
         model.set_posture(q_start)
         X_WH: Array = model.compute_hand_pose().GetAsMatrix4()
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same for all tools, and returns its costs at any inertia.
-
-        Raises:
-            NoPlanError: The controller finds no plan.
-            AffordanceError: The arm cannot take the start posture.
-        """
+        """Plans the motion, the same for all tools; without a posture or a plan an AffordanceError is raised."""
         carrying = self.begin(model)
-        try:
-            motion = plan_motion(model, carrying, duration=self.duration, settings=settings)
-        except NoPlanError as found:
-            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
+        motion = self.plan(model, carrying, settings)
         found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)
         asked = np.array([carrying.compute_reference(motion.control_period * k)[0] for k in range(len(motion.q))])
         errors = np.linalg.norm(found_motion.p_WT - asked, axis=1)
@@ -86,8 +53,7 @@ class Carry:
             row = int(np.argmax(tilts))
             reason = f"turns the tool by {tilts.max():.3g} rad, must turn it by at most {self.tilt:g} rad"
         if reason:
-            place = self.path.name_nearest_point(row * motion.control_period)
-            reason = f"{reason}: near {place}, {describe_limit(model.arm, motion, row)}"
+            reason = f"{reason}: {self.describe_place(model, motion, row)}"
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
 

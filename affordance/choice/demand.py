@@ -18,17 +18,12 @@ _CHUNK = 2000
 
 
 class Demand(NamedTuple):
-    """Greatest demands of a motion under each of S inertias.
+    """Greatest demands of a motion under each of S inertias."""
 
-    Attributes:
-        loads: Largest torque of each joint relative to its limit, (num_joints, S); zero for a joint without limit.
-        force: Largest force that the hand exerts on the tool, (S,), [N].
-        moment: Largest moment about the grip that the hand exerts on the tool, (S,), [N m].
-    """
-
+    # Largest torque of each joint relative to its limit, (num_joints, S); zero for a joint without limit.
     loads: Array
-    force: Array
-    moment: Array
+    force: Array  # largest force that the hand exerts on the tool, (S,), [N]
+    moment: Array  # largest moment about the grip that the hand exerts on the tool, (S,), [N m]
 
     @classmethod
     def of_nothing(cls, num_joints: int, num_samples: int) -> "Demand":

@@ -71,11 +71,7 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state.
-
-        Raises:
-            AffordanceError: The arm cannot take the start posture.
-        """
+        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state."""
         return find_target(
             model,
             parts,
@@ -87,12 +83,8 @@ class Hammer:
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
         """Plans swings of increasing tip speed, up to that which a massless tool would need.
 
-        They do not depend on the tool's inertia. If there are none, the result has a reason.
-
-        Args:
-            model: Model of the arm; its state and payload are changed.
-            parts: Parts of the tool, posed relative to the hand.
-            settings: Settings of the controller.
+        They do not depend on the tool's inertia. If there are none, the result has a reason. State and payload of
+        the model are changed.
         """
         target = self.find_target(model, parts)
         swings, infeasible_reason = _plan_swings(model, target, self)
@@ -126,11 +118,7 @@ class _BlowEntry(DataModel):
 
     @model_validator(mode="after")
     def check_place(self) -> Self:
-        """Refuses a blow without direction, and one that starts beyond the nail.
-
-        Raises:
-            PydanticCustomError: The direction is too short, or the head is not ahead of the striking point.
-        """
+        """Refuses a blow without direction, and one that starts beyond the nail."""
         direction = np.array(self.direction)
         length = float(np.linalg.norm(direction))
         if length < _MIN_LENGTH:
@@ -229,10 +217,8 @@ def plan_strike(
 ) -> Strike:
     """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
 
-    Peak resistance, [N], and true nail are those that were planned for unless given.
-
-    Raises:
-        AffordanceError: No swing is fast enough.
+    Peak resistance, [N], and true nail are those that were planned for unless given. If no swing is fast enough an
+    AffordanceError is raised.
     """
     if planned.infeasible_reason:
         raise AffordanceError(planned.infeasible_reason)
@@ -250,11 +236,7 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails.
-
-    Raises:
-        AffordanceError: No swing within position and velocity limits strikes as demanded.
-    """
+    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails."""
     if guess is not None:
         with contextlib.suppress(AffordanceError):
             return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)

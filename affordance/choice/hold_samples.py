@@ -33,20 +33,13 @@ _MOST_LOG_ODDS = 500.0
 
 
 class Suspicion(NamedTuple):
-    """Hypothesis that one object is odd.
-
-    Attributes:
-        name: Name of the object.
-        columns: Columns of its materials.
-        belief: Belief about materials without it.
-        weight: Odds of the hypothesis against that of no odd object.
-        shared: Likelihood of the means by which the object contributed to the belief; None for a learner with kinds.
-    """
+    """Hypothesis that one object is odd."""
 
     name: str
-    columns: tuple[int, ...]
-    belief: DensityBelief
-    weight: float
+    columns: tuple[int, ...]  # columns of its materials
+    belief: DensityBelief  # about materials, without it
+    weight: float  # odds of the hypothesis against that of no odd object
+    # Likelihood of the means by which the object contributed to the belief; None for a learner with kinds.
     shared: Likelihood | None = None
 
     def leave_out(self, belief: DensityBelief) -> DensityBelief | None:
@@ -77,9 +70,10 @@ class HoldSamples:
         for parts in objects.values():
             memory = memory.recall([part.appearance for part in parts], prior).memory
         self._memory = memory
-        self._columns = {}
+        self._columns: dict[str, list[int]] = {}
+        self._colours: dict[str, list[Colour]] = {}
         for name, parts in objects.items():
-            self._columns[name] = self._find_columns(parts)
+            self._columns[name], self._colours[name] = self._recognise(parts)
         if isinstance(memory, KindMemory):
             self._belief = memory.kinds.belief
             self.common = [memory.kinds.find_most_populous(colour) for colour in range(len(memory.colours))]
@@ -159,14 +153,16 @@ class HoldSamples:
         """Returns True if one of the named objects has a material of a suspicious one."""
         return any(set(suspicion.columns) & set(self._columns[name]) for name in names)
 
-    def _find_columns(self, parts: Sequence[ComponentFeatures]) -> list[int]:
-        """Finds the column of each part: its colour's, or that of the kind which the object is taken to be of."""
+    def _recognise(self, parts: Sequence[ComponentFeatures]) -> tuple[list[int], list[Colour]]:
+        """Finds the column of each part, its colour's or its kind's, and known colours in the order of columns."""
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
-        if not isinstance(recollection.memory, KindMemory):
-            return list(recollection.columns)
-        assert recollection.memory.at_hand is not None  # as it was just recalled
-        kinds = [membership.kind for membership in recollection.memory.at_hand.known.memberships]
-        return [kinds[column] for column in recollection.columns]
+        memory, columns = recollection.memory, recollection.columns
+        if not isinstance(memory, KindMemory):
+            return list(columns), [memory.colours[column] for column in dict.fromkeys(columns)]
+        assert memory.at_hand is not None  # as it was just recalled
+        known = memory.at_hand.known
+        colours = [memory.colours[known.colours[column]] for column in dict.fromkeys(columns)]
+        return [known.memberships[column].kind for column in columns], colours
 
     def _find_felt(self, name: str) -> Likelihood | None:
         """Finds what was felt of an object, in the order of its materials; None if nothing was.
@@ -176,13 +172,7 @@ class HoldSamples:
         felt = self._felt.get(name)
         if felt is None:
             return None
-        recollection = self._memory.recall([part.appearance for part in self._objects[name]], self._prior)
-        memory = recollection.memory
-        known = memory.colours
-        if isinstance(memory, KindMemory):
-            assert memory.at_hand is not None  # as it was just recalled
-            known = tuple(memory.colours[colour] for colour in memory.at_hand.known.colours)
-        colours = [known[column] for column in dict.fromkeys(recollection.columns)]
+        colours = self._colours[name]
         places = [find_colour_index(felt.colours, colour) for colour in colours]
         if len(colours) != len(felt.colours) or None in places:
             return None

@@ -46,19 +46,13 @@ _MOST_AHEAD = 4
 
 
 class PossibleHold(NamedTuple):
-    """Object that may be held still, with what would be felt.
-
-    Attributes:
-        name: Name of the object.
-        geometry: Geometry of the object in the hand, a column for each of the M colours of the memory.
-        densities: Samples of its own densities, (S, M), [kg/m^3].
-        errors: Samples of the errors of its geometry, in standard deviations, (S, G); those of an object that is an
-            option too are the option's, so that a hold tells of its form.
-    """
+    """Object that may be held still, with what would be felt."""
 
     name: str
-    geometry: Geometry
-    densities: Array
+    geometry: Geometry  # in the hand, a column for each of the M colours of the memory
+    densities: Array  # samples of its own densities, (S, M), [kg/m^3]
+    # Samples of the errors of its geometry, in standard deviations, (S, G); those of an object that is an option too
+    # are the option's, so that a hold tells of its form.
     errors: Array
 
     def compute_load(self, static: StaticHold) -> Array:
@@ -72,21 +66,13 @@ class PossibleHold(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """Choice among k options, with their costs under each of S samples.
-
-    Attributes:
-        name: Name of the task.
-        options: Names of the options.
-        cost: Costs, (k, S).
-        feasible: True where an option is feasible, (k, S).
-        uses: Number of times that the task is to be done.
-    """
+    """Choice among k options, with their costs under each of S samples."""
 
     name: str
     options: tuple[str, ...]
-    cost: Array
-    feasible: NDArray[np.bool_]
-    uses: float = 1.0
+    cost: Array  # (k, S)
+    feasible: NDArray[np.bool_]  # True where an option is feasible, (k, S)
+    uses: float = 1.0  # number of times that the task is to be done
 
     def price_failure(self) -> float:
         """Prices a sample with which an option is infeasible: twice the mean of the dearest option; 0 if none can."""
@@ -122,18 +108,12 @@ class Decision(NamedTuple):
 
 
 class Worth(NamedTuple):
-    """Worth of a hold.
+    """Worth of a hold."""
 
-    Attributes:
-        worths: Worth for each decision, once, at least 0, (D,), in the unit of its cost.
-        se: Standard error of the sum over decisions and uses, as of independent samples; of evenly spread ones it is
-            less.
-        p_best_after: Probability of being the cheapest that the chosen option is expected to have then, (D,).
-    """
-
-    worths: Array
+    worths: Array  # worth for each decision, once, at least 0, (D,), in the unit of its cost
+    # Standard error of the sum over decisions and uses, as of independent samples; of evenly spread ones it is less.
     se: float
-    p_best_after: Array
+    p_best_after: Array  # probability of being the cheapest that the chosen option is expected to have then, (D,)
 
 
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:

@@ -43,20 +43,14 @@ class OptionCost(Protocol):
 
 
 class Draws(NamedTuple):
-    """Samples of a belief about N objects of M colours.
+    """Samples of a belief about N objects of M colours."""
 
-    Attributes:
-        colours: Colours of all densities, M.
-        densities: Densities of each object's parts by their colour, (S, N, M), [kg/m^3]; objects in the order in
-            which the options name them.
-        used: True where an object has parts of a colour, (N, M).
-        parameters: Inertial parameters of all options, (options, S, 10).
-    """
-
-    colours: tuple[Colour, ...]
+    colours: tuple[Colour, ...]  # of all densities, M
+    # Densities of each object's parts by their colour, (S, N, M), [kg/m^3]; objects in the order in which the options
+    # name them.
     densities: Array
-    used: NDArray[np.bool_]
-    parameters: Array
+    used: NDArray[np.bool_]  # True where an object has parts of a colour, (N, M)
+    parameters: Array  # inertial parameters of all options, (options, S, 10)
 
 
 @runtime_checkable
@@ -68,12 +62,7 @@ class TaskCostModel(Protocol):
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
-    """Plans a task with every option.
-
-    Raises:
-        AffordanceError: There is no option, two have the same name, or no motion could be planned.
-        ModelFileError: The arm cannot be loaded.
-    """
+    """Plans a task with every option; if no motion could be planned with one an AffordanceError is raised."""
     model = ArmModel(load_arm(settings.arm))
     return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
 
@@ -88,11 +77,7 @@ class Choice:
     """
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
-        """Stores the options and the cost of the task with each.
-
-        Raises:
-            AffordanceError: There is no option, or two have the same name.
-        """
+        """Stores options, at least one and each of another name, else an AffordanceError, and the task's costs."""
         names = [option.name for option in options]
         if not names or len(set(names)) < len(names):
             raise AffordanceError(f"options are {names}, must be at least one and each of another name")
@@ -120,7 +105,7 @@ class Choice:
             errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
             drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
         used = np.array([geometry.Phi.any(axis=0) for geometry in geometries.values()])
-        return Draws(memory.colours, rho, used, self._grip(drawn))
+        return Draws(memory.colours, rho, used, self.grip(drawn))
 
     def add_colours(self, memory: Memory) -> Memory:
         """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
@@ -138,7 +123,7 @@ class Choice:
             centre, covariance = met.belief.untruncated_mean, met.belief.covariance
             gain = np.linalg.solve(covariance[:given, :given], covariance[:given, given:])
             rho = np.hstack([rho, centre[given:] + (rho - centre[:given]) @ gain])
-        return self._grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
+        return self.grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
         """Computes the costs of all options, arrays (options, S), for parameters of shape (options, S, 10)."""
@@ -164,7 +149,7 @@ class Choice:
             for object_name, features in self._features.items()
         }
 
-    def _grip(self, parameters: Mapping[str, Array]) -> Array:
+    def grip(self, parameters: Mapping[str, Array]) -> Array:
         """Returns the parameters of all options, (options, S, 10), from those of the objects in their frames."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

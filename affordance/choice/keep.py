@@ -21,22 +21,13 @@ _DURATION = Within(0.05, 3600.0)
 
 @dataclass(frozen=True)
 class Keep:
-    """Task of holding a tool still, for any tool; it takes no work, only torque.
+    """Task of holding a tool still, for any tool; it takes no work, only torque."""
 
-    Attributes:
-        duration: Duration of the hold, [s].
-        posture: Angles by joint, [rad], of the joints that are not in the arm's home posture.
-    """
-
-    duration: Annotated[float, _DURATION]
-    posture: Start = ()
+    duration: Annotated[float, _DURATION]  # [s]
+    posture: Start = ()  # angles by joint, [rad], of the joints that are not in the arm's home posture
 
     def __post_init__(self) -> None:
-        """Checks the number.
-
-        Raises:
-            BadArgumentError: The duration is out of bounds.
-        """
+        """Raises a BadArgumentError if the duration is out of bounds."""
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:

@@ -34,36 +34,23 @@ _NEAR, _SHARE = 0.02, 0.98
 
 
 class PlannedMotion(NamedTuple):
-    """Motion of K control periods, each of constant joint acceleration.
+    """Motion of K control periods, each of constant joint acceleration."""
 
-    Attributes:
-        control_period: Control period, [s].
-        q: Joint angles at the beginning of each period, (K, num_joints), [rad].
-        v: Joint rates at the beginning of each period, (K, num_joints), [rad/s].
-        vdot: Joint accelerations over each period, (K, num_joints), [rad/s^2].
-    """
-
-    control_period: float
-    q: Array
-    v: Array
-    vdot: Array
+    control_period: float  # [s]
+    q: Array  # joint angles at the beginning of each period, (K, num_joints), [rad]
+    v: Array  # joint rates at the beginning of each period, (K, num_joints), [rad/s]
+    vdot: Array  # joint accelerations over each period, (K, num_joints), [rad/s^2]
 
 
 class Costs(NamedTuple):
-    """Costs of a motion under each of S inertias.
+    """Costs of a motion under each of S inertias."""
 
-    Attributes:
-        work: Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking counts
-            like driving, and nothing is recovered.
-        effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
-        feasible: True where the motion does the task and every torque keeps its limit, (S,).
-        cost: Cost by the measure of the settings, by which options are compared, (S,); the work by default.
-    """
-
+    # Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking counts like
+    # driving, and nothing is recovered.
     work: Array
-    effort: Array
-    feasible: NDArray[np.bool_]
-    cost: Array
+    effort: Array  # integral of |tau|^2 dt, (S,), [N^2 m^2 s]
+    feasible: NDArray[np.bool_]  # True where the motion does the task and every torque keeps its limit, (S,)
+    cost: Array  # cost by the measure of the settings, by which options are compared, (S,); the work by default
 
     @classmethod
     def of_nothing(cls, num_samples: int) -> "Costs":
@@ -84,10 +71,7 @@ class Load(NamedTuple):
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
     """Rolls the controller out, from rest at the start of the task, on the double integrator that it plans with.
 
-    Torque limits are ignored.
-
-    Raises:
-        NoPlanError: The controller finds no plan.
+    Torque limits are ignored. If the controller finds no plan a NoPlanError is raised.
     """
     unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
     limits = model.arm.shrink_limits(settings.angle_margin, task.q_start)._replace(tau_max=unbounded)
@@ -243,12 +227,8 @@ def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
     """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion logged every control period.
 
-    Torque is constant over a control period, and velocities are almost linear in time over it.
-
-    Args:
-        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row is ignored.
-        v: Joint velocities, (N, num_joints), [rad/s].
-        control_period: Time between two rows, [s].
+    Torque is constant over a control period, and velocities are almost linear in time over it. Torques, [N m], are
+    those over the period that ends at each time, so that the first row is ignored; all are (N, num_joints).
     """
     rates = np.abs(v)
     mean_rates = 0.5 * (rates[1:] + rates[:-1])

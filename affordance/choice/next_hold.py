@@ -24,7 +24,6 @@ from affordance.choice.inner_simulation import Choice
 from affordance.choice.pricing import GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
-from affordance.objects.inertia import build_transform_map
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
@@ -43,17 +42,11 @@ _SAMPLES = Whole(100, 1_000_000)
 
 
 class Question(NamedTuple):
-    """Task that is to be done, and the options for it.
-
-    Attributes:
-        name: Name of the task.
-        choice: Planned options.
-        uses: Number of times that the task is to be done.
-    """
+    """Task that is to be done, and the options for it."""
 
     name: str
     choice: Choice
-    uses: float = 1.0
+    uses: float = 1.0  # number of times that the task is to be done
 
 
 def advise_hold(
@@ -191,13 +184,7 @@ def _decide(question: Question, samples: HoldSamples, criterion: Criterion, boun
             geometry = samples.build_geometry(option.object_name)
             own, errors = samples.draw_own(option.object_name), samples.draw_errors(option.object_name)
             parameters[option.object_name] = geometry.compute_parameters(own, errors)
-    pi = np.array(
-        [
-            parameters[option.object_name] @ build_transform_map(np.linalg.inv(option.X_TG)).T
-            for option in question.choice.options
-        ]
-    )
-    costs, _ = price_options(question.choice, pi, criterion, bounds)
+    costs, _ = price_options(question.choice, question.choice.grip(parameters), criterion, bounds)
     names = tuple(option.name for option in question.choice.options)
     return Decision(question.name, names, costs.cost, costs.feasible, question.uses)
 

@@ -26,11 +26,7 @@ class Option:
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Checks the pose and keeps a read-only copy of it.
-
-        Raises:
-            BadArgumentError: The pose scales or mirrors.
-        """
+        """Keeps a read-only copy of the pose; one that scales or mirrors raises a BadArgumentError."""
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
     def __repr__(self) -> str:

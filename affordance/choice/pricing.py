@@ -72,25 +72,15 @@ _UNKNOWN = Amount(np.nan, np.nan, np.nan)
 
 
 class Amounts(NamedTuple):
-    """Costs and greatest demands of an option; demands are NaN where they were not asked for.
+    """Costs and greatest demands of an option; demands are NaN where they were not asked for."""
 
-    Attributes:
-        work: Absolute work of the joints, [J].
-        effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        cost: Cost by the criterion, in its unit.
-        margin: Highest share of a joint's torque limit, [1].
-        force: Peak force at the grip, [N].
-        moment: Peak moment about the grip, [N m].
-        joint: Name of the joint with the highest share of its torque limit.
-    """
-
-    work: Amount
-    effort: Amount
-    cost: Amount
-    margin: Amount = _UNKNOWN
-    force: Amount = _UNKNOWN
-    moment: Amount = _UNKNOWN
-    joint: str = ""
+    work: Amount  # absolute work of the joints, [J]
+    effort: Amount  # integral of |tau|^2 dt, [N^2 m^2 s]
+    cost: Amount  # cost by the criterion, in its unit
+    margin: Amount = _UNKNOWN  # highest share of a joint's torque limit, [1]
+    force: Amount = _UNKNOWN  # peak force at the grip, [N]
+    moment: Amount = _UNKNOWN  # peak moment about the grip, [N m]
+    joint: str = ""  # name of the joint with the highest share of its torque limit
 
     @classmethod
     def of(cls, costs: Costs, demand: Demand | None, joint_names: Sequence[str]) -> "Amounts":
@@ -120,14 +110,10 @@ class Amounts(NamedTuple):
 def price_options(
     choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
 ) -> tuple[Costs, Demand | None]:
-    """Computes the costs by a criterion, and the demands, of all options.
+    """Computes the costs by a criterion, and the demands, of all options at inertial parameters (options, S, 10).
 
-    Args:
-        choice: Planned options.
-        pi: Inertial parameters, (options, S, 10).
-        criterion: Criterion by which options are compared.
-        bounds: Largest wrench that the gripper holds. With None it holds everything, and demands, which take more
-            than half of the time, are computed only for a criterion that is about them.
+    Without bounds the gripper holds everything, and demands, which take more than half of the time, are computed only
+    for a criterion that is about them.
     """
     costs = choice.compute_costs(pi)
     if bounds is None and not criterion.is_peak:
@@ -142,12 +128,7 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with every option, once in a process; options with which nothing can be planned cost infinitely.
-
-    Raises:
-        AffordanceError: There is no option, or two have the same name.
-        ModelFileError: The arm cannot be loaded.
-    """
+    """Plans a task with every option, once in a process; those with which nothing can be planned cost infinitely."""
     arm = load_arm(settings.arm)
     return Choice(options, [plan_once(task, option.gripped, settings, arm) for option in options], settings)
 

@@ -212,11 +212,7 @@ def rank_options(
     criterion: Criterion = Criterion.WORK,
     bounds: GripBounds | None = None,
 ) -> Ranking:
-    """Ranks options whose motions are already planned; see ``rank``.
-
-    Raises:
-        BadArgumentError: num_samples is out of bounds, or min_feasibility is not a probability.
-    """
+    """Ranks options whose motions are already planned; see ``rank``."""
     _check_sampling(num_samples, min_feasibility)
     draws = choice.draw(memory, rng, num_samples)
     return rank_draws(choice, draws, rng, min_feasibility, criterion=criterion, bounds=bounds, by_lot=True)

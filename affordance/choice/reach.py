@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.choice.motion_cost import MotionCost, PlannedMotion, describe_limit, plan_motion
 from affordance.control.path_following import PathFollowing
+from affordance.control.task import Task
 from affordance.control.timed_path import EASIER_PACES, EASIER_SIZES, TimedPath
 from affordance.exceptions import AffordanceError, NoPlanError
 from affordance.objects.tool import PosedShape, find_free_end
@@ -22,39 +24,47 @@ _NUM_CHECKED = 21
 
 
 @dataclass(frozen=True)
-class Reach:
-    """Task of following a path with the tool's free end F, from the start posture, for any tool."""
+class PathTask:
+    """Task of following a path from the start posture, for any tool."""
 
     path: TimedPath
-
-    def __post_init__(self) -> None:
-        """Checks the type of the path.
-
-        Raises:
-            BadArgumentError: The path is not a TimedPath.
-        """
-        check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
 
     @property
     def duration(self) -> float:
         """Duration of the path, [s]."""
         return self.path.duration
 
-    def list_easier(self) -> "Iterator[tuple[Reach, str]]":
+    def list_easier(self) -> Iterator[tuple[Self, str]]:
         """Lists easier tasks, each with what is easier: mirrored, slower, smaller."""
         for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
             if words:
                 yield replace(self, path=path), words
 
-    def begin(self, model: ArmModel, p_TF: Array) -> "PathFollowing":
-        """Builds the path-following task for one tool.
+    def plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
+        """Plans the motion; a NoPlanError names the nearest point of the path."""
+        try:
+            return plan_motion(model, following, duration=self.duration, settings=settings)
+        except NoPlanError as found:
+            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
 
-        Args:
-            model: Model of the arm; its state is set to rest at the start of the task.
-            p_TF: Position of the tool's free end, shape (3,), [m].
+    def describe_place(self, model: ArmModel, motion: PlannedMotion, row: int) -> str:
+        """Describes a row of a motion: the nearest point of the path, and which joint is at a limit."""
+        place = self.path.name_nearest_point(row * motion.control_period)
+        return f"near {place}, {describe_limit(model.arm, motion, row)}"
 
-        Raises:
-            AffordanceError: The arm cannot take the start posture, or loses rank there.
+
+@dataclass(frozen=True)
+class Reach(PathTask):
+    """Task of following a path with the tool's free end F, from the start posture, for any tool."""
+
+    def __post_init__(self) -> None:
+        """Raises a BadArgumentError if the path is not a TimedPath."""
+        check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
+
+    def begin(self, model: ArmModel, p_TF: Array) -> PathFollowing:
+        """Builds the path-following task for a tool's free end, (3,), [m], and sets the model to rest at its start.
+
+        An arm that cannot take the start posture, or loses rank there, is an AffordanceError.
         """
         q_start = model.arm.find_posture(dict(self.path.start))
         if problem := describe_rank_loss(model, q_start, p_TF):
@@ -70,11 +80,6 @@ class Reach:
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
         """Plans the motion, which does not depend on the tool's inertia, and returns its costs at any inertia.
 
-        Args:
-            model: Model of the arm; its state is changed.
-            parts: Parts of the tool, posed relative to the hand.
-            settings: Settings of the controller.
-
         Raises:
             NoPlanError: The controller finds no plan.
             AffordanceError: The arm cannot take the start posture, or loses rank there.
@@ -84,18 +89,13 @@ class Reach:
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
         """Plans the motion for all tools with the free end F, p_TF of shape (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
-        try:
-            motion = plan_motion(model, following, duration=self.duration, settings=settings)
-        except NoPlanError as found:
-            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
+        motion = self.plan(model, following, settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.control_period * k for k in range(len(motion.q))])
         errors = np.linalg.norm(places - asked, axis=1)
         reason = self.path.describe_error(float(errors.max()))
         if reason:
-            row = int(np.argmax(errors))
-            place = self.path.name_nearest_point(row * motion.control_period)
-            reason = f"{reason}: near {place}, {describe_limit(model.arm, motion, row)}"
+            reason = f"{reason}: {self.describe_place(model, motion, int(np.argmax(errors)))}"
         reason = reason or self._find_rank_loss(model, motion, p_TF)
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 

@@ -22,49 +22,30 @@ _PEAK = 0.95
 
 
 class Share(NamedTuple):
-    """Share of one material in the uncertainty of the difference of two options' costs.
+    """Share of one material in the uncertainty of the difference of two options' costs."""
 
-    Attributes:
-        colour: Colour by which the material is known.
-        share: Share of the variance that its density explains, [1]; negative where materials act against each other.
-    """
-
-    colour: Colour
+    colour: Colour  # colour by which the material is known
+    # Share of the variance that its density explains, [1]; negative where materials act against each other.
     share: float
 
 
 class Turn(NamedTuple):
-    """Density of one material from which on another option would be chosen, all others being as believed.
+    """Density of one material from which on another option would be chosen, all others being as believed."""
 
-    Attributes:
-        colour: Colour by which the material is known.
-        density: Density at which the choice changes, [kg/m^3].
-        above: True if it changes above this density, false if below.
-        probability: Probability of such a density under the belief.
-        option: Index of the option that would then be chosen.
-    """
-
-    colour: Colour
-    density: float
-    above: bool
-    probability: float
-    option: int
+    colour: Colour  # colour by which the material is known
+    density: float  # density at which the choice changes, [kg/m^3]
+    above: bool  # True if it changes above this density, false if below
+    probability: float  # probability of such a density under the belief
+    option: int  # index of the option that would then be chosen
 
 
 class Reasons(NamedTuple):
-    """Reasons of a choice.
+    """Reasons of a choice."""
 
-    Attributes:
-        rival: Index of the option that is most probably the cheapest other than the chosen one.
-        shares: Shares of the materials, the largest first.
-        rest: Share of all else: errors of shape, and what is not linear in the densities.
-        turns: Densities that would change the choice, the most probable first.
-    """
-
-    rival: int
-    shares: tuple[Share, ...]
-    rest: float
-    turns: tuple[Turn, ...]
+    rival: int  # index of the option that is most probably the cheapest other than the chosen one
+    shares: tuple[Share, ...]  # of the materials, the largest first
+    rest: float  # share of all else: errors of shape, and what is not linear in the densities
+    turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first
 
 
 def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:

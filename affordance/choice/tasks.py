@@ -35,21 +35,11 @@ def list_tasks(models: Path) -> tuple[str, ...]:
 
 
 def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
-    """Loads a task of a folder of models by its name.
-
-    Args:
-        models: Folder of models.
-        name: Name of the task.
-        arm: Arm that is to do it; None to leave unchecked whether it can take the task's posture.
-
-    Raises:
-        BadValueError: There is no such task, its file is invalid, or names a joint or an angle that the arm has not;
-            the message names file, key and fault.
-    """
+    """Loads a task of a folder of models by its name; see ``load_task_file``."""
     names = list_tasks(models)
     if name not in names:
         raise BadValueError(models, "task", describe_choice(name, names))
-    return _check(models / TASK_FILES[name], _build(models / TASK_FILES[name], default=name), arm)
+    return _load(models / TASK_FILES[name], name, arm)
 
 
 def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
@@ -63,12 +53,12 @@ def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
         BadValueError: The file or one of its values is invalid, it says no kind, or it names a joint or an angle that
             the arm has not; the message names file, key and fault.
     """
-    path = check_path("path", path)
-    return _check(path, _build(path, default=None), arm)
+    return _load(check_path("path", path), None, arm)
 
 
-def _check(path: Path, task: TaskCostModel, arm: Arm | None) -> TaskCostModel:
-    """Returns a task of a file, whose posture the arm can take."""
+def _load(path: Path, default: str | None, arm: Arm | None) -> TaskCostModel:
+    """Loads the task of a file, whose posture the arm can take; a default is the kind of a file that says none."""
+    task = _build(path, default)
     if arm is not None:
         match task:
             case Reach() | Carry():
@@ -80,8 +70,7 @@ def _check(path: Path, task: TaskCostModel, arm: Arm | None) -> TaskCostModel:
     return task
 
 
-def _build(path: Path, *, default: str | None) -> TaskCostModel:
-    """Builds the task of a file; a default is the kind of a file that says none."""
+def _build(path: Path, default: str | None) -> TaskCostModel:
     content = read_yaml(path)
     if isinstance(content, Mapping):
         kind = content.get(_KIND, default)

@@ -15,8 +15,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.likelihood import Likelihood
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.trial_evidence import BODY, TrialEvidence
 from affordance.objects.appearance import PartAppearance
@@ -26,18 +25,12 @@ from affordance.proprioception.fixed_point import find_fixed_point
 
 
 class ObjectSum(NamedTuple):
-    """Sum of the evidence about one object.
+    """Sum of the evidence about one object."""
 
-    Attributes:
-        columns: Index of the material of each part.
-        geometry: Geometry of the parts, as seen in the first trial.
-        body: Sum over the trials, a quadratic of the ten parameters.
-        means: Sum over trials that are about means of materials: precision (P, P) and information vector (P,).
-    """
-
-    columns: tuple[int, ...]
-    geometry: Geometry
-    body: Quadratic
+    columns: tuple[int, ...]  # index of the material of each part
+    geometry: Geometry  # of the parts, as seen in the first trial
+    body: Quadratic  # sum over the trials, a quadratic of the ten parameters
+    # Sum over trials that are about means of materials: precision (P, P) and information vector (P,).
     means: tuple[Array, Array]
 
     @classmethod

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
 

@@ -52,15 +52,10 @@ def build_identified_trial(
 
 
 class Lesson(NamedTuple):
-    """Memory after a trial.
+    """Memory after a trial."""
 
-    Attributes:
-        memory: Memory as recalled.
-        is_new: True if the trial was not in it before.
-    """
-
-    memory: Memory
-    is_new: bool
+    memory: Memory  # as recalled
+    is_new: bool  # True if the trial was not in it before
 
 
 def teach(
@@ -71,14 +66,10 @@ def teach(
     known: str = "",
     same_colours: SameColours = (),
 ) -> Lesson:
-    """Appends a trial to a lasting memory, and recalls it.
+    """Appends a trial to the lasting memory of a place, and recalls it.
 
-    Args:
-        place: Memory that learns.
-        trial: Trial to be learned from.
-        prior: Prior of densities.
-        known: Another memory that is merged into it first; empty, or not existing yet, if there is none.
-        same_colours: Pairs of colours, of which the memory's second is read as the first.
+    Another, known memory is merged into it first, if it exists. Of the pairs of colours that count as one, the
+    memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
 

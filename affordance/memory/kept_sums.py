@@ -15,7 +15,7 @@ from sqlalchemy import Connection, delete, insert, select
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Quadratic
 from affordance.files.atomic import to_plain
 from affordance.memory.evidence_sums import MaterialSum, ObjectSum
 from affordance.memory.stored_trials import list_things, read_thing
@@ -35,7 +35,7 @@ class KeptSums:
     """Sums for one prior, as they are kept in a ledger, and the ids of the trials in which colours were first met."""
 
     def __init__(self, materials: MaterialSum, founders: Sequence[str] = ()) -> None:
-        """Stores the sums."""
+        """Takes the sums."""
         self.materials = materials
         self.founders = list(founders)
 
@@ -152,11 +152,7 @@ def find_wrong(connection: Connection, trials: Mapping[str, Sequence[TrialEviden
 
 
 def read_sums(connection: Connection, name: str = "") -> dict[str, KeptSums]:
-    """Reads the sums that are kept, for a prior of this name or all, by the name of the prior.
-
-    Raises:
-        DamagedSumsError: They are not what was written.
-    """
+    """Reads the sums that are kept, for a prior of this name or all, by its name; damaged ones are an error."""
     query = select(MATERIALS)
     if name:
         query = query.where(MATERIALS.c.prior == name)

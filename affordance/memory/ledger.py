@@ -27,6 +27,7 @@ from affordance.memory.same_colours import SameColours, translate
 from affordance.memory.stored_trials import (
     ALL,
     Appended,
+    Looks,
     Selection,
     check_trials,
     delete_trials,
@@ -143,13 +144,10 @@ class Ledger:
             return replay(trials, start_memory(learner, seed), prior)
         if same_colours:
             return _build_memory(self._sum(prior, same_colours))
-        with connect(self._engine, self.place, writes=False) as connection:
-            try:
-                sums = read_sums(connection, name_prior(prior)).get(name_prior(prior))
-            except DamagedSumsError:
-                sums = None
-        materials = self._keep_sums(prior) if sums is None else sums.materials
-        return _build_memory(materials)
+        with connect(self._engine, self.place, writes=False) as connection, suppress(DamagedSumsError):
+            if sums := read_sums(connection, name_prior(prior)):
+                return _build_memory(sums[name_prior(prior)].materials)
+        return _build_memory(self._keep_sums(prior))
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
         """Lists trials in the order of their times, those of a selection or all.
@@ -179,10 +177,10 @@ class Ledger:
         if not same_colours:
             yield from ((thing, self.list_thing_trials(thing)) for thing in self.list_things())
             return
-        looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+        looks: Looks = {}
         things: dict[str, list[TrialEvidence]] = {}
         for trial in translate(self.list_trials(), same_colours, self.place):
-            things.setdefault(name_thing(looks.setdefault(trial.object_name, []), trial), []).append(trial)
+            things.setdefault(name_thing(looks, trial), []).append(trial)
         yield from things.items()
 
     def count_of_other_arms(self, robot: str, fingerprint: str = "") -> int:

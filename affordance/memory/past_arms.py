@@ -6,12 +6,9 @@ from collections.abc import Callable
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts the trials of a memory by a robot of this name with an arm of another fingerprint.
+    """Counts the trials of a memory by a robot of this name with an arm of another fingerprint; 0 without a memory.
 
-    Args:
-        place: Memory; one that does not exist yet has no trials.
-        robot: Name of the robot.
-        recognise: Function that computes the fingerprint of its present arm, called if there are trials of this name.
+    The fingerprint of its present arm is computed by the given function if there are trials of this name.
     """
     from affordance.memory.ledger import has_memory, open_memory
 

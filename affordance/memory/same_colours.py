@@ -18,13 +18,8 @@ type SameColours = Sequence[tuple[Colour, Colour]]
 def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None) -> list[tuple[Colour, Colour]]:
     """Joins pairs, chains and circles of them too, to pairs of a colour that represents all and another one.
 
-    Args:
-        pairs: Pairs of colours that count as one.
-        at_hand: Colours of materials by name, each of which represents what counts as one with it; otherwise the
-            colour that is named first does.
-
-    Raises:
-        BadValueError: Two colours of a pair look the same, or two colours at hand would count as one.
+    Colours of materials at hand, by name, represent what counts as one with them; otherwise the colour that is named
+    first does. A pair that looks the same, or two colours at hand that would count as one, raise a BadValueError.
     """
     groups: list[list[Colour]] = []
     for pair in pairs:
@@ -50,14 +45,10 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
 
 
 def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place: Path | str) -> list[TrialEvidence]:
-    """Translates the colours of trials' parts; a BadValueError is raised if a pair's second colour is in none.
+    """Translates the colours of the parts of all trials of a memory, the second of each pair to the first.
 
     Colours of the records that are of no pair are materials too, for which a part that is like a pair's may be taken.
-
-    Args:
-        trials: All trials of a memory.
-        same_colours: Pairs of colours, of which the second is read as the first.
-        place: Memory, which the message names.
+    A BadValueError, which names the memory's place, is raised if a pair's second colour is in no trial.
     """
     pairs = join_colours(same_colours)
     named = [*dict.fromkeys(one for one, _ in pairs), *(other for _, other in pairs)]

@@ -41,11 +41,7 @@ class Selection(NamedTuple):
     trial: str = ""
 
     def narrow(self, query: Select[Any]) -> Select[Any]:
-        """Returns a query of trials that is restricted to the selected ones.
-
-        Raises:
-            BadArgumentError: A time is invalid, or the id of a trial is too short.
-        """
+        """Restricts a query of trials; an invalid time or the short id of a trial raises a BadArgumentError."""
         if self.trial and len(self.trial) < _SHORTEST_ID:
             raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
         if self.robot:
@@ -62,6 +58,9 @@ class Selection(NamedTuple):
 
 
 ALL = Selection()
+
+# Names of the things of each object's name, with the first trial of each, in the order in which they were met.
+type Looks = dict[str, list[tuple[str, TrialEvidence]]]
 
 
 class Appended(NamedTuple):
@@ -109,18 +108,18 @@ def insert_trials(
 ) -> tuple[list[str], bool, set[str]]:
     """Inserts trials in the order of their times.
 
-    Returns: The thing of each trial, True if no thing is met earlier than before, and the names whose things must be
-        named anew, as looks are met earlier.
+    Returns the thing of each trial, True if no thing is met earlier than before, and the names whose things must be
+    named anew, as looks are met earlier.
     """
     latest = select(_ORDER).order_by(TRIALS.c.time.desc(), TRIALS.c.id.desc()).limit(1)
     last, is_settled = connection.execute(latest).scalar() or "", True
-    looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+    looks: Looks = {}
     unsettled: set[str] = set()
     rows = []
     for trial in trials:
         if trial.object_name not in looks:
             looks[trial.object_name] = _read_looks(connection, trial.object_name, place)
-        thing = name_thing(looks[trial.object_name], trial)
+        thing = name_thing(looks, trial)
         first = dict(looks[trial.object_name])[thing]
         if get_order(trial) <= (last if first is trial else get_order(first)):
             is_settled = False
@@ -144,7 +143,7 @@ def delete_trials(connection: Connection, ids: Sequence[str]) -> set[str]:
 
 def name_things(connection: Connection, object_name: str, place: Path | str) -> None:
     """Names the things of all trials of an object's name anew, in the order of their times."""
-    looks: list[tuple[str, TrialEvidence]] = []
+    looks: Looks = {}
     query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.object == object_name).order_by(_ORDER)
     for row in connection.execute(query).all():
         thing = name_thing(looks, read_trial(place, row.id, row.content))
@@ -181,7 +180,7 @@ def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], 
     faults: list[str] = []
     unknown: set[str] = set()
     trials: dict[str, list[TrialEvidence]] = {}
-    looks: dict[str, list[tuple[str, TrialEvidence]]] = {}
+    looks: Looks = {}
     query = select(TRIALS).order_by(TRIALS.c.time, TRIALS.c.id)
     for row in connection.execution_options(yield_per=BATCH).execute(query):
         try:
@@ -190,7 +189,7 @@ def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], 
             faults.append(str(error))
             unknown.add(row.object)
             continue
-        thing = name_thing(looks.setdefault(trial.object_name, []), trial)
+        thing = name_thing(looks, trial)
         trials.setdefault(thing, []).append(trial)
         faults += [
             f"{place}: trial {row.id}: column {key} is {getattr(row, key)!r}, must be {value!r}, as in the record"
@@ -228,11 +227,12 @@ def _read_looks(connection: Connection, object_name: str, place: Path | str) -> 
     return [(row.thing, read_trial(place, row.id, row.content)) for row in connection.execute(query.order_by(_ORDER))]
 
 
-def name_thing(looks: list[tuple[str, TrialEvidence]], trial: TrialEvidence) -> str:
+def name_thing(looks: Looks, trial: TrialEvidence) -> str:
     """Returns the name of the thing that a trial is about, and adds its look if it is a new one."""
-    for thing, first in looks:
+    met = looks.setdefault(trial.object_name, [])
+    for thing, first in met:
         if is_same_object(first.parts, trial.parts):
             return thing
-    thing = trial.object_name if not looks else f"{trial.object_name} #{len(looks) + 1}"
-    looks.append((thing, trial))
+    thing = trial.object_name if not met else f"{trial.object_name} #{len(met) + 1}"
+    met.append((thing, trial))
     return thing

@@ -75,11 +75,7 @@ MATERIALS = Table(
 
 
 def open_database(place: Path | str, *, create: bool) -> Engine:
-    """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new.
-
-    Raises:
-        BadValueError: It does not exist, is of another program or version, or cannot be reached.
-    """
+    """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new."""
     if (path := find_file(place)) is not None:
         check_file(path, create)
     try:

@@ -94,11 +94,9 @@ class TrialEvidence:
     program: str = __version__
 
     def __post_init__(self) -> None:
-        """Checks kinds, shapes and values.
+        """Raises a BadArgumentError for wrong kinds, shapes, and values.
 
-        Raises:
-            BadArgumentError: A value is not finite or out of bounds, a shape does not fit, or the precision of the
-                likelihood is not symmetric and positive semidefinite.
+        The precision of the likelihood must be symmetric and positive semidefinite.
         """
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from affordance.choice import carry, hammer, reach
+from affordance.choice import hammer, reach
 from affordance.control import swing
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.exceptions import AffordanceError
@@ -28,7 +28,7 @@ def keep_plans(folder: Path) -> Iterator[None]:
     """Lets tasks plan their swings and motions once, for all processes that share a folder."""
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
-        for module, name in ((hammer, "plan_swing"), (reach, "plan_motion"), (carry, "plan_motion")):
+        for module, name in ((hammer, "plan_swing"), (reach, "plan_motion")):
             patch.setattr(module, name, _keep(getattr(module, name), folder))
         yield
 

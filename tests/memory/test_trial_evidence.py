@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from helpers.trials import PLAIN, STEEL, WOOD, hold
 
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Quadratic
 from affordance.exceptions import BadArgumentError
 from affordance.memory.felt_models import PayloadQuadratic, pack
 from affordance.memory.stored_trials import parse_trial

@@ -8,7 +8,7 @@ others, and added to every identification as a phantom payload: a mass of unknow
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Quadratic
 from affordance.identification.evidence.joint_statistics import ChannelSamples
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.objects.inertia import NUM_PARAMETERS

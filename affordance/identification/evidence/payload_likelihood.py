@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.quadratic import SEEN, Quadratic
+from affordance.belief.likelihood import SEEN, Quadratic
 from affordance.identification.evidence.joint_statistics import FRICTION, LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
 from affordance.objects.inertia import NUM_PARAMETERS
 

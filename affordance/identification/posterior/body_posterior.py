@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Quadratic
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
 from affordance.identification.posterior.body_proposal import Proposal
 from affordance.identification.posterior.log_cholesky import (

@@ -14,9 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
-from affordance.belief.quadratic import Quadratic
 from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, factor
 from affordance.identification.posterior.body_posterior import WeightedBodies, normalise

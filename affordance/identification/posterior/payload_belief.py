@@ -7,9 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
-from affordance.belief.quadratic import Quadratic
 from affordance.files.html_table import build_table
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.payload_formats import PayloadSetting

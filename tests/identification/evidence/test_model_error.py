@@ -3,7 +3,7 @@ import pytest
 from helpers.generated_runs import Truth, generate_run
 from numpy.testing import assert_allclose
 
-from affordance.belief.quadratic import Quadratic
+from affordance.belief.likelihood import Quadratic
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.fitted_arm import CELL, ArmRegression
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
