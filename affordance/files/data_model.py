@@ -38,10 +38,10 @@ def check_content[M: BaseModel](path: Path, key: str, content: Any, model: type[
     try:
         return model.model_validate(content)
     except ValidationError as error:
-        raise _translate(path, key, content, model, error) from error
+        raise _translate(path, key, model, error) from error
 
 
-def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error: ValidationError) -> BadValueError:
+def _translate(path: Path, key: str, model: type[BaseModel], error: ValidationError) -> BadValueError:
     """Converts pydantic's first error to a BadValueError."""
     first, *_ = found = error.errors(include_url=False)
     place = list(first["loc"])
