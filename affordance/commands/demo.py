@@ -9,7 +9,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 
 _FOLDER = MODELS / "demo"
-# Recordings of one piece of stock, held by the paper's arm in simulation (studies/loop/demo.py).
+# Recordings of one piece of stock, held by the paper's arm in simulation (studies/loop/record.py).
 EMPTY, LOADED = _FOLDER / "empty.csv", _FOLDER / "bar_of_oak.csv"
 ARM_FILE = MODELS / "arm.dmd.yaml"
 STOCK, PIECE = MODELS / "workshop" / "blanks.yaml", "bar of oak"

@@ -125,7 +125,5 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
 
 
 STUDY = Study(
-    HELP="what to hold next before tools are chosen, how to move while weighing, and when to stop",
-    add_arguments=add_arguments,
-    plan=plan,
+    "what to hold next before tools are chosen, how to move while weighing, and when to stop", add_arguments, plan
 )

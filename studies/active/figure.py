@@ -26,9 +26,7 @@ def draw_rules(worlds: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Figure:
             right.errorbar(places, share, np.abs(ends.T - share), capsize=2.0, **style)
             regret.plot(places, found["regret_J"], **style)
         right.axhline(0.95, color="0.7", linewidth=0.8)
-        right.set_ylim(0.0, 1.02)
-        right.set_ylabel("share of right choices")
-        right.set_title(world)
+        right.set(ylim=(0.0, 1.02), ylabel="share of right choices", title=world)
         regret.set_ylabel("regret, sum of all choices (J)")
         regret.set_yscale("symlog", linthresh=0.01)
         for axes in (right, regret):

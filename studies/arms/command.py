@@ -85,9 +85,4 @@ def count(found: Found) -> dict[str, Any]:
     }
 
 
-STUDY = Study(
-    HELP="the paper's claims on the arms of the wheel example-robot-data",
-    add_arguments=add_arguments,
-    plan=plan,
-    folder="",
-)
+STUDY = Study("the paper's claims on the arms of the wheel example-robot-data", add_arguments, plan, folder="")

@@ -86,7 +86,4 @@ def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: 
 
 
 def _finish(axes: Axes, x_label: str, y_label: str) -> None:
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(y_label)
+    axes.set(xscale="log", yscale="log", xlabel=x_label, ylabel=y_label)

@@ -51,8 +51,7 @@ def draw_errors(
         axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.yaxis.set_minor_formatter(NullFormatter())
-        axes.set_xlabel(label)
-        axes.set_ylabel("error of the mass (g); thin: stated")
+        axes.set(xlabel=label, ylabel="error of the mass (g); thin: stated")
     all_axes[0].legend(frameon=False)
     tidy(*all_axes)
     return figure

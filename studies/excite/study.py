@@ -9,11 +9,20 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import list_densities
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.robots.robot import Robot
+from affordance.settings import Settings
 from studies.excite import motions, posewise
 from studies.excite.figure import draw_errors
-from studies.excite.weighing import weigh_in_postures
 from studies.recorded.clones import LBIPE_OBJECTS, load_panda, load_ur10e, load_weighed_objects
 from studies.study import run_kept
+
+_TOOL = "claw hammer"
+NUM_POSTURES = 200
 
 
 def check_recordings(data: Path) -> None:
@@ -79,3 +88,33 @@ def describe(
         "predicted_over_stated": float(np.mean([each["predicted_over_stated"] for each in arms.values()])),
         "excite": {"poses": poses, **arms},
     }
+
+
+def weigh_in_postures(num_postures: int = NUM_POSTURES, seed: int = 0) -> dict[str, Any]:
+    """Computes the standard deviation of a hammer's mass by one hold in random postures, [g].
+
+    Its form is known, the densities of its parts are not.
+    """
+    robot, noise = Robot(), WeberNoise()
+    tools = {each.name: each for each in load_tools(MODELS / "workshop" / "tools.yaml", load_materials(MATERIALS))}
+    tool = next(iter(tools[_TOOL].list_gripped().values()))
+    pi, densities = tool.parameters, list_densities([tool])
+    Phi = np.array(
+        [
+            (tool.with_densities({**densities, colour: 2.0 * density}).parameters - pi) / density
+            for colour, density in densities.items()
+        ]
+    ).T
+    limits = robot.limits
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(limits.q_lower, limits.q_upper, (num_postures, len(robot.home)))
+    q = np.concatenate([robot.home[None], q])
+    rest = np.zeros_like(q)
+    Y = robot.chain.compute_payload_regressors(q, rest, rest)
+    torque = robot.chain.compute_arm_torques(q, rest, rest) + Y @ pi
+    A = (Y @ Phi) / np.sqrt(noise.threshold**2 + (noise.weber_fraction * torque) ** 2)[..., None]
+    prior = np.eye(len(densities)) / Settings().prior.sd ** 2
+    covariance = np.linalg.inv(A.transpose(0, 2, 1) @ A + prior)
+    sd = 1e3 * np.sqrt(np.einsum("i,nij,j->n", Phi[0], covariance, Phi[0]))
+    sd = np.where((np.abs(torque) <= limits.tau_max).all(axis=1), sd, np.inf)
+    return {"home_g": sd[0], "median_g": np.median(sd[1:]), "best_g": sd[1:].min(), "over_home": sd[1:].min() / sd[0]}

@@ -30,8 +30,8 @@ def _work(experiment: ChoiceExperiment, planned: ChoicePlan, jobs: int, folder: 
 
 
 STUDY = Study(
-    HELP="forces at which the cheaper grip changes, blows on another nail, and swings by other criteria",
-    add_arguments=add_arguments,
-    plan=plan,
+    "forces at which the cheaper grip changes, blows on another nail, and swings by other criteria",
+    add_arguments,
+    plan,
     refused={("learner", "noise", "feature_source"): "blows are studied with what is true"},
 )

@@ -113,8 +113,7 @@ def draw_map(
         path_effects=halo,
         zorder=4.0,
     )
-    axes.set_xlabel("demanded force (N)")
-    axes.set_ylabel(fold(value_label, 40))
+    axes.set(xlabel="demanded force (N)", ylabel=fold(value_label, 40))
     axes.set_title(fold(title, _LEGEND_WIDTH), fontsize=FONT_SIZE)
     if handles:
         figure.legend(handles=handles, frameon=False, loc="outside lower center", ncols=2)

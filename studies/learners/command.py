@@ -76,8 +76,8 @@ def _print_differences(numbers: dict[str, Any]) -> None:
 
 
 STUDY = Study(
-    HELP="run the paper's simulations with each learner, and lift the decoy of Simulation I again",
-    add_arguments=add_arguments,
-    plan=plan,
+    "run the paper's simulations with each learner, and lift the decoy of Simulation I again",
+    add_arguments,
+    plan,
     refused={("learner",): "every learner is simulated"},
 )

@@ -13,11 +13,10 @@ from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.robots.kept import open_robot
 from studies.arms.robots import ROBOTS, Robot, find_folder
-from studies.loop.demo import write_demo
 from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import measure_ledger
-from studies.loop.record import print_recorded
+from studies.loop.record import print_recorded, write_demo
 from studies.loop.recordings import MOTORS, TORQUE_SENSORS
 from studies.loop.study import (
     LoopConfig,
@@ -111,7 +110,7 @@ def execute_choices(config: LoopConfig, criterion: Criterion) -> dict[str, Any]:
 
 
 STUDY = Study(
-    HELP="the whole loop on imported robots: recordings of stock, a lasting memory, tools chosen and judged",
-    add_arguments=add_arguments,
-    plan=plan,
+    "the whole loop on imported robots: recordings of stock, a lasting memory, tools chosen and judged",
+    add_arguments,
+    plan,
 )

@@ -7,11 +7,10 @@ import numpy as np
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer
-from affordance.choice.options import Option
 from affordance.choice.ranking import rank_draws
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.objects.tool import Tool, list_densities
+from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
@@ -27,11 +26,12 @@ def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> di
         and ``travel_m``; of a reach ``error_m``, the largest distance of the free end from its path, and tolerance.
     """
     found: dict[str, Any] = {}
+    tools = {tool.name: tool for tool in bench.tools}
     for name, task in bench.tasks.items():
         choice, rng = bench.choices[name], np.random.default_rng(seed)
         ranking = rank_draws(choice, choice.draw(memory, rng, _SAMPLES), rng, criterion=criterion)
         option = ranking.ranked[0].option
-        tool = _grip(bench, option)
+        tool = tools[option.object_name].list_gripped()[option.grip]
         if isinstance(task, Hammer):
             planned = task.build_cost(ArmModel(bench.robot.arm), tool.components, bench.settings)
             try:
@@ -45,8 +45,3 @@ def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> di
             motion = roll_out(tool, task, list_densities([tool]), bench.settings)
             found[name] = {"option": option.name, "error_m": motion.error, "tolerance_m": task.path.tolerance}
     return found
-
-
-def _grip(bench: Bench, option: Option) -> Tool:
-    tool = next(tool for tool in bench.tools if tool.name == option.object_name)
-    return tool.gripped_by(next(grip for grip in tool.grips if grip.name == option.grip))

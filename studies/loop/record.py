@@ -1,15 +1,17 @@
-"""Recordings of pieces of stock on disk, as a user's logs.
+"""Recordings of pieces of stock on disk, as a user's logs, and those that come with the package.
 
 For each piece two CSV files, the motion with an empty hand and with the piece, and a YAML file that describes them.
 """
 
+import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from affordance.cli import main as run_command
+from affordance.commands.demo import EMPTY, LOADED, PIECE, STOCK, TRIALS
 from affordance.files.atomic import write_text
-from affordance.files.model_folder import MODELS
 from affordance.identification.recording.run import Run
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -17,9 +19,14 @@ from affordance.plant.load import HAND_FRAME
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
 from studies.loop.lives import draw_truth
-from studies.loop.recordings import Signals, build_recorder
+from studies.loop.recordings import TORQUE_SENSORS, Signals, build_recorder
 
-STOCK = MODELS / "workshop" / "blanks.yaml"
+_SEED = 0
+# Smaller errors than those of a robot, as shares of the torque limits: a human arm is strong for its weight, and
+# errors in proportion to its limits would hide the load.
+_SIGNALS = TORQUE_SENSORS._replace(friction=(0.0005, 0.0005, 0.0005), noise_sd=0.0005)
+# Of the rows of the first 8 s every second one: 50 Hz.
+_ROWS, _STEP = 800, 2
 
 
 class Recorded(NamedTuple):
@@ -63,4 +70,23 @@ def print_recorded(robot: Path, folder: Path, signals: Signals, seed: int) -> in
     """Records the stock on the robot in a folder of models, and prints true masses; returns exit status 0."""
     for name, piece in record_stock(Robot.load(robot), folder, signals, seed).items():
         print(f"{name}: truly {piece.mass:.3f} kg: {piece.loaded}")
+    return 0
+
+
+def write_demo() -> int:
+    """Records stock on the paper's arm for ``identify --demo`` and ``rank --demo``; returns exit status 0."""
+    with tempfile.TemporaryDirectory() as folder:
+        memory = Path(folder) / "demo.sqlite"
+        recorded = record_stock(Robot.load(), Path(folder), _SIGNALS, _SEED)
+        for name, piece in recorded.items():
+            words = ["--empty", piece.empty, "--loaded", piece.loaded, "--object", STOCK, "--object-name", name]
+            words += ["--size-error", 0.02, "--unseen", 0.02, "--memory", memory]
+            run_command(["identify", str(Robot.load().folder / "arm.dmd.yaml"), *map(str, words)])
+        TRIALS.parent.mkdir(exist_ok=True)
+        run_command(["memory", "export", str(memory), str(TRIALS)])
+        for path, target in ((recorded[PIECE].empty, EMPTY), (recorded[PIECE].loaded, LOADED)):
+            header, *rows = path.read_text(encoding="utf-8").splitlines()
+            write_text(target, "\n".join([header, *rows[:_ROWS:_STEP]]) + "\n")
+            write_text(target.with_suffix(".yaml"), path.with_suffix(".yaml").read_text(encoding="utf-8"))
+        print(f"the {PIECE} truly weighs {np.round(recorded[PIECE].mass, 3)} kg")
     return 0

@@ -41,8 +41,8 @@ def plan(arguments: argparse.Namespace) -> Task:
 
 
 STUDY = Study(
-    HELP="break the program in randomly drawn places and see whether the tests notice; fills docs/mutants.md",
-    add_arguments=add_arguments,
-    plan=plan,
+    "break the program in randomly drawn places and see whether the tests notice; fills docs/mutants.md",
+    add_arguments,
+    plan,
     on_one_thread=True,
 )

@@ -89,9 +89,9 @@ def _print_fit(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
 
 
 STUDY = Study(
-    HELP="fit kappa, the breadth of a category, to Linear+ and Linear++",
-    add_arguments=add_arguments,
-    plan=plan,
+    "fit kappa, the breadth of a category, to Linear+ and Linear++",
+    add_arguments,
+    plan,
     folder="kappa",
     refused={("learner",): "kappa is fitted to every learner with kinds"},
 )

@@ -17,8 +17,7 @@ def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Fig
         left.errorbar(fit.kappas, mean, error, fmt="o-", color=colour, markersize=4.0, capsize=2.0, label=label)
         left.axhline(found.mean, color=colour, linewidth=1.0, linestyle="--")
         left.axhspan(found.low, found.high, color=colour, alpha=0.12, linewidth=0.0)
-    left.set_xlabel("kappa, breadth of a category over its mean")
-    left.set_ylabel("learned fraction f")
+    left.set(xlabel="kappa, breadth of a category over its mean", ylabel="learned fraction f")
     left.set_title("Simulated; people dashed, with 95 % interval", fontsize=FONT_SIZE)
     left.legend(frameon=False)
     right.plot(fit.grid, fit.log_likelihood, color="#000000", linewidth=1.6)
@@ -26,9 +25,11 @@ def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Fig
     right.axvline(fit.kappa, color="#000000", linewidth=0.8, linestyle="--")
     for axes in (left, right):
         axes.axvspan(fit.low, fit.high, color="#888888", alpha=0.15, linewidth=0.0)
-    right.set_ylim(max(-8.0, float(fit.log_likelihood.min()) - 0.5), 0.5)
-    right.set_xlabel("kappa")
-    right.set_ylabel("log likelihood less its largest value")
+    right.set(
+        ylim=(max(-8.0, float(fit.log_likelihood.min()) - 0.5), 0.5),
+        xlabel="kappa",
+        ylabel="log likelihood less its largest value",
+    )
     right.set_title(f"kappa = {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", fontsize=FONT_SIZE)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)
     tidy(left, right)

@@ -69,12 +69,10 @@ def _work(
     prepared = prepare(panda.empty, settings)
     nominal = build_nominal_gains(panda.robot.joint_names, SignalKind.JOINT_TORQUE, settings)
     noise = fit_empty_arm(panda.robot, [prepared], [prepared.signal], nominal, settings).least_variance
-    few = replace(settings, num_samples=1000)
-    coverage = measure_coverage(panda.robot, prepared, noise, few, num_draws=arguments.repeats, seed=seed)
-    classes = measure_class_coverage(
-        panda.robot, prepared, noise, replace(settings, num_samples=4000), num_draws=arguments.repeats // 2, seed=seed
-    )
-    world = World(panda.robot, prepared, noise, few)
+    world = World(panda.robot, prepared, noise, replace(settings, num_samples=1000))
+    coverage = measure_coverage(world, num_draws=arguments.repeats, seed=seed)
+    many = replace(world, settings=replace(settings, num_samples=4000))
+    classes = measure_class_coverage(many, num_draws=arguments.repeats // 2, seed=seed)
     sizes = measure_seen_sizes(world, num_draws=arguments.repeats // 2, seed=seed)
     known = ur10e.gains.with_drift(settings)
     mistakes, tried = study_mistakes(pair, known, settings)
@@ -148,8 +146,4 @@ def flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
-STUDY = Study(
-    HELP="identify what real robots held, by recordings in clones of public repositories",
-    add_arguments=add_arguments,
-    plan=plan,
-)
+STUDY = Study("identify what real robots held, by recordings in clones of public repositories", add_arguments, plan)

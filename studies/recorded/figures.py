@@ -57,9 +57,7 @@ def draw_injections(result: PandaResult) -> Figure:
         sd = 1e3 * TO_90 * float(np.median(each.sd[:, 0]))
         left.axhline(sd, color=colour, linewidth=0.8, linestyle="--")
         left.axhline(-sd, color=colour, linewidth=0.8, linestyle="--")
-    left.set_xscale("log")
-    left.set_xlabel("true mass (kg)")
-    left.set_ylabel("error of the mass (g)")
+    left.set(xscale="log", xlabel="true mass (kg)", ylabel="error of the mass (g)")
     left.set_title("Errors; dashed: half of the median 90 % interval", fontsize=FONT_SIZE)
     left.legend(frameon=False, title="window")
     bars = {f"{length} s": float(each.inside[:, 0].mean()) for length, each in result.injections.items()}

@@ -4,6 +4,7 @@ An injected payload passes through no sensor, so gains are exact here; all else 
 arm is fitted outside the window in which a payload is identified, with half a second of guard on either side.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -13,7 +14,7 @@ from tqdm import tqdm
 from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.fitted_arm import CELL, FittedArm
-from affordance.identification.evidence.gains import Gains, build_nominal_gains
+from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.identification.payload_claim import judge_claim
 from affordance.identification.payload_formats import PayloadSetting
@@ -112,12 +113,11 @@ class _PandaStudy:
 
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
         """Identifies random payloads in windows of a length, [s]."""
-        rng = np.random.default_rng((seed, length))
         truths, means, sds, inside, phantoms, claims = [], [], [], [], [], []
-        for _ in tqdm(range(num_injections), desc=f"Panda, {length} s", unit="payload"):
-            first = int(rng.integers(self.count_windows(length)))
-            payload = draw_payload(rng, _MASSES).parameters
-            evidence, phantom = self._build_evidence(first, length, payload, settings)
+        drawn = self._draw(length, settings, num_injections, seed)
+        for payload, evidence, phantom in tqdm(
+            drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections
+        ):
             if not settings.correlated_noise:
                 evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
             belief = infer(evidence, self._gains, settings=settings)
@@ -137,21 +137,22 @@ class _PandaStudy:
 
         The payloads and windows are those of ``inject``.
         """
-        rng = np.random.default_rng((seed, length))
         found = []
-        for _ in range(num_injections):
-            first = int(rng.integers(self.count_windows(length)))
-            payload = draw_payload(rng, _MASSES).parameters
-            evidence, _ = self._build_evidence(first, length, payload, IdentificationSettings())
+        for payload, evidence, _ in self._draw(length, IdentificationSettings(), num_injections, seed):
             estimate = solve_least_squares(evidence, self._gains)
             error = estimate.parameters[0] - payload[0]
             found.append([error, float(abs(error) <= TO_90 * estimate.mass_sd)])
         return np.array(found)
 
-    @property
-    def gains(self) -> Gains:
-        """Exact gains."""
-        return self._gains
+    def _draw(
+        self, length: int, settings: IdentificationSettings, num_injections: int, seed: int
+    ) -> Iterator[tuple[Array, Evidence, float]]:
+        """Draws payloads, (10,), each with its evidence in a random window, and the phantom mass, [kg]."""
+        rng = np.random.default_rng((seed, length))
+        for _ in range(num_injections):
+            first = int(rng.integers(self.count_windows(length)))
+            payload = draw_payload(rng, _MASSES).parameters
+            yield payload, *self._build_evidence(first, length, payload, settings)
 
     def _build_evidence(
         self, first: int, length: int, payload: Array, settings: IdentificationSettings

@@ -4,6 +4,7 @@ Bodies drawn from the prior, and seen objects with an unseen lump, are held in w
 friction and errors are drawn from the likelihood, so that the posterior alone is tested.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,35 +68,11 @@ class World:
         return PayloadLikelihood(compute_statistics(samples, rows), known, self.variance)
 
 
-def measure_coverage(
-    robot: SerialChain,
-    prepared: PreparedRun,
-    variance: Array,
-    settings: IdentificationSettings,
-    *,
-    num_draws: int,
-    seed: int,
-) -> dict[str, Any]:
-    """Measures coverage of 90 % intervals; the keys are those of metrics.json.
-
-    Args:
-        robot: Chain of the arm.
-        prepared: Motion of the arm.
-        variance: Long-run variance of each joint's error, shape (n,).
-        settings: Settings of nuisance parameters and samples.
-        num_draws: Number of bodies of each kind.
-        seed: Seed of all draws.
-    """
-    world = World(robot, prepared, variance, settings)
+def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
+    """Measures coverage of 90 % intervals, by bodies of each kind; the keys are those of metrics.json."""
     solid = SolidPrior.for_hand()
     rng = np.random.default_rng((seed, 1))
-    inside = []
-    for _ in tqdm(range(num_draws), desc="own prior", unit="body"):
-        pi = solid.draw_parameters(rng, 1)[0]
-        likelihood = world.hold(pi, rng)
-        bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, settings.num_samples)
-        inside.append(_find_inside(bodies, pi))
-    coverage = np.mean(inside, axis=0)
+    coverage = _cover(world, lambda rng: solid.draw_parameters(rng, 1)[0], rng, num_draws, "own prior")
     rng = np.random.default_rng((seed, 2))
     hidden = [_hide_and_find(world, rng) for _ in tqdm(range(num_draws), desc="hidden part", unit="object")]
     return {
@@ -108,34 +85,31 @@ def measure_coverage(
     }
 
 
-def measure_class_coverage(
-    robot: SerialChain,
-    prepared: PreparedRun,
-    variance: Array,
-    settings: IdentificationSettings,
-    *,
-    num_draws: int,
-    seed: int,
-) -> dict[str, Any]:
+def measure_class_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, Any]:
     """Measures coverage of 90 % intervals for each class of things; the lowest over coordinates and moments.
-
-    Arguments as in ``measure_coverage``.
 
     Returns: The keys of metrics.json: by class, and by quantity for all classes in their order.
     """
-    world, solid = World(robot, prepared, variance, settings), SolidPrior.for_hand()
     found = {}
     for number, (name, draw) in enumerate(CLASSES.items()):
-        rng, inside = np.random.default_rng((seed, 3, number)), []
-        for _ in tqdm(range(num_draws), desc=name, unit="body"):
-            pi = draw(rng)
-            likelihood = world.hold(pi, rng)
-            bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, settings.num_samples)
-            inside.append(_find_inside(bodies, pi))
-        coverage = np.mean(inside, axis=0)
+        coverage = _cover(world, draw, np.random.default_rng((seed, 3, number)), num_draws, name)
         found[name] = {"mass": coverage[0], "com": coverage[1:4].min(), "inertia": coverage[4:7].min()}
     quantities = ("mass", "com", "inertia")
     return {"solid_coverage": found, "class_coverage": {q: [each[q] for each in found.values()] for q in quantities}}
+
+
+def _cover(
+    world: World, draw: Callable[[np.random.Generator], Array], rng: np.random.Generator, num_draws: int, name: str
+) -> Array:
+    """Computes how often intervals hold the mass, centre and moments of drawn bodies, (7,)."""
+    solid, inside = SolidPrior.for_hand(), []
+    for _ in tqdm(range(num_draws), desc=name, unit="body"):
+        pi = draw(rng)
+        likelihood = world.hold(pi, rng)
+        bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, world.settings.num_samples)
+        inside.append(_find_inside(bodies, pi))
+    coverage: Array = np.mean(inside, axis=0)
+    return coverage
 
 
 def _hide_and_find(world: World, rng: np.random.Generator) -> float:

@@ -116,9 +116,9 @@ def _show(value: Any) -> str:
 
 
 STUDY = Study(
-    HELP="judge every claim over a sample of all that the paper does not give",
-    add_arguments=add_arguments,
-    plan=plan,
+    "judge every claim over a sample of all that the paper does not give",
+    add_arguments,
+    plan,
     refused={
         _VARIED: "the sample varies it",
         _UNUSED: "observers see true features and learn one density for each colour",

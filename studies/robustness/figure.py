@@ -31,8 +31,7 @@ def draw_multiverse(
     errors = np.abs(np.array([shares.low, shares.high]) - shares.mean)
     left.barh(rows, shares.mean, xerr=errors, color=OBJECT_COLOURS[3], ecolor="0.3", capsize=2.0)
     left.set_yticks(rows, claims)
-    left.set_xlim(0.0, 1.0)
-    left.set_xlabel("share of settings in which it holds")
+    left.set(xlim=(0.0, 1.0), xlabel="share of settings in which it holds")
     left.invert_yaxis()
     tidy(left)
     largest = float(np.nanmax(shown)) if above.any() else 1.0

@@ -36,8 +36,5 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 STUDY = Study(
-    HELP="compare finished runs: choices for both tasks, or true features with pictures",
-    add_arguments=add_arguments,
-    plan=plan,
-    folder="",
+    "compare finished runs: choices for both tasks, or true features with pictures", add_arguments, plan, folder=""
 )

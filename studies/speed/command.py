@@ -90,9 +90,9 @@ def _measure(folder: Path) -> Iterator[Findings]:
 
 
 STUDY = Study(
-    HELP="how fast the program is, against peers and brute force, and the tables of decisions on accuracy and speed",
-    add_arguments=add_arguments,
-    plan=plan,
+    "how fast the program is, against peers and brute force, and the tables of decisions on accuracy and speed",
+    add_arguments,
+    plan,
     folder="benchmarks",
     on_one_thread=True,
 )

@@ -31,15 +31,10 @@ def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, setti
     """Simulates a blow with each tool in one of its grips."""
     checked = []
     for tool, name in zip(tools, grips, strict=True):
-        held = hold_by(tool, name)
+        held = tool.list_gripped()[name]
         planned = task.build_cost(ArmModel(load_arm(settings.arm)), measure_drawing(held), settings)
         blow = simulate_blow(held, task, planned, list_densities([held]), settings)
         work = float(planned.compute(held.parameters[None]).work[0])
         aimed = AIM * task.force
         checked.append(CheckedBlow(tool.name, name, aimed, blow.force, work, blow.work, blow.travel, held, blow))
     return checked
-
-
-def hold_by(tool: Tool, name: str) -> Tool:
-    """Returns the tool in the grip with the given name."""
-    return tool.gripped_by(next(grip for grip in tool.grips if grip.name == name))

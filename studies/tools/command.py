@@ -55,8 +55,8 @@ def describe(result: ToolsResult, folder: Path) -> Iterator[Findings]:
 
 
 STUDY = Study(
-    HELP="meshes, materials by part, masses before first touch, and which end of a hammer to hold",
-    add_arguments=add_arguments,
-    plan=plan,
+    "meshes, materials by part, masses before first touch, and which end of a hammer to hold",
+    add_arguments,
+    plan,
     refused={("learner",): "tools are learned about with one density for each colour"},
 )

@@ -14,7 +14,6 @@ from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.reporting.formatting import fold
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.reporting.replay import Scene, write_replay
-from studies.tools.blows import hold_by
 from studies.tools.data_set import Half
 from studies.tools.first_touch import Prediction
 from studies.tools.numbers import BELIEFS
@@ -209,7 +208,7 @@ def draw_holding(choices: Choices, directives: Path) -> Figure:
     """Renders the arm in its home posture with each tool in the correct grip for driving a nail."""
     right = choices.rankings["hammer", "drawing", TRUE]
     home = load_arm(directives).home
-    held = [hold_by(tool, right.find_best_grip(tool.name)) for tool in choices.tools]
+    held = [tool.list_gripped()[right.find_best_grip(tool.name)] for tool in choices.tools]
     pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
     figure = Figure(figsize=(4.6 * len(held), 2.6))
     for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):

@@ -89,7 +89,7 @@ def score(predictions: Sequence[Prediction], truths: Sequence[Truth]) -> Score:
     )
 
 
-def predict_left_out(
+def predict_unfelt(
     names: Sequence[str], felt: Felt, features: Features, colours: Sequence[Colour], settings: Settings, seed: int
 ) -> dict[str, Prediction]:
     """Predicts each of the tools from experience with all other tools that were held."""
@@ -100,22 +100,6 @@ def predict_left_out(
             settings,
             np.random.default_rng([seed, *name.encode()]),
         )
-        for name in names
-    }
-
-
-def predict_new(
-    names: Sequence[str],
-    felt: Felt,
-    features: Features,
-    colours: Sequence[Colour],
-    settings: Settings,
-    seed: int,
-) -> dict[str, Prediction]:
-    """Predicts tools that were never held from experience with all tools that were."""
-    memory = learn(felt, features, colours, settings)
-    return {
-        name: predict(features[name], memory, settings, np.random.default_rng([seed, *name.encode()]))
         for name in names
     }
 

@@ -23,8 +23,7 @@ from studies.tools.first_touch import (
     list_recurring,
     make_all_alike,
     predict,
-    predict_left_out,
-    predict_new,
+    predict_unfelt,
     predict_without_experience,
     take_first,
 )
@@ -89,17 +88,15 @@ def run_observer(config: ToolsConfig, data: DataSet, observer: int) -> Predictio
         for holds in HOLDS:
             some = {name: each for name, each in take_first(felt, holds).items() if name in known}
             for half in config.halves:
-                predict_some = predict_left_out if half is Half.LEARNING else predict_new
                 names = [name for name in judged[half] if name in known]
-                predicted = predict_some(names, some, known, colours, settings, config.seed + observer)
+                predicted = predict_unfelt(names, some, known, colours, settings, config.seed + observer)
                 first_touch[source, holds, half] = predicted
     last = config.halves[-1]
     drawings = features[Source.CAD]
     alike = make_all_alike(drawings)
-    predict_some = predict_left_out if last is Half.LEARNING else predict_new
     one_colour = [parts[0].colour for parts in list(alike.values())[:1]]
     floors = {
-        "one density learned": predict_some(
+        "one density learned": predict_unfelt(
             judged[last], take_first(felt, 1), alike, one_colour, settings, config.seed + observer
         ),
         "all steel": {

@@ -13,7 +13,7 @@ from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand, present
 from affordance.vision.pixels.columns import build_columns
 from affordance.vision.pixels.seen_tool import detect_tool
-from studies.tools.labels import render_labels
+from studies.tools.seen import render_labels
 from studies.tools.study import ToolsResult
 from studies.tools.uncommon import CheckedMass, CheckedMotion
 

@@ -15,18 +15,21 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities
 from affordance.exceptions import SeeingError
+from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.colour import Colour
+from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.objects.tool_entries import build_pose
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import CameraSensor, Photograph, find_presented_pose, present
-from affordance.vision.pixels.columns import build_columns
+from affordance.vision.pixels.columns import View, build_columns, collect_columns, find_sheets
 from affordance.vision.pixels.looks import COLOUR_SD, Look
+from affordance.vision.pixels.rgbd import Labels
+from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render_images
 from affordance.vision.pixels.seen_tool import ERROR, SolidError, describe_solid, detect_tool
-from studies.tools.forms import build_mirrored_columns, find_equal_ellipsoid
-from studies.tools.labels import render_labels
+from affordance.vision.pixels.segmentation import spread_nearest
 
 
 class Source(enum.Enum):
@@ -44,6 +47,12 @@ ERRORS: Mapping[Source, SolidError] = {
     Source.ONE_VIEW: SolidError(bias=0.36, log_volume_sd=0.36, place_sd=0.056),
     Source.ELLIPSOID: SolidError(bias=1.11, log_volume_sd=0.83, place_sd=0.05),
 }
+
+# Percentile of the surface's height that stands for the object's height, for some of the object may protrude, [%].
+_HEIGHT_PERCENTILE = 75.0
+MIN_PURITY = 0.8
+# Least probability of a material that is listed as a candidate for an appearance.
+_WORTH_NAMING = 0.05
 
 
 def measure_all(
@@ -83,9 +92,35 @@ def measure_form(
     return tuple(parts)
 
 
-MIN_PURITY = 0.8
-# Least probability of a material that is listed as a candidate for an appearance.
-_WORTH_NAMING = 0.05
+def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
+    """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
+
+    The near side is mirrored at half of the object's height. Nothing is below the stand, whose top is at
+    stand_height along Pz, [m], and every column reaches at least half of the way down to it: low parts lie on the
+    stand, high parts may be supported by others.
+    """
+    x, y, (sheet,) = find_sheets([above])
+    top = spread_nearest(sheet.height, sheet.there)
+    height = float(np.percentile(top[sheet.there], _HEIGHT_PERCENTILE)) - stand_height
+    halfway = 0.5 * (top + stand_height)
+    bottom = np.clip(2.0 * stand_height + height - top, stand_height, np.maximum(halfway, stand_height))
+    label = spread_nearest(sheet.label, sheet.there)
+    return collect_columns(x, y, share=sheet.there.astype(float), bottom=bottom, top=top, labels=[label, label])
+
+
+def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, Array]:
+    """Finds the ellipsoid with the second moments of a solid about its centroid p_PEo, and its pose X_PE, (4, 4).
+
+    The second moments of a solid ellipsoid are m a^2 / 5. Its volume is not that of the solid: this is the error of
+    an observer who assumes ellipsoids. Axes of the solid are along those of P.
+    """
+    J = solid.unit_pseudo_inertia()
+    squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])
+    a, b, c = (float(size) for size in np.sqrt(5.0 * squares[::-1]))
+    X_PE = build_pose(p_PEo)
+    X_PE[:3, :3] = axes[:, ::-1]
+    X_PE[:3, 2] *= np.sign(np.linalg.det(axes[:, ::-1]))
+    return Ellipsoid((a, b, c)), X_PE
 
 
 class Outcome(NamedTuple):
@@ -100,6 +135,14 @@ class Outcome(NamedTuple):
     def made_out(self) -> bool:
         """True if the tool was detected with sufficient purity."""
         return not self.problem and self.purity >= MIN_PURITY
+
+
+def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> Labels:
+    """Renders the index of the part that each pixel shows, -1 for none, (height, width)."""
+    (labels,) = render_images(tool, rig, ("labels",))
+    labels = labels[:, :, 0].astype(np.int32)
+    labels[(labels < 0) | (labels >= len(tool.components))] = -1
+    return labels
 
 
 def examine(tool: Tool, stand: CameraSensor, materials: Mapping[str, Material], rng: np.random.Generator) -> Outcome:

@@ -26,7 +26,6 @@ from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource
 from affordance.vision.systems import predict_object
-from studies.tools.blows import hold_by
 from studies.tools.holds import feel
 
 _NUM_SAMPLES = 4000
@@ -82,7 +81,7 @@ def check_motions(
     checked = []
     for entry in after.ranked:
         tool = next(each for each in tools if each.name == entry.option.object_name)
-        held = hold_by(tool, entry.option.grip)
+        held = tool.list_gripped()[entry.option.grip]
         done = roll_out(held, task, list_densities([tool]), settings)
         checked.append(
             CheckedMotion(

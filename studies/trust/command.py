@@ -98,8 +98,8 @@ def list_facts(numbers: Mapping[str, Any]) -> dict[str, Any]:
 
 
 STUDY = Study(
-    HELP="calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling",
-    add_arguments=add_arguments,
-    plan=plan,
+    "calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling",
+    add_arguments,
+    plan,
     on_one_thread=True,
 )

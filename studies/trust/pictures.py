@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from scipy.stats import binom
 
-from affordance.reporting.figures import OBJECT_COLOURS
+from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from studies.trust.calibration import COVERAGES, NUM_BINS, Calibration
 from studies.trust.soak import DURATION, NUM_BLOCKS, Soak
 
@@ -34,7 +34,7 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
             for shares, digits in ((COVERAGES, 0), (found.coverage, 1))
         )
         axes.set_title(f"{name}\ncorrected p = {found.p_value:.2g}; {said} % cover {covered}", fontsize=_FONT_SIZE)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
     for axes in all_axes[-1]:
         axes.set_xlabel("place of the truth in the posterior")
     for row in all_axes:
@@ -55,15 +55,14 @@ def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
     for moment, marker, label in ((1, "s", "after one trial"), (-1, "o", "after six trials")):
         shares = [100.0 * cost["p_correct"][moment] for cost in costs.values()]
         right.plot(shares, rows, marker, color=OBJECT_COLOURS[1 if moment == 1 else 2], label=label)
-    right.set_xlabel("correct choices of a grip (%)")
-    right.set_xlim(0.0, 103.0)
+    right.set(xlabel="correct choices of a grip (%)", xlim=(0.0, 103.0))
     right.legend(frameon=False, fontsize=_FONT_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     left.set_yticks(rows, names)
     left.invert_yaxis()
     for axes in (left, right):
         axes.grid(axis="y", color="#dddddd", linewidth=0.8)
         axes.set_axisbelow(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
     return figure
 
 
@@ -73,14 +72,12 @@ def draw_soak(found: Soak, trials: int) -> Figure:
     left, right = figure.subplots(1, 2)
     done = trials // NUM_BLOCKS * np.arange(1, NUM_BLOCKS + 1)
     left.plot(done, found.memory, "o-", color=OBJECT_COLOURS[0], markersize=4.0)
-    left.set_ylabel("memory of the process (MB)")
-    left.set_ylim(0.0, 1.2 * found.memory.max())
+    left.set(ylabel="memory of the process (MB)", ylim=(0.0, 1.2 * found.memory.max()))
     right.plot(done, 1e3 * found.seconds, "o-", color=OBJECT_COLOURS[2], markersize=4.0)
-    right.set_ylabel(f"processor time of a trial of {DURATION:g} s (ms)")
-    right.set_ylim(0.0, 1.2e3 * found.seconds.max())
+    right.set(ylabel=f"processor time of a trial of {DURATION:g} s (ms)", ylim=(0.0, 1.2e3 * found.seconds.max()))
     for axes in (left, right):
         axes.set_xlabel("trials in one process")
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
     return figure
 
 
@@ -99,7 +96,7 @@ def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], ef
         axes.yaxis.set_major_formatter("{x:g}")
         axes.set_xlabel(what)
         axes.set_title(of, fontsize=_FONT_SIZE)
-        axes.spines[["top", "right"]].set_visible(False)
+        tidy(axes)
     all_axes[0].set_ylabel("seconds")
     all_axes[0].legend(frameon=False, fontsize=_FONT_SIZE)
     figure.suptitle(f"How the cost grows; two processes are {2 * efficiency:.2f} times as fast as one", fontsize=10)

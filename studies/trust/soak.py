@@ -25,32 +25,25 @@ class Soak(NamedTuple):
     seconds: Array
 
 
-def soak(*, trials: int = NUM_TRIALS) -> Soak:
-    """Runs trials, with alternating objects and a seed each."""
+def measure(*, trials: int = NUM_TRIALS) -> tuple[Soak, dict[str, Any]]:
+    """Runs trials, with alternating objects and a seed each; returns measurements, and the numbers of metrics.json.
+
+    The first block fills caches: growth and drift are measured from its end.
+    """
     experiment = load_hold_experiment("weight")
     runner, process = TrialRunner(experiment.settings), psutil.Process()
-    per_block = trials // NUM_BLOCKS
-    memory, seconds = [], []
+    per_block, quarter = trials // NUM_BLOCKS, NUM_BLOCKS // 4
+    memory, seconds = np.empty(NUM_BLOCKS), np.empty(NUM_BLOCKS)
     for block in range(NUM_BLOCKS):
         begun = time.process_time()
         for number in range(per_block):
             tool = experiment.tools[number % len(experiment.tools)]
             runner.run_hold(tool, MaterialMemory(), duration=DURATION, seed=(block, number))
-        seconds.append((time.process_time() - begun) / per_block)
+        seconds[block] = (time.process_time() - begun) / per_block
         gc.collect()
-        memory.append(process.memory_info().rss / 1e6)
-    return Soak(np.array(memory), np.array(seconds))
-
-
-def measure(*, trials: int = NUM_TRIALS) -> tuple[Soak, dict[str, Any]]:
-    """Runs the soak test; returns the measurements, and the numbers of metrics.json.
-
-    The first block fills caches: growth and drift are measured from its end.
-    """
-    found = soak(trials=trials)
-    quarter = NUM_BLOCKS // 4
-    return found, {
-        "soak_trials": trials // NUM_BLOCKS * NUM_BLOCKS,
-        "soak_memory_growth_MB": float(found.memory[-1] - found.memory[0]),
-        "soak_time_drift": float(np.median(found.seconds[-quarter:]) / np.median(found.seconds[1 : 1 + quarter])),
+        memory[block] = process.memory_info().rss / 1e6
+    return Soak(memory, seconds), {
+        "soak_trials": per_block * NUM_BLOCKS,
+        "soak_memory_growth_MB": float(memory[-1] - memory[0]),
+        "soak_time_drift": float(np.median(seconds[-quarter:]) / np.median(seconds[1 : 1 + quarter])),
     }

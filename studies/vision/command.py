@@ -19,9 +19,4 @@ def plan(arguments: argparse.Namespace) -> Task:
     return plan_experiment(load(arguments.models, arguments.seed, read_settings(arguments)), arguments)
 
 
-STUDY = Study(
-    HELP="how accurate features from pictures are, over random objects",
-    add_arguments=add_arguments,
-    plan=plan,
-    load=load,
-)
+STUDY = Study("how accurate features from pictures are, over random objects", add_arguments, plan, load=load)

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -55,13 +55,6 @@ TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true dens
 _NUM_SHOWN, _NUM_FAILURES_SHOWN = 5, 3
 # Last entry of the seeds, after seed and number of the object.
 _OBJECT, _NOISE = 0, 1
-
-
-class Rankings(NamedTuple):
-    """Rankings of the uncommon objects, for an observer without experience and for one who knows their materials."""
-
-    novice: Ranking
-    expert: Ranking
 
 
 @dataclass(frozen=True)
@@ -126,7 +119,7 @@ class VisionExperiment(Experiment):
         accurate = {name: values[:count] for name, values in arrays.items()}
         deviations = arrays["mass_deviation"][np.isfinite(arrays["mass_deviation"])]
         covered = np.abs(deviations) <= norm.ppf(0.5 + 0.5 * INTERVAL)
-        ranked = self.rank_uncommon()
+        novice, expert = self.rank_uncommon()
         return {
             "objects": count,
             "failures": int((accurate["failure"] != "").sum()),
@@ -145,12 +138,12 @@ class VisionExperiment(Experiment):
             "objects_coverage": len(arrays["failure"]),
             "failures_coverage": int((arrays["failure"] != "").sum()),
             "ms_per_object": float(1000.0 * np.median(accurate["seconds"])),
-            "mashing_novice": list_ranking(ranked.novice),
-            "mashing_expert": list_ranking(ranked.expert),
+            "mashing_novice": list_ranking(novice),
+            "mashing_expert": list_ranking(expert),
         }
 
-    def rank_uncommon(self) -> Rankings:
-        """Ranks the uncommon objects for mashing by their expected absolute work, from their pictures."""
+    def rank_uncommon(self) -> tuple[Ranking, Ranking]:
+        """Ranks the uncommon objects for mashing by expected absolute work, as a novice and as one who knows them."""
         options = [
             option
             for tool in self.uncommon
@@ -160,7 +153,7 @@ class VisionExperiment(Experiment):
         novice, knowing = (
             rank(options, self.task, memory, self.settings, seed=self.seed) for memory in (MaterialMemory(), expert)
         )
-        return Rankings(novice, knowing)
+        return novice, knowing
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the largest number of parts of a random object."""

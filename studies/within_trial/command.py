@@ -35,8 +35,4 @@ def _work(weight: PresentationExperiment, folder: Path) -> Iterator[Findings]:
     yield Findings({**study.summarise(), "seed": weight.seed}, facts, figures)
 
 
-STUDY = Study(
-    HELP="the belief as it narrows within a trial, and an arm that already uses it",
-    add_arguments=add_arguments,
-    plan=plan,
-)
+STUDY = Study("the belief as it narrows within a trial, and an arm that already uses it", add_arguments, plan)

@@ -248,7 +248,7 @@ def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: vision.Rankings(nothing, nothing))
+        patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: (nothing, nothing))
         patch.setattr(CameraSensor, "detect_parts", detect_slowly)
         experiment = vision.load()
         runs = []

@@ -235,9 +235,9 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
             "PayloadLikelihood",
             lambda statistics, known, variance: likelihood(statistics, known, variance / overconfident**2),
         )
-        world = robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION
-        classes = measure_class_coverage(*world, num_draws=3, seed=0)
-        return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
+        world = simulated_truths.World(robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION)
+        classes = measure_class_coverage(world, num_draws=3, seed=0)
+        return flatten({**measure_coverage(world, num_draws=6, seed=0), **classes})
 
 
 def see_sizes(*, size_error: float = 0.2) -> Numbers:

@@ -12,7 +12,7 @@ from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.plant.load import add_arm
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, present
-from studies.tools.labels import render_labels
+from studies.tools.seen import render_labels
 
 
 @pytest.mark.parametrize("name", HAMMERS)

@@ -16,7 +16,7 @@ from studies.excite import posewise
 from studies.excite.figure import draw_errors
 from studies.excite.motions import SECONDS as SECONDS_DESIGNED
 from studies.excite.motions import describe_motions, find_seconds, list_seconds
-from studies.excite.weighing import weigh_in_postures
+from studies.excite.study import weigh_in_postures
 
 
 def test_a_pose_is_predicted_as_identification_states_it():

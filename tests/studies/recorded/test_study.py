@@ -24,7 +24,7 @@ from studies.recorded.figures import draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
 from studies.recorded.peers import solve_least_squares, solve_semidefinite
 from studies.recorded.random_payloads import draw_payload
-from studies.recorded.simulated_truths import measure_coverage
+from studies.recorded.simulated_truths import World, measure_coverage
 from studies.recorded.timing import compare_peers
 from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
@@ -89,7 +89,7 @@ def test_study_of_injections_and_its_figure(robot):
 def test_simulated_truths_are_covered(robot):
     run = generate_run(robot, None, truth=Truth(), rng=np.random.default_rng(6))
     prepared = prepare(run, _SETTINGS)
-    found = measure_coverage(robot, prepared, np.full(6, 0.2), _SETTINGS, num_draws=12, seed=0)
+    found = measure_coverage(World(robot, prepared, np.full(6, 0.2), _SETTINGS), num_draws=12, seed=0)
     assert set(found) == {"prior_coverage", "hidden_part_com_coverage"}
     assert set(found["prior_coverage"]) == {"mass", "com", "inertia"}
     assert all(coverage > 0.6 for coverage in (*found["prior_coverage"].values(), found["hidden_part_com_coverage"]))

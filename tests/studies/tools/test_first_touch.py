@@ -16,7 +16,7 @@ from studies.tools.first_touch import (
     compute_shares,
     list_recurring,
     predict,
-    predict_left_out,
+    predict_unfelt,
     predict_without_experience,
     score,
     take_first,
@@ -92,7 +92,7 @@ def test_holding_teaches_what_materials_weigh_and_more_holds_teach_more(felt):
 def test_tool_that_is_left_out_teaches_nothing_about_itself(felt):
     drawings = {name: measure_drawing(tool) for name, tool in BLANKS.items()}
     colours = list_colours(list(BLANKS.values()))
-    (found,) = predict_left_out(["pin of brass"], felt, drawings, colours, SETTINGS, seed=0).values()
+    (found,) = predict_unfelt(["pin of brass"], felt, drawings, colours, SETTINGS, seed=0).values()
     # Only the prior is left: its interval spans more than a factor of three.
     assert found.mass[2] > 3.0 * found.mass[0]
 

@@ -5,8 +5,7 @@ import pytest
 from helpers.mallet import STAND, TOOL, weigh
 
 from affordance.vision.pixels.seen_tool import detect_tool
-from studies.tools.forms import find_equal_ellipsoid
-from studies.tools.seen import ERRORS, measure_form
+from studies.tools.seen import ERRORS, find_equal_ellipsoid, measure_form
 
 
 def test_one_view_is_worse_and_ellipsoids_are_worst_and_say_so(rng):
