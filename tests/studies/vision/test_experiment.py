@@ -198,7 +198,7 @@ def test_wrong_number_of_parts_is_a_failure(experiment, monkeypatch):
 
 
 def test_numbers_where_nothing_was_detected_are_none(experiment, numbers, monkeypatch):
-    monkeypatch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: vision.Rankings(NOTHING, NOTHING))
+    monkeypatch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: (NOTHING, NOTHING))
     arrays = {name: np.array([value] * 5) for name, value in comparison.NOTHING._asdict().items()}
     arrays |= {"failure": np.array(["NoFitError"] * 5), "reason": np.array(["x"] * 5), "seconds": np.full(5, 0.1)}
     found = experiment.compute_metrics(None, None, arrays)
@@ -259,7 +259,7 @@ def test_perfect_sight_compares_without_error():
     for part in tool.components:
         R = X_CT[:3, :3] @ part.X_TE[:3, :3]
         ellipsoid = SeenEllipsoid((X_CT @ part.X_TE)[:3, 3], (R * part.shape.sizes**2) @ R.T)
-        fits.append(Fit(ellipsoid, 1e-6 * np.eye(9), 1.0, 1000))
+        fits.append(Fit(ellipsoid, 1e-6 * np.eye(9), 1.0))
     labels = np.full((480, 640), -1, dtype=np.int32)
     colours = tuple(part.looks_like.colour for part in tool.components)
     found = comparison.compare(
