@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from pydrake.math import RotationMatrix
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from scipy.spatial.transform import Rotation
 
@@ -16,12 +16,8 @@ from affordance.objects.inertia import (
 
 def draw_parts(rng, count):
     shapes = [Ellipsoid(tuple(rng.uniform(0.01, 0.2, 3))) for _ in range(count)]
-    poses = []
-    for _ in range(count):
-        X_TE = np.eye(4)
-        X_TE[:3, :3] = Rotation.random(rng=rng).as_matrix()
-        X_TE[:3, 3] = rng.uniform(-0.3, 0.3, 3)
-        poses.append(X_TE)
+    turns = (RotationMatrix(Rotation.random(rng=rng).as_matrix()) for _ in range(count))
+    poses = [RigidTransform(turn, rng.uniform(-0.3, 0.3, 3)).GetAsMatrix4() for turn in turns]
     return shapes, poses
 
 

@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
+from affordance.objects.tool_entries import build_pose
 from affordance.vision.eye import measure_features
 from affordance.vision.features import ComponentFeatures, VisionError
 from affordance.vision.systems import predict_object
@@ -13,20 +14,12 @@ PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 BRASS, WOOD = (0.8, 0.6, 0.1), (0.7, 0.5, 0.3)
 
 
-def place(x, rotation=None):
-    X_TE = np.eye(4)
-    X_TE[:3, 3] = [x, 0.02, -0.01]
-    if rotation is not None:
-        X_TE[:3, :3] = rotation.as_matrix()
-    return X_TE
-
-
 @pytest.fixture
 def features(rng):
-    handle = ComponentFeatures(WOOD, Ellipsoid((0.1, 0.02, 0.02)), place(0.1), 0.03, 0.004, 0.05)
-    head = ComponentFeatures(
-        BRASS, Ellipsoid((0.03, 0.05, 0.02)), place(0.2, Rotation.random(rng=rng)), 0.02, 0.003, 0
-    )
+    handle = ComponentFeatures(WOOD, Ellipsoid((0.1, 0.02, 0.02)), build_pose([0.1, 0.02, -0.01]), 0.03, 0.004, 0.05)
+    X_TE = build_pose([0.2, 0.02, -0.01])
+    X_TE[:3, :3] = Rotation.random(rng=rng).as_matrix()
+    head = ComponentFeatures(BRASS, Ellipsoid((0.03, 0.05, 0.02)), X_TE, 0.02, 0.003, 0)
     return (handle, head)
 
 
@@ -87,15 +80,12 @@ def test_exact_features_leave_geometry_certain(weight, rng):
 
 
 def test_predictive_samples_have_the_predicted_mean_and_spread(features, rng):
-    memory = MaterialMemory(
-        (WOOD, BRASS), DensityBelief.from_moments(np.array([700.0, 8500.0]), np.diag([50.0**2] * 2))
-    )
+    means = np.array([700.0, 8500.0])
+    memory = MaterialMemory((WOOD, BRASS), DensityBelief.from_moments(means, np.diag([50.0**2] * 2)))
     belief = predict_object(features, memory, PRIOR)
     samples = belief.draw_parameters(rng, 40_000)
     Phi = belief.geometry.Phi
-    covariance = Phi @ belief.densities.covariance @ Phi.T + belief.geometry.compute_covariance(
-        np.array([700.0, 8500.0])
-    )
+    covariance = Phi @ belief.densities.covariance @ Phi.T + belief.geometry.compute_covariance(means)
     sds = np.sqrt(np.diag(covariance))
     mean = belief.compute_parameters(belief.densities.compute_mean())
     np.testing.assert_allclose(samples.mean(axis=0), mean, atol=0.03 * sds.max())

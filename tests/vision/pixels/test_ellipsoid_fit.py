@@ -20,7 +20,7 @@ from affordance.vision.pixels.ellipsoid_fit import (
     guess,
     trace_rays,
 )
-from affordance.vision.pixels.pipeline import collect_view
+from affordance.vision.pixels.pipeline import collect_view, draw_outline
 from affordance.vision.pixels.segmentation import segment
 
 BALL = make_ellipsoid([0.04, 0.04, 0.04], [0.02, -0.03, STAND - 0.04])
@@ -90,7 +90,7 @@ def test_deformations_are_affine_maps_of_the_surface(rng):
 def test_derivatives_agree_with_finite_differences(rng):
     pixels = CAMERA.project(EGG.centre[None]) + rng.uniform(-15.0, 15.0, (40, 2))
     rays = CAMERA.compute_rays(pixels)
-    rim = find_rim(EGG)
+    rim = CAMERA.compute_rays(draw_outline(EGG, CAMERA)[::8])
     problem = ellipsoid_fit._Problem(EGG, rays, np.full(40, 0.8), np.full(40, 1e-3), rim, NOISY, CAMERA.focal_length)
     steps = np.array([1e-7] * 3 + [1e-6] * 6 + [1e-4])
     for numbers in (np.zeros(10), np.append(np.zeros(9), 0.7)):
@@ -101,21 +101,6 @@ def test_derivatives_agree_with_finite_differences(rng):
         numeric = 0.5 * np.column_stack(changes)
         J = problem.compute_jacobian(numbers)
         np.testing.assert_allclose(J, numeric, atol=1e-5 * np.abs(numeric).max(axis=0).max())
-
-
-def find_rim(ellipsoid):
-    """Rays along the outline, by bisection from the centre outwards."""
-    rays = []
-    centre = CAMERA.project(ellipsoid.centre[None])[0]
-    for angle in np.linspace(0.0, 6.0, 12):
-        low, high = 0.0, 200.0
-        for _ in range(60):
-            middle = 0.5 * (low + high)
-            pixel = centre + middle * np.array([np.cos(angle), np.sin(angle)])
-            seen = trace_rays(ellipsoid, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length)
-            low, high = (middle, high) if seen.outline_distance[0] > 0.0 else (low, middle)
-        rays.append(pixel)
-    return CAMERA.compute_rays(np.array(rays))
 
 
 def test_guess_is_near_enough_to_start_from():
