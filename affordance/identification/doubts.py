@@ -1,18 +1,23 @@
 """Test of fit: reasons not to trust an identification, from its recordings and its result.
 
 The arm's own weight is the reference: a robot's file knows it to a factor of two, whatever the payload. Signals that
-do not follow it have wrong signs, units, joints, gravity or times, or are those of another robot.
+do not follow it have wrong signs, units, joints, gravity or times, or are those of another robot. Joints are judged
+whose torque by the arm's own weight varies, along the run, by a tenth or more of what gravity asks of the strongest
+joint over all postures; the others may show little but friction.
 """
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
+from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.fit_checks import judge_fit, judge_wrench
-from affordance.identification.own_weight import compare_with_own_weight
+from affordance.identification.fit_checks import FEWEST, JUDGED, compute_strength, judge_fit, judge_wrench
 from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
@@ -32,6 +37,24 @@ _LEAST_DURATION = 15.0
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
+# Time over which the errors of a model of the arm agree, [s].
+_AGREEMENT = 1.0
+
+
+class OwnWeight(NamedTuple):
+    """Comparison of a run's signals with the torques of the arm's own weight.
+
+    Attributes:
+        gain: Signal per torque, by least squares along with friction, shape (n,), [unit of the signal per N m].
+        explained: Share of the signal's variance beyond friction that the torques explain, shape (n,).
+        error: Relative standard error of the gain, shape (n,).
+        judged: True for the joints that can be judged, shape (n,).
+    """
+
+    gain: Array
+    explained: Array
+    error: Array
+    judged: Mask
 
 
 def find_doubts(
@@ -58,6 +81,31 @@ def find_doubts(
     doubts += _judge_duration((*empty, loaded)[0], belief, before)
     doubts += judge_fit(robot, loaded, belief, before, settings)
     return tuple(doubts)
+
+
+def compare_with_own_weight(robot: SerialChain, run: Run, settings: IdentificationSettings) -> OwnWeight:
+    """Compares a run of joint signals with the torques of the arm alone, with gravity as in the run."""
+    robot = robot.with_gravity(run.description.gravity)
+    prepared = prepare(run, settings)
+    torque = robot.compute_arm_torques(*prepared.motion)
+    signal = restore_compensated(robot, run, prepared, np.ones(robot.num_joints))
+    n = robot.num_joints
+    gain, explained, error, torque_sd = np.zeros((4, n))
+    for j in range(n):
+        used = np.abs(prepared.v[:, j]) >= settings.min_speed
+        if np.count_nonzero(used) < FEWEST:
+            continue
+        v, tau, x = prepared.v[used, j], torque[used, j], signal[used, j]
+        friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
+        own = np.column_stack([tau, np.abs(tau) * np.sign(v), friction])
+        solution, without = np.linalg.lstsq(own, x)[0], np.linalg.lstsq(friction, x)[0]
+        rest, all_of_it = np.sum((x - own @ solution) ** 2), np.sum((x - friction @ without) ** 2)
+        gain[j], torque_sd[j] = solution[0], tau.std()
+        pieces = max(len(x) / (prepared.rate * _AGREEMENT), 1.0)  # stretches with errors of their own
+        covariance = np.linalg.pinv(own.T @ own) * rest / pieces
+        error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
+        explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
+    return OwnWeight(gain, explained, error, torque_sd >= JUDGED * compute_strength(robot))
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:

@@ -8,7 +8,6 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.own_weight import FEWEST, JUDGED, compute_strength
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
@@ -16,6 +15,9 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
+# Least spread of a joint's torque by the arm's own weight at which it is judged, as a share of what gravity asks of
+# the strongest joint; number of postures over which this is found, and of samples that are needed to judge a joint.
+JUDGED, _NUM_POSTURES, FEWEST = 0.1, 50, 50
 # Gains of currents, from the geared motors of the largest arms to servos, with a factor of ten to spare, [A/(N m)].
 _CURRENT_GAINS = (2e-3, 20.0)
 # Factor by which a gain that a weighed load determines may differ from the median of the joints'.
@@ -228,3 +230,10 @@ def _compare_alternatives(
         other = build_evidence(robot, loaded.source, thin.kind, exchanged, settings, analysis="", is_difference=True)
         if measure(replace(other, rate=thin.rate)) < best:
             yield f"{loaded.source}: {names[j]} and {names[j + 1]} exchanged explain the load better"
+
+
+def compute_strength(robot: SerialChain) -> float:
+    """Computes what gravity asks of the strongest joint, root mean square over all postures, [N m]."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (_NUM_POSTURES, robot.num_joints))
+    torque = robot.compute_arm_torques(q, np.zeros_like(q), np.zeros_like(q))
+    return max(float(np.sqrt((torque**2).mean(axis=0)).max()), 1e-9)

@@ -1,7 +1,6 @@
 """Identification of a held payload from recorded q, v, vdot and tau."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -86,7 +85,9 @@ def identify(
         BadArgumentError: An argument is of the wrong kind or out of bounds.
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
-    arm = _find_chain(arm)
+    if not isinstance(arm, SerialChain):
+        hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
+        arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
     loaded = runs.loaded.arrange(arm.joint_names)
@@ -107,7 +108,7 @@ def identify(
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
         before = _find_gains(arm, loaded, empty, gains, settings)
-    with _name_unsolvable(loaded.source):
+    try:
         evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
         solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
         calibration = None
@@ -129,6 +130,9 @@ def identify(
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
         return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings), tip=arm.tip)
+    except np.linalg.LinAlgError as error:
+        problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
+        raise BadValueError(loaded.source, "", problem) from error
 
 
 def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
@@ -156,14 +160,6 @@ def check_reference_mass(name: str, mass: float) -> None:
     check_number(name, mass, *_MASSES, "kg")
 
 
-def _find_chain(arm: SerialChain | ArmOwner) -> SerialChain:
-    """Returns the chain of a robot, or the chain itself; anything else raises a BadArgumentError."""
-    if isinstance(arm, SerialChain):
-        return arm
-    hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
-    return arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
-
-
 def _check_arguments(
     runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
 ) -> None:
@@ -176,16 +172,6 @@ def _check_arguments(
     if seen is not None:
         check_kind("seen", seen, SeenObject)
     check_kind("settings", settings, IdentificationSettings)
-
-
-@contextmanager
-def _name_unsolvable(source: str) -> Iterator[None]:
-    """Turns equations without a solution into a BadValueError of the loaded run."""
-    try:
-        yield
-    except np.linalg.LinAlgError as error:
-        problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
-        raise BadValueError(source, "", problem) from error
 
 
 def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool) -> Iterator[str]:

@@ -57,14 +57,7 @@ def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float
     A setting is right if its mass is within the tolerance times the mass set, or times 1 kg for lighter ones, and its
     first moment within 0.2 m times that. Moments of inertia that are set count by their torques: they may be wrong by
     no more than a right mass and first moment make them, which slow motions hardly ever show.
-
-    Args:
-        belief: Posterior of the whole payload at the tip.
-        claimed: Payload that is set on the controller, in the frame of the tip.
-        tolerance: Relative tolerance of the mass.
-
-    Raises:
-        BadArgumentError: The tolerance is not from 0.001 to 1.
+    Both payloads are at the tip, and whole. A tolerance that is not from 0.001 to 1 raises a BadArgumentError.
     """
     check_number("tolerance", tolerance, 1e-3, 1.0)
     mass = tolerance * max(claimed.mass, _LEAST)

@@ -4,7 +4,7 @@ Mass, centre of mass and moments are at the robot's flange, the tip T: p_TTcm, a
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 from xml.etree.ElementTree import Element
@@ -128,53 +128,46 @@ def read_payload(path: StrPath) -> PayloadSetting:
     path = check_path("path", path)
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
-        entry = check_content(path, "", read_yaml(path), PayloadEntry)
-        return _build(path, entry.mass, entry.com, _order_moments(path, entry.inertia))
-    if suffix == ".json":
-        hand = check_content(path, "", _find_mapping(read_json(path)), _EndEffectorEntry)
-        matrix = None if hand.inertia is None else np.array(hand.inertia).reshape(3, 3).T
-        return _build(path, hand.mass, hand.centre, None if matrix is None else _take_moments(matrix))
-    if suffix in (".urdf", ".xml", ".xacro"):
-        return _read_inertial(path, read_xml(path, SETTINGS))
-    if suffix in (".script", ".urscript", ".txt"):
-        return _read_urscript(path, read_text(path, SETTINGS))
-    known = ".yaml, .json, .script, .urscript, .txt, .urdf or .xml"
-    raise BadValueError(path, "", f"is of the unknown kind {suffix or path.name!r}, must be {known}")
-
-
-def _build(path: Path, mass: float, centre: Sequence[float], inertia: Array | None) -> PayloadSetting:
-    if inertia is not None and not (body := RotationalInertia(*inertia)).CouldBePhysicallyValid():
+        content = read_yaml(path)
+    elif suffix == ".json":
+        content = _read_end_effector(path)
+    elif suffix in (".urdf", ".xml", ".xacro"):
+        content = _read_inertial(path, read_xml(path, SETTINGS))
+    elif suffix in (".script", ".urscript", ".txt"):
+        content = _read_urscript(path, read_text(path, SETTINGS))
+    else:
+        known = ".yaml, .json, .script, .urscript, .txt, .urdf or .xml"
+        raise BadValueError(path, "", f"is of the unknown kind {suffix or path.name!r}, must be {known}")
+    entry = check_content(path, "", content, PayloadEntry)
+    centre = np.array(entry.com, dtype=float)
+    if entry.inertia is None:
+        return PayloadSetting(entry.mass, centre)
+    if len(entry.inertia) not in (3, 6):
+        problem = f"has {len(entry.inertia)} numbers, must have 3 or 6: Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
+        raise BadValueError(path, "inertia", problem)
+    inertia = np.array([*entry.inertia, 0.0, 0.0, 0.0][:6])
+    if not (body := RotationalInertia(*inertia)).CouldBePhysicallyValid():
         moments = ", ".join(f"{value:.3g}" for value in body.CalcPrincipalMomentsOfInertia())
         problem = f"has the principal moments {moments} kg m^2, none may be negative or exceed the sum of the others"
         raise BadValueError(path, "inertia", problem)
-    return PayloadSetting(float(mass), np.array(centre, dtype=float), inertia)
+    return PayloadSetting(entry.mass, centre, inertia)
 
 
-def _order_moments(path: Path, values: Sequence[float] | None) -> Array | None:
-    """Returns three principal moments, or six in the order of PayloadSetting."""
-    if values is None:
-        return None
-    if len(values) not in (3, 6):
-        raise BadValueError(
-            path, "inertia", f"has {len(values)} numbers, must have 3 or 6: Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
-        )
-    return np.array([*values, 0.0, 0.0, 0.0][:6])
+def _take_moments(matrix: Array) -> list[float]:
+    return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
 
-def _take_moments(matrix: Array) -> Array:
-    return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
-
-
-def _find_mapping(content: Any) -> Any:
-    """Finds the mapping that has a mass, in a file that nests it."""
+def _read_end_effector(path: Path) -> dict[str, Any]:
+    """Reads the mapping that has a mass, in a file that may nest it."""
+    content = read_json(path)
     if isinstance(content, Mapping) and "mass" not in content:
-        for value in content.values():
-            if isinstance(value, Mapping) and "mass" in value:
-                return value
-    return content
+        content = next((each for each in content.values() if isinstance(each, Mapping) and "mass" in each), content)
+    hand = check_content(path, "", content, _EndEffectorEntry)
+    moments = None if hand.inertia is None else _take_moments(np.array(hand.inertia).reshape(3, 3).T)
+    return {"mass": hand.mass, "com": list(hand.centre), "inertia": moments}
 
 
-def _read_urscript(path: Path, text: str) -> PayloadSetting:
+def _read_urscript(path: Path, text: str) -> dict[str, Any]:
     text = "\n".join(line.partition("#")[0] for line in text.splitlines())
     found = _URSCRIPT.findall(text)
     if not found:
@@ -186,12 +179,10 @@ def _read_urscript(path: Path, text: str) -> PayloadSetting:
     inertia = [float(value) for value in moments.split(",")] if moments else None
     if len(place) != 3 or (inertia is not None and len(inertia) != 6):
         raise BadValueError(path, "set_target_payload", "must have three coordinates and six moments, or none")
-    content = {"mass": float(mass), "com": place, "inertia": inertia}
-    entry = check_content(path, "", content, PayloadEntry)
-    return _build(path, entry.mass, entry.com, _order_moments(path, entry.inertia))
+    return {"mass": float(mass), "com": place, "inertia": inertia}
 
 
-def _read_inertial(path: Path, root: Element) -> PayloadSetting:
+def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
     found = [root] if root.tag == "inertial" else list(root.iter("inertial"))
     if len(found) != 1:
         raise BadValueError(
@@ -205,16 +196,13 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
         "mass": _read_numbers(path, mass, "value", 1)[0],
         "com": _read_numbers(path, origin, "xyz", 3),
     }
-    moments = None
     if inertia is not None:
         xx, xy, xz, yy, yz, zz = (
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
-        moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
-        content["inertia"] = list(moments)
-    entry = check_content(path, "", content, PayloadEntry)
-    return _build(path, entry.mass, entry.com, moments)
+        content["inertia"] = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+    return content
 
 
 def _read_numbers(path: Path, element: Element | None, key: str, count: int) -> list[float]:

@@ -5,9 +5,9 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
 
 from affordance.exceptions import BadValueError
+from affordance.identification.doubts import compare_with_own_weight
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, identify
-from affordance.identification.own_weight import compare_with_own_weight
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=200)

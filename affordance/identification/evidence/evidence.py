@@ -199,17 +199,7 @@ def build_evidence(
             arm_torque=arm_torque,
             min_speed=settings.min_speed,
         )
-    return Evidence(
-        source=source,
-        analysis=analysis,
-        kind=kind,
-        channel_names=names,
-        prepared=prepared,
-        rate=prepared.rate,
-        samples=samples,
-        arm_torque=arm_torque,
-        is_difference=is_difference,
-    )
+    return Evidence(source, analysis, kind, names, prepared, prepared.rate, samples, arm_torque, is_difference)
 
 
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:

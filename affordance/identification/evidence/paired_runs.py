@@ -87,9 +87,8 @@ class Alignment(NamedTuple):
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
     """Finds the lag of a loaded run behind an empty one; joint angles may differ by the tolerance, [rad].
 
-    Raises:
-        BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
-            and joint that differ most.
+    A run that has no motion, or does not repeat the other, raises a BadValueError; it names the row and joint that
+    differ most.
     """
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     reference, moved = (_sample_velocity(run, step) for run in (empty, loaded))

@@ -48,7 +48,9 @@ def fit_empty_arm(
     residuals = [np.full_like(signal, np.nan) for signal in signals]
     cells = np.flatnonzero(allowed)
     quadratics, squares, counts = [], np.zeros(robot.num_joints), np.zeros(robot.num_joints)
-    prior = _build_prior(gains, settings)
+    of_joint = np.zeros((robot.num_joints, 3))
+    friction_sd = of_joint + settings.get_prior(gains.kind).friction_sd
+    prior = ChannelPrior(gains.mean, np.zeros((robot.num_joints, 2, 2)), of_joint, friction_sd)
     for stretch in np.array_split(cells, max(2, round(len(cells) / _STRETCH))):
         rest = allowed.copy()
         rest[max(0, stretch[0] - _GUARD) : stretch[-1] + 1 + _GUARD] = False
@@ -139,9 +141,3 @@ def build_file_evidence(
         friction_scale=WHOLE_FRICTION,
         notes=(f"the arm's file may err by {1e3 * np.sqrt(covariance[0, 0]):.0f} g at the tip",),
     )
-
-
-def _build_prior(gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    num = len(gains.joint_names)
-    friction = np.full((num, 3), settings.get_prior(gains.kind).friction_sd)
-    return ChannelPrior(gains.mean, np.zeros((num, 2, 2)), np.zeros((num, 3)), friction)

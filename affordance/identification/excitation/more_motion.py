@@ -73,7 +73,9 @@ def suggest_motion(
     for aim, unit, factor in (mass, *[each for each in others if each[0] in hidden][:1]):
         best = int(np.argmin([spread.get(aim) for _, spread in found]))
         words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
-        stated, before, alone = _get_stated(belief, aim), now.get(aim), " (without what was seen or weighed)"
+        # Of three components together, the root of the sum of their squares.
+        stated = float(np.linalg.norm(belief.marginals.sd[_PLACES[aim]]))
+        before, alone = now.get(aim), " (without what was seen or weighed)"
         if belief.seen is None and belief.reference_mass is None:
             before, least, alone = stated, least / before * stated, ""  # as the table has it
         elif least >= stated:
@@ -89,11 +91,6 @@ def suggest_motion(
                 f"{_SECONDS:g} s more would hardly help: the best of {len(found)} motions drawn at random ({pace}) "
                 f"leaves the SD of the {_WORDS[aim]} at {sds[1]} of {sds[0]} {unit}{alone}"
             )
-
-
-def _get_stated(belief: PayloadBelief, aim: Aim) -> float:
-    """Returns the SD that the belief states; of three components together, the root of the sum of their squares."""
-    return float(np.linalg.norm(belief.marginals.sd[_PLACES[aim]]))
 
 
 def _show(number: float) -> str:

@@ -4,11 +4,12 @@ Limits of angle, velocity and acceleration hold by construction, whatever the nu
 of torque and of the tip are checked. Collisions are not: nothing here knows what stands around the arm.
 """
 
+import abc
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, override
 
 import numpy as np
 from pydrake.trajectories import PiecewisePolynomial
@@ -120,24 +121,19 @@ def find_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
     return float(np.linalg.norm(np.einsum("nij,nj->ni", J, motion.v), axis=1).max())
 
 
-class MotionFamily(Protocol):
-    """Motions that a vector of numbers describes."""
+@dataclass(frozen=True)
+class MotionFamily(abc.ABC):
+    """Motions of an arm within limits, of a duration, [s], that a vector of numbers describes."""
 
-    @property
-    def robot(self) -> SerialChain:
-        """Arm that moves."""
+    robot: SerialChain
+    limits: MotionLimits
+    duration: float
 
-    @property
-    def limits(self) -> MotionLimits:
-        """Limits of the motion."""
-
-    @property
-    def duration(self) -> float:
-        """Length of the motion, [s]."""
-
+    @abc.abstractmethod
     def draw(self, rng: np.random.Generator) -> Array:
         """Draws the numbers of a motion."""
 
+    @abc.abstractmethod
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
         """Builds a motion at times, [s], shape (N,); None if the time is too short."""
 
@@ -160,16 +156,12 @@ def to_trajectory(motion: PreparedRun) -> PiecewisePolynomial:
 
 
 @dataclass(frozen=True)
-class FourierFamily:
+class FourierFamily(MotionFamily):
     """Fourier series of five terms, from rest to rest: where it begins it ends.
 
     The numbers of a joint are those of its shape (8), which is scaled to the limits, then the share of that scale
     that is used and the place within the angles that are left, from 0 to 1.
     """
-
-    robot: SerialChain
-    limits: MotionLimits
-    duration: float
 
     @cached_property
     def _basis(self) -> Array:
@@ -179,11 +171,13 @@ class FourierFamily:
         rest[0, :_TERMS], rest[1, _TERMS:] = k, k**2
         return null_space(rest)
 
+    @override
     def draw(self, rng: np.random.Generator) -> Array:
         """Draws the numbers of a motion, shape (10 n,): all of the limits are used."""
         n, size = self.robot.num_joints, self._basis.shape[1]
         return np.concatenate([rng.standard_normal((n, size)), np.ones((n, 1)), rng.uniform(size=(n, 1))], 1).ravel()
 
+    @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
         """Builds a motion at times, [s], shape (N,), slowed down until the tip is slow enough."""
         table = numbers.reshape(self.robot.num_joints, -1)
@@ -219,18 +213,16 @@ class FourierFamily:
 
 
 @dataclass(frozen=True)
-class PostureFamily:
+class PostureFamily(MotionFamily):
     """Visits to postures, each of which is swept through slowly and back, so that friction shows with both signs.
 
     The numbers are the angles of the postures as shares of their ranges, from 0 to 1. Moves in between are of minimum
     jerk, and as fast as the limits let them; sweeps take what time is left.
     """
 
-    robot: SerialChain
-    limits: MotionLimits
-    duration: float
     num_postures: int
 
+    @override
     def draw(self, rng: np.random.Generator) -> Array:
         """Draws the numbers of a motion, shape (postures n,): postures near to one another or far apart."""
         n = self.robot.num_joints
@@ -238,6 +230,7 @@ class PostureFamily:
         postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
         return np.asarray(postures.ravel())
 
+    @override
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
         """Builds a motion at times, [s], shape (N,); None if the moves alone take too long."""
         limits, num = self.limits, self.num_postures

@@ -19,8 +19,7 @@ from affordance.identification.posterior.log_cholesky import (
     parameters_from_theta,
     theta_from_parameters,
 )
-from affordance.identification.posterior.normals import Normals
-from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
 # Effective sample size that suffices: by weights, as a share of the samples by which the proposal is refitted, and

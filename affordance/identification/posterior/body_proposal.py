@@ -11,8 +11,7 @@ from scipy.special import chdtri, gammaln, ndtri
 
 from affordance.arrays import Array
 from affordance.identification.posterior.even_points import draw_even_points
-from affordance.identification.posterior.normals import Normals, add_logs
-from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.posterior.solid_prior import Normals, SolidPrior, add_logs
 
 # Degrees of freedom of a multivariate t: its tails are heavier than the posterior's, so that no single sample
 # dominates.

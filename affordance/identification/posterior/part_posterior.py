@@ -46,8 +46,14 @@ class SeenObject:
 
     @cached_property
     def unseen(self) -> Array:
-        """Covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, in T, shape (10, 10)."""
-        return _build_unit_discrepancy(self.low, self.high)
+        """Exact covariance of the parameters of 1 kg (one SD) anywhere in the box, in T, shape (10, 10)."""
+        nodes, weights = np.polynomial.legendre.leggauss(3)
+        grid = np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3)
+        points = 0.5 * (self.low + self.high) + 0.5 * grid * (self.high - self.low)
+        shares = (weights[:, None, None] * weights[:, None] * weights).ravel() / 8.0
+        phi = compute_point_parameters(points).T
+        covariance: Array = phi * shares @ phi.T
+        return covariance
 
     def place(self, X_GT: Array) -> "PlacedObject":
         """Returns the object in another frame G, X_GT of shape (4, 4)."""
@@ -182,15 +188,3 @@ def _draw(
         if sum(map(len, drawn)) >= num_samples:
             break
     return np.concatenate(drawn)[:num_samples], num_samples * len(drawn)
-
-
-def _build_unit_discrepancy(low: Array, high: Array) -> Array:
-    """Computes the exact covariance of the parameters of a mass of 1 kg (one SD) anywhere in a box."""
-    nodes, weights = np.polynomial.legendre.leggauss(3)
-    points = 0.5 * (low + high) + 0.5 * np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3) * (
-        high - low
-    )
-    shares = (weights[:, None, None] * weights[:, None] * weights).ravel() / 8.0
-    phi = compute_point_parameters(points).T
-    covariance: Array = phi * shares @ phi.T
-    return covariance

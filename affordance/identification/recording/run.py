@@ -115,7 +115,10 @@ class Run:
         if len(self.times) < _MIN_ROWS:
             raise BadValueError(self.source, "", f"has {len(self.times)} samples, must have at least {_MIN_ROWS}")
         self._check_times()
-        self._check_gravity()
+        length, (low, high) = float(np.linalg.norm(self.description.gravity)), _EARTH
+        if not low <= length <= high:
+            problem = f"has a length of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
+            raise BadValueError(self.source, "gravity", problem)
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
@@ -218,13 +221,6 @@ class Run:
         if steps[longest] > bound:
             problem = f"jumps by {steps[longest]:.3g} s, must be at most {bound:.3g} s; cut the table there"
             raise self.error_at(longest + 1, "time", problem)
-
-    def _check_gravity(self) -> None:
-        length = float(np.linalg.norm(self.description.gravity))
-        low, high = _EARTH
-        if not low <= length <= high:
-            problem = f"has a length of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
-            raise BadValueError(self.source, "gravity", problem)
 
     def _check_values(self, name: str, values: Array) -> None:
         bound, unit = _BOUNDS[name]

@@ -108,10 +108,5 @@ def _arrange(
 
 def _interpolate(times: Array, wrenches: list[tuple[float, Any]]) -> Array:
     stamps = np.array([time for time, _ in wrenches])
-    values = np.array(
-        [
-            [w.force.x, w.force.y, w.force.z, w.torque.x, w.torque.y, w.torque.z]
-            for w in (message.wrench for _, message in wrenches)
-        ]
-    )
-    return resample(times, stamps, values)
+    both = [(message.wrench.force, message.wrench.torque) for _, message in wrenches]
+    return resample(times, stamps, np.array([[getattr(each, axis) for each in w for axis in "xyz"] for w in both]))

@@ -9,8 +9,7 @@ from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta, theta_from_parameters
 from affordance.identification.posterior.marginals import describe_bodies, summarise
-from affordance.identification.posterior.normals import Normals
-from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 
 _VARIANCE = 0.2
 

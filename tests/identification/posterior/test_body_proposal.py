@@ -4,8 +4,7 @@ from numpy.testing import assert_allclose
 from scipy.stats import multivariate_normal, multivariate_t
 
 from affordance.identification.posterior.body_proposal import Proposal
-from affordance.identification.posterior.normals import Normals
-from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@ import numpy as np
 from numpy.testing import assert_allclose
 from scipy.stats import multivariate_normal
 
-from affordance.identification.posterior.normals import Normals
+from affordance.identification.posterior.solid_prior import Normals
 
 
 def test_squares_and_scales_are_those_of_the_densities(rng):
@@ -13,4 +13,3 @@ def test_squares_and_scales_are_those_of_the_densities(rng):
     for k, (mean, covariance) in enumerate(zip(normals.means, normals.covariances, strict=True)):
         assert_allclose(ours[:, k], multivariate_normal(mean, covariance).logpdf(points), rtol=1e-9)
     assert_allclose(normals.precisions @ normals.covariances, np.tile(np.eye(4), (3, 1, 1)), atol=1e-8)
-    assert len(normals) == 3

@@ -6,8 +6,7 @@ from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from scipy.stats import multivariate_normal
 
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
-from affordance.identification.posterior.normals import Normals
-from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 
 
 def _turn(rng):
