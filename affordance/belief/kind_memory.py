@@ -16,7 +16,18 @@ import numpy as np
 from affordance.arguments import Seed, check_member, check_seed
 from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import DensityBelief, FindLikelihood, Prior
-from affordance.belief.kinds import NO_KINDS, KindPrior, Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds import (
+    NO_KINDS,
+    KindPrior,
+    Kinds,
+    KnownObject,
+    Membership,
+    OwnDensities,
+    assign,
+    restrict_colours,
+    teach,
+    tidy,
+)
 from affordance.belief.kinds_gate import (
     GateSettings,
     KindSettings,
@@ -27,7 +38,6 @@ from affordance.belief.kinds_gate import (
     start_kinds,
     weigh,
 )
-from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
 from affordance.belief.learner import Learner, Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import FeltObject, Lesson, Memory, Recollection, tabulate_densities

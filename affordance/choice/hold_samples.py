@@ -48,13 +48,7 @@ class Suspicion(NamedTuple):
 
 
 class HoldSamples:
-    """Samples of materials' means, and of objects' own densities around them.
-
-    Attributes:
-        mu: Samples of the means, (S, M): of each colour, or of each kind for a learner with kinds.
-        common: Columns of what is believed of new objects; all but further kinds of a colour.
-        suspicions: Hypotheses that one of the objects held is odd.
-    """
+    """Samples of materials' means, and of objects' own densities around them."""
 
     def __init__(
         self,
@@ -74,6 +68,8 @@ class HoldSamples:
         self._colours: dict[str, list[Colour]] = {}
         for name, parts in objects.items():
             self._columns[name], self._colours[name] = self._recognise(parts)
+        # Columns of what is believed of new objects, all but further kinds of a colour; and hypotheses that one of
+        # the objects held is odd.
         if isinstance(memory, KindMemory):
             self._belief = memory.kinds.belief
             self.common = [memory.kinds.find_most_populous(colour) for colour in range(len(memory.colours))]
@@ -84,6 +80,7 @@ class HoldSamples:
             self.suspicions = self._suspect_objects()
         self._own: dict[str, Array] = {}
         self._errors: dict[str, Array] = {}
+        # Samples of the means, (S, M): of each colour, or of each kind for a learner with kinds.
         self.mu = np.zeros((0, self._belief.size))
 
     def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":

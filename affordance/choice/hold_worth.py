@@ -108,11 +108,12 @@ class Decision(NamedTuple):
 
 
 class Worth(NamedTuple):
-    """Worth of a hold."""
+    """Worth of holds that are made before choosing."""
 
     worths: Array  # worth for each decision, once, at least 0, (D,), in the unit of its cost
     # Standard error of the sum over decisions and uses, as of independent samples; of evenly spread ones it is less.
     se: float
+    total: float  # sum over decisions and uses
     p_best_after: Array  # probability of being the cheapest that the chosen option is expected to have then, (D,)
 
 
@@ -141,28 +142,23 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
 
 
 class PricedDecisions:
-    """Decisions with what every hold's worth is measured by: their costs, charged and divided into folds.
-
-    Attributes:
-        uses: Number of times that each is to be done, (D,).
-        folds: Places of the samples of each fold, (_FOLDS, about S / _FOLDS).
-        costs: Costs of all options of each fold's samples, (about S / _FOLDS, K) each.
-        best: Shares by which each option is the cheapest of a sample, of the same shapes.
-        ends: Places between the options of neighbouring decisions, (D + 1,).
-        now: Place of the option that each decision would take now by all folds but one, (_FOLDS, D).
-    """
+    """Decisions with what every hold's worth is measured by: their costs, charged and divided into folds."""
 
     def __init__(self, decisions: Sequence[Decision]) -> None:
         """Charges and divides the costs of decisions, at least one, all under the same samples."""
         costs = np.concatenate([decision.charge() for decision in decisions]).T
         best = np.concatenate([decision.mark_best() for decision in decisions]).T
-        self.uses = np.array([decision.uses for decision in decisions])
+        self.uses = np.array([decision.uses for decision in decisions])  # (D,)
+        # Places of the samples of each fold; costs of all options of these samples, (about S / _FOLDS, K) each; and
+        # shares by which each option is the cheapest of a sample.
         self.folds = [np.arange(fold, len(costs), _FOLDS) for fold in range(_FOLDS)]
         self.costs = [np.ascontiguousarray(costs[fold]) for fold in self.folds]
         self.best = [np.ascontiguousarray(best[fold]) for fold in self.folds]
+        # Places between the options of neighbouring decisions, (D + 1,).
         self.ends = np.cumsum([0, *(len(decision.cost) for decision in decisions)])
         sums = np.array([own.sum(axis=0) for own in self.costs])
         others = sums.sum(axis=0) - sums
+        # Place of the option that each decision would take now by all folds but one, (_FOLDS, D).
         self.now = np.array(
             [[a + row[a:b].argmin() for a, b in itertools.pairwise(self.ends)] for row in others], dtype=int
         )
@@ -187,25 +183,22 @@ def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
             falls[d, fold] = cost[:, now[d]] - cost[rows, picked]
             certain[d, fold] = best[rows, picked]
     se = float((priced.uses @ falls).std(ddof=1) / np.sqrt(len(Q)))
-    return Worth(np.maximum(falls.mean(axis=1), 0.0), se, np.clip(certain.mean(axis=1), 0.0, 1.0))
+    worths = np.maximum(falls.mean(axis=1), 0.0)
+    return Worth(worths, se, float(worths @ priced.uses), np.clip(certain.mean(axis=1), 0.0, 1.0))
 
 
 class Outlook:
     """Percepts of all objects that may be held, under the samples by which decisions are priced."""
 
     def __init__(self, felt: Mapping[str, Array], priced: PricedDecisions) -> None:
-        """Stores each object's percept by name, (S, r)."""
+        """Takes each object's percept by name, (S, r)."""
         self._felt, self._priced = felt, priced
 
     def find_best_pair(self, names: Sequence[str]) -> tuple[tuple[str, str] | None, float]:
         """Finds the two objects that are worth most together, and their worth; None if no pair is worth anything."""
-        best: tuple[str, str] | None = None
-        most = 0.0
-        for pair in itertools.combinations(names, 2):
-            worth = self._sum(self._measure(pair))
-            if worth > most:
-                best, most = pair, worth
-        return best, most
+        worths = {pair: self._measure(pair).total for pair in itertools.combinations(names, 2)}
+        best = max(worths, key=lambda pair: worths[pair], default=None)
+        return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
     def look_ahead(self, names: Sequence[str], certain: float, least: float) -> tuple[tuple[str, ...], Array]:
         """Adds to the next holds, one at a time, the object that makes all of them worth most together.
@@ -218,8 +211,8 @@ class Outlook:
         worth = self._measure(order)
         while worth.p_best_after.min() < certain and len(order) < _MOST_AHEAD:
             others = {name: self._measure([*order, name]) for name in self._felt if name not in order}
-            name = max(others, key=lambda each: self._sum(others[each]), default="")
-            if not name or self._sum(others[name]) - self._sum(worth) <= least:
+            name = max(others, key=lambda each: others[each].total, default="")
+            if not name or others[name].total - worth.total <= least:
                 break
             order.append(name)
             worth = others[name]
@@ -227,9 +220,6 @@ class Outlook:
 
     def _measure(self, names: Sequence[str]) -> Worth:
         return measure_worth([self._felt[name] for name in names], self._priced)
-
-    def _sum(self, worth: Worth) -> float:
-        return float(worth.worths @ self._priced.uses)
 
 
 def measure_information(

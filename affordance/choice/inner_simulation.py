@@ -68,13 +68,7 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
 
 
 class Choice:
-    """Choice among options for one task, with the motions planned once for all beliefs.
-
-    Attributes:
-        options: Options to choose from.
-        cost_models: Cost of the task with each option.
-        settings: Settings of arm, prior and controller.
-    """
+    """Choice among options for one task, with the motions planned once for all beliefs."""
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
         """Stores options, at least one and each of another name, else an AffordanceError, and the task's costs."""
@@ -82,7 +76,7 @@ class Choice:
         if not names or len(set(names)) < len(names):
             raise AffordanceError(f"options are {names}, must be at least one and each of another name")
         self.options = tuple(options)
-        self.cost_models = tuple(cost_models)
+        self.cost_models = tuple(cost_models)  # of the task with each option
         self.settings = settings
         self._features = {option.object_name: option.features for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]

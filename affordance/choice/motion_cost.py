@@ -93,12 +93,7 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
 
 
 class MotionCost:
-    """Costs of a planned motion as a function of the tool's inertial parameters.
-
-    Attributes:
-        motion: Planned motion.
-        infeasible_reason: Reason why the motion does not do the task, whatever the tool's inertia; empty if it does.
-    """
+    """Costs of a planned motion as a function of the tool's inertial parameters."""
 
     def __init__(
         self,
@@ -110,7 +105,7 @@ class MotionCost:
     ) -> None:
         """Computes the torques of the arm and the regressors at the nodes, at most one per control period.
 
-        A motion with a reason is infeasible with every tool. State and payload of the model are changed.
+        A motion with a reason does not do the task, whatever the tool. State and payload of the model are changed.
         """
         self._measure = measure
         self.motion = motion

@@ -140,7 +140,7 @@ def advise_hold(
         pair_worth,
         criterion.unit,
         plan,
-        tuple(float(each) for each in planned),
+        tuple(planned.tolist()),
         check,
     )
 
@@ -162,17 +162,9 @@ def _rank(
         felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
         worth = measure_worth([felt[tool.name]], priced)
         information = measure_information(hold, static, noise, covariance, samples.common)
-        found.append(
-            RankedHold(
-                tool.name,
-                float(worth.worths @ priced.uses),
-                worth.se,
-                tuple(float(each) for each in worth.worths),
-                information if p_held >= _HOLDABLE else 0.0,
-                tuple(float(each) for each in worth.p_best_after),
-                p_held,
-            )
-        )
+        worths, p_best_after = tuple(worth.worths.tolist()), tuple(worth.p_best_after.tolist())
+        information = information if p_held >= _HOLDABLE else 0.0
+        found.append(RankedHold(tool.name, worth.total, worth.se, worths, information, p_best_after, p_held))
     return tuple(sorted(found, key=lambda each: (-each.worth, -each.information))), Outlook(felt, priced)
 
 

@@ -4,8 +4,18 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
-from affordance.belief.kinds_upkeep import assign, find_twins, merge, teach, tidy
+from affordance.belief.kinds import (
+    KindPrior,
+    Kinds,
+    KnownObject,
+    Membership,
+    OwnDensities,
+    assign,
+    find_twins,
+    merge,
+    teach,
+    tidy,
+)
 from affordance.belief.likelihood import Likelihood
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
