@@ -14,25 +14,6 @@ def pair():
     return DensityBelief.from_moments(np.array([700.0, 7800.0]), np.array([[200.0**2, -3e4], [-3e4, 500.0**2]]))
 
 
-def test_moments_survive_the_information_form(pair):
-    np.testing.assert_allclose(pair.untruncated_mean, [700, 7800], rtol=1e-12)
-    np.testing.assert_allclose(pair.covariance, [[200.0**2, -3e4], [-3e4, 500.0**2]], rtol=1e-12)
-
-
-def test_evidence_adds_in_any_order(pair, rng):
-    likelihoods = []
-    for _ in range(5):
-        A = rng.normal(size=(3, 2))
-        likelihoods.append(Likelihood(A.T @ A * 1e-4, rng.normal(size=2), 0.0))
-    forward, backward = pair, pair
-    for likelihood in likelihoods:
-        forward = forward.condition(likelihood)
-    for likelihood in reversed(likelihoods):
-        backward = backward.condition(likelihood)
-    np.testing.assert_allclose(forward.untruncated_mean, backward.untruncated_mean, rtol=1e-12)
-    np.testing.assert_allclose(forward.precision, backward.precision, rtol=1e-12)
-
-
 def test_material_never_felt_gets_the_prior_and_leaves_others_alone(pair):
     extended = pair.extend(PRIOR, 2)
     np.testing.assert_allclose(extended.untruncated_mean, [700, 7800, 1000, 1000], rtol=1e-10)

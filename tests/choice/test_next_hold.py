@@ -204,13 +204,9 @@ def test_hold_of_a_tool_tells_of_the_errors_of_its_look(question):
     assert not np.array_equal(first, samples.draw(50).draw_errors("tool"))
 
 
-def name_again(tool, name):
-    return replace(tool, name=name)
-
-
 def test_certainty_that_rests_on_one_object_is_said_and_a_check_proposed(question):
     felt = {"bar of oak": feel_density(OAK, 563.0), "rod of cast steel": feel_density(STEEL, 7200.0)}
-    second = name_again(OAK, "second bar")
+    second = replace(OAK, name="second bar")
     advice = advise(question, [second, BRASS], remember(felt.values()), felt=felt)
     assert advice.rests_on == ("bar of oak",)  # steel never felt would be denser than oak, most probably
     assert (advice.stop, advice.check) == ("", "second bar")
@@ -227,7 +223,7 @@ def test_two_objects_that_differ_are_no_certainty_until_a_third_decides(question
     at_odds["rod of cast steel"] = feel_density(STEEL, 7200.0)
     memory = remember(at_odds.values())
     believed = advise(question, [BRASS], memory).decisions[0]
-    doubted = advise(question, [name_again(OAK, "third bar"), BRASS], memory, felt=at_odds)
+    doubted = advise(question, [replace(OAK, name="third bar"), BRASS], memory, felt=at_odds)
     assert doubted.stop == ""
     assert doubted.ranked[0].name == "third bar"
     assert doubted.decisions[0].p_best < believed.p_best

@@ -22,22 +22,17 @@ def test_each_part_is_moved_along_each_axis_both_ways():
     np.testing.assert_allclose(np.abs(steps).sum(axis=1), SHIFT)
 
 
+def compute_place(held):
+    return float(held.components[1].X_TE[0, 3])
+
+
 def test_change_is_the_largest_relative_one():
     """A work that is the distance from the wooden grip to the second part, 225 mm, changes by 2 mm / 225 mm."""
-
-    def compute_work(held):
-        return float(held.components[1].X_TE[0, 3])
-
-    grip = STICK.grips[0]
-    assert measure_change(compute_work, STICK, grip) == pytest.approx(0.002 / 0.225)
+    assert measure_change(compute_place, STICK, STICK.grips[0]) == pytest.approx(0.002 / 0.225)
     changes = measure_changes(compute_place, [STICK, HAMMER], jobs=1, description="test")
     assert list(changes) == ["stick", "hammer"]
     # Seen from the steel end the second part is at 75 mm, of which its displacement is 2 mm.
     assert changes["stick"] == pytest.approx(0.002 / 0.075)
-
-
-def compute_place(held):
-    return float(held.components[1].X_TE[0, 3])
 
 
 def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.two_tools import HAMMER, STICK
+from helpers.two_tools import HAMMER, REACH, STICK
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
@@ -16,19 +16,13 @@ from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.motion_cost import Costs
 from affordance.choice.pricing import GRIP_LEVER, GripBounds, plan_options
 from affordance.choice.ranking import rank, rank_draws, rank_options
-from affordance.choice.reach import Reach
 from affordance.choice.reasons import explain_choice
-from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError
-from affordance.files.model_folder import MODELS
 from affordance.settings import Settings
 
 SETTINGS = Settings()
-REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
 NOVICE = MaterialMemory()
 SAMPLES = 400
-
-
 CHOICE = plan_options(list_drawn_options([STICK]), REACH, SETTINGS)
 
 
@@ -82,10 +76,9 @@ def test_each_criterion_orders_by_its_own_number(rankings):
 
 
 def test_wrench_counts_as_a_force_at_the_lever_of_the_gripper(rankings):
-    choice = plan_choice(list_drawn_options([STICK]), REACH, SETTINGS)
-    demand = choice.compute_demands(choice.draw_parameters(NOVICE, np.random.default_rng(3), SAMPLES))
+    demand = CHOICE.compute_demands(CHOICE.draw_parameters(NOVICE, np.random.default_rng(3), SAMPLES))
     by_name = {each.option.name: each for each in rankings[Criterion.GRIP].ranked}
-    for option, force, moment in zip(choice.options, demand.force, demand.moment, strict=True):
+    for option, force, moment in zip(CHOICE.options, demand.force, demand.moment, strict=True):
         as_force = np.sqrt(force**2 + (moment / GRIP_LEVER) ** 2)
         assert by_name[option.name].cost == pytest.approx(np.quantile(as_force, 0.95))
     assert GripBounds(force=20.0, moment=1.0).lever == 0.05

@@ -47,6 +47,17 @@ def _assert_same(one, other):
     np.testing.assert_allclose(one.belief.information_vector[order], other.belief.information_vector, rtol=1e-9)
 
 
+def _assert_sum(ledger, groups):
+    """Asserts that a ledger is sound, and recalls the sum over things, each with its trials."""
+    _assert_same(ledger.recall(), sum_objects(groups, PRIOR))
+    assert ledger.verify() == []
+
+
+def _group(trials):
+    """Trials of each of the three things of a workshop, which are held by turns."""
+    return [trials[0::3], trials[1::3], trials[2::3]]
+
+
 def test_a_trial_counts_once(ledger):
     trials = hold_workshop(6)
     assert ledger.append(trials) == 6
@@ -91,9 +102,8 @@ def test_recalled_belief_is_the_sum_over_things(ledger):
     for trial in trials:
         ledger.append([trial])
         ledger.recall()  # so that sums are kept and changed, trial by trial
-    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR))
+    _assert_sum(ledger, _group(trials))
     assert ledger.list_things() == {"bar": 4, "rod": 4, "hammer": 4}
-    assert ledger.verify() == []
 
 
 def test_recall_reads_no_trial(ledger, monkeypatch):
@@ -151,8 +161,7 @@ def test_forgetting_leaves_the_belief_of_never_having_known(ledger, selection, r
     assert ledger.forget(selection) == 12 - len(kept)
     groups = [[trial for trial in kept if trial.object_name == name] for name in ("bar", "rod", "hammer")]
     groups.sort(key=lambda group: group[0].time if group else "")
-    _assert_same(ledger.recall(), sum_objects([group for group in groups if group], PRIOR))
-    assert ledger.verify() == []
+    _assert_sum(ledger, [group for group in groups if group])
     assert ledger.forget(selection) == 0
 
 
@@ -205,11 +214,10 @@ def test_trials_between_others_are_added_to_the_sums_that_are_kept(ledger, monke
     with monkeypatch.context() as patch:
         patch.setattr(stored_trials, "read_trial", None)
         found = ledger.recall()
-    _assert_same(found, sum_objects([trials[1::3], trials[2::3], trials[3::3]], PRIOR))
+    _assert_same(found, sum_objects(_group(trials[1:]), PRIOR))
     assert ledger.verify() == []
     ledger.append(trials[:1])
-    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR))
-    assert ledger.verify() == []
+    _assert_sum(ledger, _group(trials))
 
 
 def test_new_things_of_one_append_by_turns_are_added_to_the_sums_that_are_kept(ledger, monkeypatch):
@@ -218,8 +226,7 @@ def test_new_things_of_one_append_by_turns_are_added_to_the_sums_that_are_kept(l
     ledger.recall()
     monkeypatch.setattr(module, "drop_sums", None)
     ledger.append(trials[1:])
-    _assert_same(ledger.recall(), sum_objects([trials[0::3], trials[1::3], trials[2::3]], PRIOR))
-    assert ledger.verify() == []
+    _assert_sum(ledger, _group(trials))
 
 
 def test_sums_for_other_priors_are_kept_beside(ledger):
@@ -230,9 +237,7 @@ def test_sums_for_other_priors_are_kept_beside(ledger):
     ledger.append(hold_workshop(9))
     assert ledger.verify() == []
     for prior in (PRIOR, narrow):
-        trials = hold_workshop(9)
-        wanted = sum_objects([trials[0::3], trials[1::3], trials[2::3]], prior)
-        _assert_same(ledger.recall(prior=prior), wanted)
+        _assert_same(ledger.recall(prior=prior), sum_objects(_group(hold_workshop(9)), prior))
 
 
 _WRITER = """
@@ -441,8 +446,7 @@ def test_damaged_sums_are_found_and_never_used(tmp_path, table, change, then):
                 assert "the sums for the prior" in problem
                 assert ledger.verify() == []
             things = [ledger.list_thing_trials(thing) for thing in ledger.list_things()]
-            _assert_same(ledger.recall(), sum_objects(things, PRIOR))
-            assert ledger.verify() == []
+            _assert_sum(ledger, things)
 
 
 def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
