@@ -67,7 +67,6 @@ def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
 def _judge(
     workshop: worlds.Workshop, true: worlds.TrueWorld, memory: Memory, rng: np.random.Generator
 ) -> tuple[list[float], list[float]]:
-    """Judges the choices under a memory by the true costs."""
     _, decisions = worlds.decide(workshop, memory, _NUM_JUDGED, rng)
     right, regret = [], []
     for decision in decisions:

@@ -50,7 +50,6 @@ def list_verdicts(found: Found) -> tuple[Table, ...]:
 
 
 def _get_excess(one: Mapping[str, Any], task: str) -> float:
-    """Returns the additional cost of the costlier grip in a task, as a fraction."""
     return float(one[task]["energy_ratio_true"]) - 1.0
 
 

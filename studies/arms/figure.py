@@ -59,7 +59,6 @@ def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappi
 
 
 def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """Draws the additional cost of the costlier grip, in reaching and hammering."""
     for task, colour, marker in (("reach", OBJECT_COLOURS[0], "o"), ("hammer", OBJECT_COLOURS[4], "^")):
         able = {name: one for name, one in {**known, "ours": ours}.items() if task in one}
         for name, one in able.items():

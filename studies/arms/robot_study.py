@@ -156,7 +156,6 @@ def _list_changed(models: Path) -> list[str]:
 
 
 def _fail(reason: str) -> dict[str, Any]:
-    """Returns the metrics of a robot that could not be imported."""
     unknown = ("joints", "frozen_joints", "parity_error", "payload_kg", "home_torque_ratio", "real_time_factor")
     return {
         "loads": False,

@@ -167,7 +167,6 @@ def find_posterior(task: Task, chosen: list[int]) -> Mode:
 
 
 def _estimate(task: Task, chosen: list[int]) -> tuple[float, float]:
-    """Estimates ln m and its standard deviation from postures."""
     mode = find_posterior(task, chosen)
     return float(mode.theta[0]), float(np.sqrt(mode.covariance[0, 0]))
 

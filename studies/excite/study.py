@@ -90,7 +90,7 @@ def describe(
     }
 
 
-def weigh_in_postures(num_postures: int = NUM_POSTURES, seed: int = 0) -> dict[str, Any]:
+def weigh_in_postures(num_postures: int = NUM_POSTURES) -> dict[str, Any]:
     """Computes the standard deviation of a hammer's mass by one hold in random postures, [g].
 
     Its form is known, the densities of its parts are not.
@@ -106,7 +106,7 @@ def weigh_in_postures(num_postures: int = NUM_POSTURES, seed: int = 0) -> dict[s
         ]
     ).T
     limits = robot.limits
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     q = rng.uniform(limits.q_lower, limits.q_upper, (num_postures, len(robot.home)))
     q = np.concatenate([robot.home[None], q])
     rest = np.zeros_like(q)

@@ -186,7 +186,6 @@ def describe_blows(study: HammerStudy, experiment: ChoiceExperiment) -> Findings
 
 
 def _write_map(study: HammerStudy, grips: Sequence[str], folder: Path) -> None:
-    """Writes the map of work as map.nc."""
     axes = ("grip", "density", "force")
     variables = {
         "work": LabelledArray(axes, study.map.work, "J", "work of a blow"),

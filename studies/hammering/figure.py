@@ -131,7 +131,6 @@ def _is_near_the_end(values: Array, value: float) -> bool:
 
 
 def _fill(axes: Axes, forces: Array, values: Array, cells: NDArray[np.bool_], like: Patch) -> None:
-    """Fills cells of a map with the colour and hatching of a patch."""
     axes.pcolor(
         forces,
         values,

@@ -59,7 +59,6 @@ def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Arra
 
 
 def _run_at(found: OptimalSwing, pace: float) -> PlannedMotion:
-    """Returns the motion, run faster by the factor pace."""
     period = float(found.times[1] - found.times[0]) / pace
     v = pace * found.v
     return PlannedMotion(period, found.q[:-1], v[:-1], np.diff(v, axis=0) / period)

@@ -124,18 +124,17 @@ class SwingSearch:
         points[:2] = self._q_start  # at rest
         return points
 
-    def find_least_effort(self, start: Array | None = None) -> OptimalSwing:
-        """Searches for the motion of least effort, from given control points or those of the given swing.
+    def find_least_effort(self) -> OptimalSwing:
+        """Searches for the motion of least effort, from the given swing.
 
         Raises:
             AffordanceError: No motion that keeps the limits was found.
         """
-        points, converged = self._minimise(compute_squared_torque, self.start if start is None else start)
-        return self.measure(points, converged)
+        return self.measure(*self._minimise(compute_squared_torque, self.start))
 
-    def find_least_work(self, start: Array | None = None) -> OptimalSwing:
-        """Searches for the motion of least work; argument and errors as for ``find_least_effort``."""
-        points, converged = self.start if start is None else start, True
+    def find_least_work(self) -> OptimalSwing:
+        """Searches for the motion of least work, from the given swing; errors as for ``find_least_effort``."""
+        points, converged = self.start, True
         for rounding in _ROUNDING:
             points, converged = self._minimise(partial(compute_rounded_power, rounding), points)
         return self.measure(points, converged)

@@ -36,7 +36,6 @@ def plan(arguments: argparse.Namespace) -> Work:
 def _work(
     weight: PresentationExperiment, com: PresentationExperiment, arguments: argparse.Namespace, folder: Path
 ) -> Iterator[Findings]:
-    """Runs all observers of all learners; those that the folder holds are not run again."""
     start, repeats, jobs = time.perf_counter(), arguments.repeats, arguments.jobs
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
     numbers |= {

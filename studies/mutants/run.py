@@ -79,7 +79,6 @@ def _run(tree: Path, tests: Sequence[str], limit: float, lines: Path | None = No
 
 
 def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | None) -> None:
-    """Runs tests in this process, and ends it."""
     os.setsid()
     os.chdir(tree)
     os.environ["PYTHONPATH"] = str(tree)

@@ -56,7 +56,6 @@ def plan(arguments: argparse.Namespace) -> Work:
 def _work(
     arguments: argparse.Namespace, groups: Sequence[PresentationExperiment], people: list[Fraction], folder: Path
 ) -> Iterator[Findings]:
-    """Fits kappa for each learner with kinds, and prints it."""
     kappas = np.linspace(arguments.lowest, arguments.highest, arguments.count)
     numbers: dict[str, Any] = {}
     figures = {}

@@ -101,7 +101,6 @@ def _finds_mass(belief: PayloadBelief, good: PayloadBelief, mass: float, of_sens
 
 
 def _finds_centre(belief: PayloadBelief, good: PayloadBelief) -> bool:
-    """Compares the centre of mass."""
     sd = np.hypot(belief.marginals.sd[1:4], good.marginals.sd[1:4])
     apart = np.abs(belief.centre_of_mass - good.centre_of_mass)
     return bool(((apart <= _PLACE) | (apart <= _SDS * sd)).all())

@@ -87,7 +87,6 @@ def _time_replay(
 
 
 def _time(function: Callable[[], Any]) -> float:
-    """Measures the median processor time of several calls, [s]."""
     times = []
     for _ in range(_REPEATS):
         start = time.process_time()

@@ -79,7 +79,6 @@ def _has_doubts(panda: PandaData, run: Run, settings: IdentificationSettings) ->
 
 
 def _cut(run: Run) -> Iterator[Run]:
-    """Cuts a run into its windows."""
     times = run.times - run.times[0]
     for length in _SINGLE_LENGTHS:
         for start in np.arange(0.0, times[-1] - length, 0.5 * length):

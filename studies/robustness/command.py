@@ -73,7 +73,6 @@ def _read_setting(text: str) -> int | None:
 
 
 def _show_setting(experiment: Robustness, index: int | None) -> int:
-    """Prints what a setting assumes and gives."""
     setting, outcome = experiment.evaluate(index)
     labels = {each.name: each.label for each in experiment.assumptions}
     print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))

@@ -135,12 +135,10 @@ def evaluate_setting(
 
 
 def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
-    """Judges the claims about the numbers of one experiment."""
     return {key: value for key, value in judge({name: dict(numbers)}).items() if key.startswith(f"{name}.")}
 
 
 def _plan_reach(world: World) -> Choice:
-    """Plans the path with both grips."""
     return _check(plan_choice(list_options(world.novel), world.reach, world.settings))
 
 

@@ -235,7 +235,6 @@ class Robustness(Experiment):
         )
 
     def _write_settings(self, arrays: Arrays, folder: Path) -> None:
-        """Writes what each setting assumes and which claims hold in it."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         measured = [f"{name}.p_correct[{moment}]" for name in _CHOOSING for moment in MOMENTS]
@@ -255,7 +254,6 @@ class Robustness(Experiment):
 
 
 def _drop_default(arrays: Arrays) -> Arrays:
-    """The arrays of the sample alone."""
     return {name: array[1:] for name, array in arrays.items()}
 
 
@@ -268,7 +266,6 @@ def _list_quantiles(values: Array) -> dict[str, Any]:
 
 
 def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
-    """Counts by reason the experiments that could not be run."""
     counts: dict[str, int] = {}
     for reason in map(str, reasons):
         if reason:

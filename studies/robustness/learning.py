@@ -56,7 +56,6 @@ def collect_experience_at_rest(hold: StaticHold, world: World, config: Experienc
 
 
 def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> Memory:
-    """The memory after holding an object."""
     settings = world.settings
     true = {part.looks_like.colour: part.material.density for part in tool.components}
     statistics = hold.measure(

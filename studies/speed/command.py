@@ -71,7 +71,6 @@ def _print_tables(arguments: argparse.Namespace) -> int:
 
 
 def _measure(folder: Path) -> Iterator[Findings]:
-    """Runs all measurements one after the other, and prints the tables."""
     tables: list[str] = []
     ratios: dict[str, float] = {}
     for name in MEASURED:

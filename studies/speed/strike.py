@@ -173,7 +173,6 @@ def format_blows(label: Sequence[str], grip: str, found: Iterable[Blow | None], 
 
 
 def _span(values: Array, form: str) -> str:
-    """Formats the least and largest of some values."""
     least, largest = f"{values.min():{form}}", f"{values.max():{form}}"
     return least if least == largest else f"{least} to {largest}"
 

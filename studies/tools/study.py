@@ -111,7 +111,6 @@ def run(config: ToolsConfig) -> ToolsResult:
 
 
 def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
-    """Adds the results that need the data set."""
     config = result.config
     _LOG.info("inertia from meshes")
     result.parity = measure_parity(data)

@@ -89,10 +89,10 @@ def load_stick() -> Tool:
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
 
-def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> CalibrationConfig:
+def build_config(noise: NoiseModel, *, moves: bool) -> CalibrationConfig:
     """Builds the calibration of the stick under the settings of all simulations, with a noise model."""
     tool = load_stick()
-    return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves, seed)
+    return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves)
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:

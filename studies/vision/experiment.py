@@ -197,7 +197,6 @@ class VisionExperiment(Experiment):
         return draw_camera_views(views)
 
     def _draw_uncommon(self) -> Figure:
-        """Draws the pictures by which the uncommon objects are ranked."""
         sensor = get_camera_sensor()
         views = []
         for tool in self.uncommon:
