@@ -18,6 +18,8 @@ from studies.excite.motions import SECONDS as SECONDS_DESIGNED
 from studies.excite.motions import describe_motions, find_seconds, list_seconds
 from studies.excite.study import weigh_in_postures
 
+KEYS = {"found": "rmse_g", "said": "said_sd_g", "label": "time (s)"}
+
 
 def test_a_pose_is_predicted_as_identification_states_it():
     """Predictions from sums of rows, friction and gains as columns, agree to 1e-6 with the library's likelihood."""
@@ -37,16 +39,13 @@ def test_a_pose_is_predicted_as_identification_states_it():
 
 
 def test_rules_choose_each_pose_once_from_the_pool(rng):
-    task, _ = posewise.prepare_task(DATA, "white")
+    task, mass = posewise.prepare_task(DATA, "black")
+    assert mass == pytest.approx(0.13892)  # by the scale
     pool = rng.choice(1000, 30, replace=False)
     for rule in posewise.RULES:
         chosen = posewise._choose(task, rule, pool, 6)
         assert len(set(chosen)) == 6
         assert set(chosen) <= set(pool)
-
-
-def test_true_masses_are_those_of_the_scale():
-    assert posewise.prepare_task(DATA, "black")[1] == pytest.approx(0.13892)
 
 
 def test_score_of_a_condition_number_is_least_for_even_columns(rng):
@@ -76,12 +75,12 @@ def test_random_motions_are_followed_further_and_the_floor_is_that_of_lengths_wh
     assert numbers["floor_g"] == pytest.approx(6.0)
     assert numbers["seconds_to_floor"]["random"] == pytest.approx(4.0 * 2.0 ** (np.log(24.0 / 7.2) / np.log(8.0)))
     assert 2.0 < numbers["seconds_to_floor"]["stated"] < 4.0
-    drawn = draw_errors((2, 4, 8), {"arm": numbers["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
+    drawn = draw_errors((2, 4, 8), {"arm": numbers["rules"]}, **KEYS)
     assert [len(line.get_xdata()) for line in drawn.axes[0].lines] == [2, 2, 3, 3]
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()] == ["what will be stated", "random"]
     drawn.draw_without_rendering()
     assert [text.get_text() for text in drawn.axes[0].get_xticklabels()] == ["2", "4", "8"]
-    arms = draw_errors((2, 4, 8), {"ur10e": numbers["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
+    arms = draw_errors((2, 4, 8), {"ur10e": numbers["rules"]}, **KEYS)
     assert arms.axes[0].get_title() == "UR10e"
 
 
@@ -100,8 +99,6 @@ def test_numbers_are_those_of_the_section_and_are_drawn():
     arm = numbers["excite"]["generated"]
     assert arm["predicted_over_stated"] == pytest.approx(1.0, abs=0.3)
     assert numbers["largest_share_of_a_limit"] <= 1.0
-    figure = draw_errors(NUMBERS, {"objects": rules}, found="rmse_g", said="said_sd_g", label="postures")
-    assert isinstance(figure, Figure)
-    moved = draw_errors(SECONDS, {"arm": arm["rules"]}, found="rmse_g", said="said_sd_g", label="time (s)")
-    assert isinstance(moved, Figure)
+    for places, found in ((NUMBERS, rules), (SECONDS, arm["rules"])):
+        assert isinstance(draw_errors(places, {"objects": found}, **KEYS), Figure)
     json.dumps(numbers, default=lambda each: np.asarray(each).tolist())

@@ -17,16 +17,6 @@ from studies.hammering.optimal_swing import compare_swings
 from studies.study import write_findings
 
 
-@pytest.fixture(scope="module")
-def experiment(hammering):
-    return hammering
-
-
-@pytest.fixture(scope="module")
-def plan(hammering_plan):
-    return hammering_plan
-
-
 @pytest.fixture
 def is_coarse(monkeypatch):
     monkeypatch.setattr(blows, "_MAP_FORCES", 20)
@@ -34,17 +24,17 @@ def is_coarse(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def study(experiment, plan):
+def study(hammering, hammering_plan):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(blows, "_MAP_FORCES", 20)
         patch.setattr(blows, "_MAP_DENSITIES", 2)
         patch.setattr(blows, "compare_swings", functools.partial(compare_swings, num_pieces=1))
-        return blows.study_blows(experiment, plan, jobs=1)
+        return blows.study_blows(hammering, hammering_plan, jobs=1)
 
 
 @pytest.fixture(scope="module")
-def findings(study, experiment):
-    return blows.describe_blows(study, experiment)
+def findings(study, hammering):
+    return blows.describe_blows(study, hammering)
 
 
 def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crossover(findings):
@@ -55,20 +45,22 @@ def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crosso
     assert cheaper == ["steel", "wood"]
 
 
-def test_swings_by_other_criteria_are_better_by_these(findings, plan):
+def test_swings_by_other_criteria_are_better_by_these(findings, hammering_plan):
     for grip, swings in findings.numbers["swings"].items():
         assert swings["least_effort"]["effort"] < swings["least_acceleration"]["effort"]
         assert swings["least_work"]["energy"] < swings["least_acceleration"]["energy"]
-        assert swings["least_acceleration"]["energy"] == pytest.approx(plan.simulated["stick"][grip].work, rel=0.03)
+        assert swings["least_acceleration"]["energy"] == pytest.approx(
+            hammering_plan.simulated["stick"][grip].work, rel=0.03
+        )
 
 
-def test_yielding_nail_is_driven_as_deep_by_the_same_energy(findings, plan):
+def test_yielding_nail_is_driven_as_deep_by_the_same_energy(findings, hammering_plan):
     for grip, blow in findings.numbers["yielding_nail"].items():
-        assert blow["travel_m"] == pytest.approx(plan.simulated["stick"][grip].travel, rel=0.05)
+        assert blow["travel_m"] == pytest.approx(hammering_plan.simulated["stick"][grip].travel, rel=0.05)
 
 
 def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(
-    experiment, plan, study, is_coarse, monkeypatch
+    hammering, hammering_plan, study, is_coarse, monkeypatch
 ):
     """A crossover above a small demanded force, for which the steel end is cheaper, is checked on either side."""
     monkeypatch.setattr(blows, "_compare_swings", lambda *arguments: {})
@@ -76,13 +68,13 @@ def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_for
 
     def simulate_stiff(*arguments, nail=None, **changes):
         """Simulates a blow, except that a nail that yields is left to another test."""
-        return plan.simulated["stick"]["wood"] if nail else simulate(*arguments, **changes)
+        return hammering_plan.simulated["stick"]["wood"] if nail else simulate(*arguments, **changes)
 
     monkeypatch.setattr(blows, "_simulate", simulate_stiff)
     (crossover,) = study.crossovers
-    weaker = dataclasses.replace(experiment.task, force=0.95 * crossover)
-    adapter = dataclasses.replace(experiment.adapter, task=weaker)
-    found = blows.study_blows(dataclasses.replace(experiment, adapter=adapter), plan, jobs=1)
+    weaker = dataclasses.replace(hammering.task, force=0.95 * crossover)
+    adapter = dataclasses.replace(hammering.adapter, task=weaker)
+    found = blows.study_blows(dataclasses.replace(hammering, adapter=adapter), hammering_plan, jobs=1)
     assert found.crossovers == pytest.approx([crossover], abs=0.05)
     (below, dealt_below), (above, dealt_above) = found.checked.items()
     assert below < crossover < above
@@ -91,54 +83,58 @@ def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_for
     assert cheaper == ["steel", "wood"]
 
 
-def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan, monkeypatch, caplog):
+def test_study_goes_on_without_other_swings_where_none_is_found(hammering, hammering_plan, monkeypatch, caplog):
     def find_none(*arguments):
         raise AffordanceError("no motion keeps the limits")
 
     monkeypatch.setattr(blows, "compare_swings", find_none)
-    tool, simulated = experiment.novel[0], plan.simulated["stick"]
-    found = blows._compare_swings(tool.list_gripped(), plan.costs["stick"], simulated, experiment.settings, 1)
+    tool, simulated = hammering.novel[0], hammering_plan.simulated["stick"]
+    found = blows._compare_swings(
+        tool.list_gripped(), hammering_plan.costs["stick"], simulated, hammering.settings, 1
+    )
     assert found == {}
     assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
 
 
-def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, is_coarse, monkeypatch, caplog):
+def test_study_goes_on_without_blows_that_fail_in_contact(hammering, hammering_plan, is_coarse, monkeypatch, caplog):
     """Blows that stall on a yielding nail, as those of a light arm do, are left out of the study and named."""
 
     def stall(*arguments, nail=None, **changes):
         if nail is not None:
             raise StallError("stick", 0.8, 200_000, ())
-        return plan.simulated["stick"]["wood"]
+        return hammering_plan.simulated["stick"]["wood"]
 
     monkeypatch.setattr(blows, "simulate_blow", stall)
     monkeypatch.setattr(blows, "_compare_swings", lambda *arguments: {})
-    found = blows.study_blows(experiment, plan, jobs=1)
+    found = blows.study_blows(hammering, hammering_plan, jobs=1)
     assert found.yielding == {}
     assert len(found.checked) == 2
     assert "left out of the study: the simulated blow with the stick stalls" in caplog.text
-    assert not render(blows.describe_blows(found, experiment)).remarks
+    assert not render(blows.describe_blows(found, hammering)).remarks
 
 
-def test_study_of_three_grips_compares_the_two_cheapest(experiment, plan, is_coarse, monkeypatch):
+def test_study_of_three_grips_compares_the_two_cheapest(hammering, hammering_plan, is_coarse, monkeypatch):
     """A third grip 2 cm from the first, with the first's costs, is compared with the first."""
 
     def find_none(*arguments):
         raise AffordanceError("no other swing")
 
-    simulated = plan.simulated["stick"]
+    simulated = hammering_plan.simulated["stick"]
     monkeypatch.setattr(blows, "compare_swings", find_none)
     monkeypatch.setattr(blows, "_simulate", lambda *arguments, **changes: simulated["wood"])
-    stick, near = experiment.novel[0], np.eye(4)
+    stick, near = hammering.novel[0], np.eye(4)
     near[0, 3] = 0.02
     three = dataclasses.replace(stick, grips=(*stick.grips, Grip("near", near)))
-    costs = {**plan.costs["stick"], "near": plan.costs["stick"]["wood"]}
-    plan = plan._replace(costs={"stick": costs}, simulated={"stick": {**simulated, "near": simulated["wood"]}})
-    experiment = dataclasses.replace(experiment, novel=(three,))
-    found = blows.study_blows(experiment, plan, jobs=1)
+    costs = {**hammering_plan.costs["stick"], "near": hammering_plan.costs["stick"]["wood"]}
+    plan = hammering_plan._replace(
+        costs={"stick": costs}, simulated={"stick": {**simulated, "near": simulated["wood"]}}
+    )
+    hammering = dataclasses.replace(hammering, novel=(three,))
+    found = blows.study_blows(hammering, plan, jobs=1)
     assert simulated["wood"].work < simulated["steel"].work
     assert found.compared == ("wood", "near")
     assert found.map.work.shape[0] == 3
-    assert blows.describe_blows(found, experiment).figures["map"]().axes
+    assert blows.describe_blows(found, hammering).figures["map"]().axes
 
 
 @pytest.mark.parametrize(

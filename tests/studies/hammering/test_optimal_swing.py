@@ -4,6 +4,7 @@ from functools import partial
 import numpy as np
 import pinocchio
 import pytest
+from helpers.two_tools import STICK
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -11,25 +12,17 @@ from affordance.choice.hammer import load_hammer
 from affordance.control.swing import COASTING_TIME, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.load import load_arm
 from studies.hammering.inverse_dynamics import InverseDynamics
 from studies.hammering.optimal_swing import SwingSearch, compute_rounded_power, compute_squared_torque, measure_swing
 from studies.speed.peer_arms import build_pinocchio, read_grip
 
-STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml")
 HELD = STICK.gripped_by(STICK.grips[0])
 PI = HELD.parameters
 DOWN = np.array([0.0, 0.0, -1.0])
 SPEED, DURATION = 3.0, 0.8
 START = dict(load_hammer(MODELS / "nail.yaml").start)
 OBJECTIVES = [compute_squared_torque, partial(compute_rounded_power, 0.5)]
-
-
-@pytest.fixture(scope="module")
-def own_model():
-    return ArmModel(load_arm())
 
 
 @pytest.fixture(scope="module")

@@ -5,30 +5,28 @@ from studies.hammering.work_map import pick_forces_around
 
 FORCES = np.linspace(102.0, 800.0, 80)
 ALL = np.ones(80, dtype=bool)
+BLOCKED = (FORCES > 500.0) & (FORCES < 600.0)
 
 
 def pick(crossovers, feasible=ALL, demanded=400.0):
     return pick_forces_around(crossovers, forces=FORCES, feasible=feasible, least=100.0, demanded=demanded)
 
 
-def test_forces_are_half_way_in_proportion_to_the_least_and_to_the_demanded_one():
-    assert pick([225.0]) == pytest.approx((150.0, 300.0))
-
-
-def test_above_the_demanded_force_it_is_half_way_to_the_last_one():
-    assert pick([450.0]) == pytest.approx((np.sqrt(450.0 * 100.0), 600.0))
-
-
-def test_force_above_is_one_both_grips_can_give():
-    """The force above lies below the first force that a grip cannot give, even if both grips can give more beyond."""
-    blocked = (FORCES > 500.0) & (FORCES < 600.0)
-    last = FORCES[FORCES < 500.0].max()
-    assert pick([450.0], ~blocked)[1] == pytest.approx(np.sqrt(450.0 * last))
-    assert pick([225.0], ~blocked)[1] == pytest.approx(300.0)
-
-
-def test_force_above_lies_before_the_next_crossover():
-    assert pick([225.0, 256.0, 700.0])[1] == pytest.approx(240.0)
+@pytest.mark.parametrize(
+    ("crossovers", "feasible", "below", "above"),
+    [
+        pytest.param([225.0], ALL, 150.0, 300.0, id="half-way to the least and to the demanded one"),
+        pytest.param([450.0], ALL, np.sqrt(450.0 * 100.0), 600.0, id="above the demanded one, to the last one"),
+        # The force above lies below the first force that a grip cannot give, even if both can give more beyond.
+        pytest.param([450.0], ~BLOCKED, None, np.sqrt(450.0 * FORCES[FORCES < 500.0].max()), id="blocked"),
+        pytest.param([225.0], ~BLOCKED, None, 300.0, id="demanded one before what is blocked"),
+        pytest.param([225.0, 256.0, 700.0], ALL, None, 240.0, id="before the next crossover"),
+    ],
+)
+def test_forces_are_half_way_in_proportion(crossovers, feasible, below, above):
+    found = pick(crossovers, feasible)
+    assert found[1] == pytest.approx(above)
+    assert below is None or found[0] == pytest.approx(below)
 
 
 def test_forces_lie_on_either_side_whatever_the_crossovers(rng):

@@ -100,25 +100,24 @@ def test_error_of_a_fraction_is_that_of_many_drawn_pairs_of_forces():
     assert estimate_people_fraction(people).se == pytest.approx(drawn.std(), rel=0.05)
 
 
+KAPPAS = np.linspace(0.1, 0.5, 9)
+FRACTIONS = np.column_stack([np.zeros(9), 1.5 - 3.0 * KAPPAS])
+PEOPLE = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]
+
+
 def test_fit_finds_the_kappa_that_people_were_made_with():
     """The fitted kappa agrees with the closed form for a learned fraction that is linear in kappa."""
-    kappas = np.linspace(0.1, 0.5, 9)
-    fractions = np.column_stack([np.zeros(9), 1.5 - 3.0 * kappas])
-    people = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]
-    found = fit.fit_kappa(kappas, fractions, np.zeros((9, 2)), people)
+    found = fit.fit_kappa(KAPPAS, FRACTIONS, np.zeros((9, 2)), PEOPLE)
     assert found.kappa == pytest.approx(0.3, abs=0.001)
     np.testing.assert_allclose([found.low, found.high], 0.3 + np.array([-1.0, 1.0]) * 1.96 * 0.12 / 3.0, atol=0.002)
     assert found.is_bounded
     assert found.log_likelihood.max() == 0.0
-    flat = fit.fit_kappa(kappas, np.full((9, 2), 0.6), np.zeros((9, 2)), people)
+    flat = fit.fit_kappa(KAPPAS, np.full((9, 2), 0.6), np.zeros((9, 2)), PEOPLE)
     assert not flat.is_bounded
 
 
 def test_error_of_simulated_means_widens_the_interval():
-    kappas = np.linspace(0.1, 0.5, 9)
-    fractions = np.column_stack([np.zeros(9), 1.5 - 3.0 * kappas])
-    people = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]
-    exact, rough = (fit.fit_kappa(kappas, fractions, np.full((9, 2), se), people) for se in (0.0, 0.12))
+    exact, rough = (fit.fit_kappa(KAPPAS, FRACTIONS, np.full((9, 2), se), PEOPLE) for se in (0.0, 0.12))
     assert rough.high - rough.low == pytest.approx(math.sqrt(2.0) * (exact.high - exact.low), rel=0.02)
 
 
