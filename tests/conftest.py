@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from helpers.children import Start, keep_children
 from helpers.kept_plans import keep_plans
-from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, find_shared_folder
-from helpers.short_holds import take_two_tools
+from helpers.short_holds import plan_roughly, take_two_tools
 from helpers.two_tools import HELD
 from matplotlib.figure import Figure
 

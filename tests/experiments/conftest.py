@@ -2,9 +2,8 @@
 
 import pytest
 from helpers.results_files import read_numbers
-from helpers.rough_plans import plan_roughly
 from helpers.shared import compute_once, make_folder_once
-from helpers.short_holds import take_two_tools
+from helpers.short_holds import plan_roughly, take_two_tools
 
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.experiments.runner import run_experiment

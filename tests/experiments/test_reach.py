@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from helpers.changed_files import change_file
 from helpers.results_files import read_section, render
-from helpers.rough_plans import plan_roughly
+from helpers.short_holds import plan_roughly
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import ControlCounts

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from helpers.other_settings import with_settings
 from helpers.results_files import check_names, check_results, read_section
+from helpers.short_holds import with_settings
 
 from affordance.experiments.shared import choosing
 from affordance.proprioception.faults import Faults

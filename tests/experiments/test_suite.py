@@ -5,8 +5,8 @@ import pickle
 
 import pytest
 from helpers.changed_files import change_file
-from helpers.other_settings import with_settings
 from helpers.refusals import refuse
+from helpers.short_holds import with_settings
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError

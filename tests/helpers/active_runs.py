@@ -141,10 +141,9 @@ def lift_next(*, has_no_doubts: bool = False) -> Numbers:
 
 
 def time_advice(slower: float = 0.0) -> Numbers:
-    """Returns the time of an advice, for one of three candidates.
+    """Returns the time of an advice, for one of three candidates, each slowed down by CPU time, [s].
 
-    Args:
-        slower: CPU time that each candidate takes in addition, [s]; far above the scatter of a loaded machine.
+    The CPU time is to be far above the scatter of a loaded machine.
     """
     workshop = study.worlds.build_workshop(TASKS)  # what is built once is not timed
     few = workshop._replace(candidates=dict(itertools.islice(workshop.candidates.items(), 3)))

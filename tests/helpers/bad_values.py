@@ -58,17 +58,11 @@ _HAMMER = (make_box([0, -10, -10], [200, 10, 10]), make_box([200, -50, -20], [24
 
 
 class Row(NamedTuple):
-    """One bad value.
+    """One bad value."""
 
-    Attributes:
-        group: Entries that the rows of a group share.
-        change: Change that makes a good value bad.
-        message: Part of the answer, in which ``…`` stands for any text; ``^`` and ``$`` are its ends.
-    """
-
-    group: dict[str, Any]
-    change: list[Any]
-    message: str
+    group: dict[str, Any]  # entries that the rows of a group share
+    change: list[Any]  # change that makes a good value bad
+    message: str  # part of the answer, in which ``…`` stands for any text; ``^`` and ``$`` are its ends
 
 
 def list_rows() -> list[Any]:
@@ -119,13 +113,10 @@ def _get_good(group: dict[str, Any]) -> str | None:
 
 
 def spoil(good: str | None, change: Sequence[Any], *, everywhere: bool = False) -> str:
-    """Returns a text with a change.
+    """Returns a good text with a change, of the first place of a text or of every one.
 
-    Args:
-        good: Text that is changed, or None if the change is the whole text.
-        change: The whole text; texts of the good one, each followed by what replaces it; or a mapping of keys of the
-            good one, read as YAML, to values.
-        everywhere: True if a text is replaced wherever it stands, False if where it stands first.
+    The change is the whole text, if there is no good one; texts, each followed by what replaces it; or a mapping of
+    keys of the good text, read as YAML, to values.
     """
     if good is None:
         (text,) = change

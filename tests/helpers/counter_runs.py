@@ -223,12 +223,7 @@ def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:
 
 
 def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:
-    """Three objects as the camera sees them.
-
-    Args:
-        scale: Sizes of the objects over those of the ones that stand before the camera.
-        delay: Processor time that the detector takes at least, [s].
-    """
+    """Three objects, scaled over those before the camera, by a detector that takes some time at least, [s]."""
     draw, detect = vision.draw_numbered_object, CameraSensor.detect_parts
     nothing = Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=False)
 

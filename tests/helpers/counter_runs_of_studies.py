@@ -67,10 +67,8 @@ _TAP = 200.0
 def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
     """The study of robustness with a number of settings, in none of which an experiment can be run.
 
-    Args:
-        count: Number of settings.
-        error: Largest error of interpolated motions, [m]; motions that are off by it are simulated in
-            ``robustness/test_experiment.py::test_motions_that_are_wrong_are_found``.
+    Motions that are off by the largest error of interpolated ones, [m], are simulated in
+    ``robustness/test_experiment.py::test_motions_that_are_wrong_are_found``.
     """
     study_of_few = robustness.load()
     with pytest.MonkeyPatch.context() as patch:
@@ -89,12 +87,9 @@ def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
 
 
 def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes = NO_CHANGES) -> Numbers:
-    """An arm with the four simulations, which are loaded and not run.
+    """An arm with the four simulations, which are loaded and not run, and a hold whose speed is measured.
 
-    Args:
-        is_weak: True if joints have a hundredth of their torque limits.
-        heavier: Mass of a link, over the one in the file that Pinocchio reads.
-        changes: Settings of the hold whose speed is measured.
+    Weak joints have a hundredth of their torque limits; a link may be heavier than in the file that Pinocchio reads.
     """
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setattr(robot_study, "run_suite", _load_suite)
@@ -172,9 +167,8 @@ def _generate_pair(
 def identify_current(*, is_wrong: bool = False) -> Numbers:
     """The study of the UR10e on generated currents.
 
-    Args:
-        is_wrong: True if joints lose nothing to friction, gains rise by a tenth half-way, and something is left in
-            the hand that counts as empty.
+    If wrong, joints lose nothing to friction, gains rise by a tenth half-way, and something is left in the hand that
+    counts as empty.
     """
     truth = Truth(
         gain=0.1, load_friction=0.0 if is_wrong else 0.1, friction=(2.0, 1.0, 0.5), noise_sd=0.05, agreement=0.3
@@ -194,12 +188,7 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
 
 
 def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
-    """The study of payloads put into generated torques.
-
-    Args:
-        is_white: True if errors are independent, and large.
-        believes_white: True if errors are taken for independent throughout.
-    """
+    """The study of payloads put into generated torques, whose errors may be independent and large, or taken to be."""
     robot, rng = _build_robot(), np.random.default_rng(5)
     truth = Truth(
         friction=(0.2, 0.1, 0.1),
@@ -253,13 +242,9 @@ def see_sizes(*, size_error: float = 0.2) -> Numbers:
 def judge_itself(
     *, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 800, only: Collection[str] = ()
 ) -> Numbers:
-    """Numbers by which identification judges itself on a generated pair.
+    """Numbers, those named or all, by which identification judges itself on a generated pair with noise, [N m].
 
-    Args:
-        is_blind: True if no doubts are found.
-        noise_sd: Noise of the pair whose windows are judged, [N m].
-        num_samples: Samples by which edges of intervals are found.
-        only: Names of the numbers that are wanted; none for all.
+    If blind, no doubts are found; edges of intervals are found by a number of samples.
     """
     robot, rng = _build_robot(), np.random.default_rng(3)
     truth = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=noise_sd)
@@ -328,12 +313,7 @@ class _Workshop:
 
 @functools.cache
 def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
-    """First touch of the workshop's tools, by drawings, and by drawings of another scale in place of pictures.
-
-    Args:
-        is_numb: True if no torque is felt.
-        seen_scale: Sizes seen over true ones.
-    """
+    """First touch of the workshop's tools, by drawings, and by drawings of another scale in place of pictures."""
     workshop = _Workshop()
 
     def measure_all(tool: Tool, stand: Any, rng: Any, sources: Any) -> dict[Source, Any]:
@@ -372,12 +352,7 @@ def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
 
 
 def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
-    """Estimates by a generated force-torque record.
-
-    Args:
-        noise: Noise over the highest.
-        is_still: True if the robot stops at each posture, as the authors' method assumes.
-    """
+    """Estimates by a generated record with a multiple of the highest noise, still as the authors' method assumes."""
     tool = HAMMERS["claw hammer"]
     recording = record_tool(tool.parameters, np.random.default_rng(0))
     if is_still:
@@ -401,12 +376,7 @@ def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
 
 @functools.cache
 def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.0) -> Numbers:
-    """A tap on the nail with a hammer of the workshop.
-
-    Args:
-        aim: Force that it is planned for, over the demanded one.
-        arm_mass_factor: Mass of the arm, over the one it is planned with.
-    """
+    """A tap with a hammer of the workshop, planned for a multiple of its force, by an arm that may be heavier."""
     settings = dataclasses.replace(DEFAULT_SETTINGS, faults=Faults(arm_mass_factor=arm_mass_factor))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(blow_cost, "AIM", aim)

@@ -60,23 +60,15 @@ def build_robot(folder: Path) -> SerialChain:
 
 @dataclass(frozen=True)
 class Truth:
-    """Parameters of a generated signal.
+    """Parameters of a generated signal."""
 
-    Attributes:
-        gain: Gain of each joint.
-        load_friction: Load friction mu of each joint.
-        friction: Coulomb friction, viscous friction and offset, times gain, [N m].
-        noise_sd: Standard deviation of the error, times gain, [N m].
-        agreement: Time over which errors agree, [s]; 0 for white noise.
-        file_error: Relative difference of the links' inertias from those of the robot's file.
-    """
-
-    gain: float = 1.0
-    load_friction: float = 0.0
+    gain: float = 1.0  # gain of each joint
+    load_friction: float = 0.0  # load friction mu of each joint
+    # Coulomb friction, viscous friction and offset, times gain, [N m].
     friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    noise_sd: float = 0.05
-    agreement: float = 0.3
-    file_error: float = 0.0
+    noise_sd: float = 0.05  # standard deviation of the error, times gain, [N m]
+    agreement: float = 0.3  # time over which errors agree, [s]; 0 for white noise
+    file_error: float = 0.0  # relative difference of the links' inertias from those of the robot's file
 
 
 def generate_run(

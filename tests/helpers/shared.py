@@ -14,13 +14,7 @@ def find_shared_folder(tmp_path_factory) -> Path:
 
 
 def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
-    """Returns what a function returns; it is called by the first process that asks, and kept for the others.
-
-    Args:
-        tmp_path_factory: Fixture of pytest.
-        name: Name by which the result is kept, one for each function.
-        compute: Function whose result can be pickled.
-    """
+    """Returns what a function returns, kept by a name of its own; it is called by the first process that asks."""
     folder = find_shared_folder(tmp_path_factory)
     path = folder / f"{name}.pickle"
     with (folder / f"{name}.lock").open("w", encoding="utf-8") as lock:

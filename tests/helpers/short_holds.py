@@ -1,12 +1,17 @@
-"""Experiments with shorter and fewer holds, or other objects."""
+"""Experiments with shorter and fewer holds, other objects or settings, and rough plans."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import pytest
+
+from affordance.choice import off_axis
+from affordance.experiments.shared.choice_task import ChoicePlan
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.objects.tool import Tool
+from affordance.settings import Settings
 
 
 def with_tools(experiment: PresentationExperiment, tools: Sequence[Tool], **changes: Any) -> PresentationExperiment:
@@ -38,3 +43,18 @@ def choose_for_one_tool(experiment: PresentationExperiment) -> PresentationExper
     """Returns an experiment whose observers choose for the sake of the first novel tool alone."""
     chooser = replace(experiment.means.chooser, tools=experiment.means.chooser.tools[:1])
     return replace(experiment, means=replace(experiment.means, chooser=chooser))
+
+
+def with_settings(experiment: Any, settings: Settings) -> Any:
+    """Returns the experiment with other settings; one of choices has those of its experience."""
+    if isinstance(experiment, ChoiceExperiment):
+        return replace(experiment, experience=replace(experiment.experience, settings=settings))
+    return replace(experiment, settings=settings)
+
+
+def plan_roughly(experiment: ChoiceExperiment) -> ChoicePlan:
+    """Plans with parts of each tool moved in two ways only; ``choice/test_off_axis.py`` tries all of them."""
+    every = off_axis.list_shifted
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(off_axis, "list_shifted", lambda tool: [*every(tool)][:2])
+        return experiment.plan(jobs=1)
