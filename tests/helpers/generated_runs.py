@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ _JOINTS = (
 # A body of 1.2 kg, some centimetres off the tip: theta of log_cholesky.
 THETA = np.array([np.log(1.2), 0.03, -0.02, 0.08, *np.log([0.05, 0.04, 0.06]), 0.005, -0.003, 0.002])
 PAYLOAD = parameters_from_theta(THETA)
+JOINT_NAMES = tuple(f"joint_{i + 1}" for i in range(len(_JOINTS)))
 
 
 def write_urdf(folder: Path, name: str = "robot.urdf") -> Path:
@@ -102,6 +104,30 @@ def generate_run(
     torque = torque + coulomb * np.sign(v) + viscous * v + offset
     torque = torque + truth.noise_sd * draw_errors(times, robot.num_joints, truth.agreement, rng)
     return Run(source, description, times + start, q, truth.gain * torque, v=v)
+
+
+def generate_pair(
+    robot: SerialChain, rng: np.random.Generator, truth: Truth, payload: Array = PAYLOAD, **more: Any
+) -> tuple[Run, Run]:
+    """Generates runs of one motion, with an empty hand and with a payload."""
+    empty, loaded = (generate_run(robot, pi, truth=truth, rng=rng, **more) for pi in (None, payload))
+    return empty, loaded
+
+
+def record(
+    robot: SerialChain,
+    rng: np.random.Generator,
+    payload: Array | None,
+    kind: SignalKind = SignalKind.CURRENT,
+    **more: Any,
+) -> Run:
+    """Generates a run at 50 Hz, with gains, friction and errors of its kind."""
+    truths = {
+        SignalKind.CURRENT: Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1),
+        SignalKind.WRENCH: Truth(noise_sd=0.3, friction=(0.0, 0.0, 4.0)),
+    }
+    truth = truths.get(kind, Truth(noise_sd=0.1))
+    return generate_run(robot, payload, truth=truth, rng=rng, kind=kind, rate=50.0, **more)
 
 
 def build_likelihood(Y: Array, signal: Array, variance: float, gain_sd: float = 0.0) -> PayloadLikelihood:

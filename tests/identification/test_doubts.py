@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_run, record
 
 from affordance.exceptions import BadValueError
 from affordance.identification.doubts import compare_with_own_weight
@@ -11,18 +11,12 @@ from affordance.identification.identify import Runs, identify
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=200)
-_CURRENT = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
-
-
-def _record(robot, rng, pi, kind=SignalKind.CURRENT, **more):
-    truth = _CURRENT if kind is SignalKind.CURRENT else Truth(noise_sd=0.1)
-    return generate_run(robot, pi, truth=truth, rng=rng, kind=kind, rate=50.0, **more)
 
 
 @pytest.fixture(scope="module")
 def pair(robot):
     rng = np.random.default_rng(8)
-    return Runs(_record(robot, rng, 2.0 * PAYLOAD, source="l"), (_record(robot, rng, None, source="e"),))
+    return Runs(record(robot, rng, 2.0 * PAYLOAD, source="l"), (record(robot, rng, None, source="e"),))
 
 
 def test_gain_by_the_own_weight_is_the_true_one_within_its_error(robot, pair):
@@ -53,8 +47,8 @@ def test_gains_by_the_own_weight_of_a_short_run_are_doubted(robot, analysis):
     rng = np.random.default_rng(8)
     doubts = {}
     for duration in (14.0, 16.0):
-        loaded = _record(robot, rng, 2.0 * PAYLOAD, source="l", duration=duration)
-        empty = _record(robot, rng, None, source="e", duration=duration)
+        loaded = record(robot, rng, 2.0 * PAYLOAD, source="l", duration=duration)
+        empty = record(robot, rng, None, source="e", duration=duration)
         gains = None
         if analysis == "gains":
             weighed = Runs(loaded, (empty,))
@@ -75,14 +69,9 @@ def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
     assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
 
 
-def test_one_recording_given_twice_is_refused(robot, pair):
-    with pytest.raises(BadValueError, match="has 100 % of the samples of l, must be another recording"):
-        identify(robot, Runs(pair.loaded, (replace(pair.loaded, source="copy"),)), settings=_SETTINGS)
-
-
 def test_a_sensor_that_sticks_is_named_with_its_time(robot):
     rng = np.random.default_rng(8)
-    loaded, empty = (_record(robot, rng, pi, SignalKind.JOINT_TORQUE, source="run") for pi in (PAYLOAD, None))
+    loaded, empty = (record(robot, rng, pi, SignalKind.JOINT_TORQUE, source="run") for pi in (PAYLOAD, None))
     signal = loaded.signal.copy()
     signal[400:600, 1] = signal[400, 1]
     doubts = identify(robot, Runs(replace(loaded, signal=signal), (empty,)), settings=_SETTINGS).doubts

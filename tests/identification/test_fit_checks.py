@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, record, rename
 from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
@@ -13,40 +13,30 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 
 _SETTINGS = IdentificationSettings(num_samples=200)
 _GRIPPER = 0.7 * PAYLOAD
-_CURRENT = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
-
-
-def _record(robot, rng, pi, kind, **more):
-    truth = {SignalKind.WRENCH: Truth(noise_sd=0.3, friction=(0.0, 0.0, 4.0)), SignalKind.CURRENT: _CURRENT}
-    return generate_run(robot, pi, truth=truth.get(kind, Truth(noise_sd=0.1)), rng=rng, kind=kind, rate=50.0, **more)
 
 
 @pytest.fixture(scope="module")
 def wrenches(robot):
     rng = np.random.default_rng(1)
-    empty = _record(robot, rng, _GRIPPER, SignalKind.WRENCH, source="e")
-    return _record(robot, rng, _GRIPPER + PAYLOAD, SignalKind.WRENCH, motion_seed=1, source="l"), empty
+    empty = record(robot, rng, _GRIPPER, SignalKind.WRENCH, source="e")
+    return record(robot, rng, _GRIPPER + PAYLOAD, SignalKind.WRENCH, motion_seed=1, source="l"), empty
 
 
 @pytest.fixture(scope="module")
 def torques(robot):
     rng = np.random.default_rng(1)
     kind = SignalKind.JOINT_TORQUE
-    return _record(robot, rng, PAYLOAD, kind, source="l"), _record(robot, rng, None, kind, source="e")
+    return record(robot, rng, PAYLOAD, kind, source="l"), record(robot, rng, None, kind, source="e")
 
 
 @pytest.fixture(scope="module")
 def currents(robot):
     """Gains of a weighed load, and another load."""
     rng = np.random.default_rng(1)
-    empty = _record(robot, rng, None, SignalKind.CURRENT, source="e")
-    weighed = _record(robot, rng, 2.0 * PAYLOAD, SignalKind.CURRENT, source="w")
+    empty = record(robot, rng, None, SignalKind.CURRENT, source="e")
+    weighed = record(robot, rng, 2.0 * PAYLOAD, SignalKind.CURRENT, source="w")
     gains = identify(robot, Runs(weighed, (empty,)), reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
-    return gains, _record(robot, rng, PAYLOAD, SignalKind.CURRENT, source="l"), empty
-
-
-def _describe(run, **changes):
-    return replace(run, description=replace(run.description, **changes))
+    return gains, record(robot, rng, PAYLOAD, SignalKind.CURRENT, source="l"), empty
 
 
 def _of_signal(run, change):
@@ -61,8 +51,8 @@ def _turn(run):
 # Mistakes in both runs of a wrist sensor, or in the loaded one, and a word of the first reason.
 _BOTH = {
     "signs": (lambda run: _of_signal(run, np.negative), "the empty hand weighs -"),
-    "gravity upwards": (lambda run: _describe(run, gravity=(0.0, 0.0, 9.81)), "the empty hand weighs -"),
-    "gravity along x": (lambda run: _describe(run, gravity=(9.81, 0.0, 0.0)), "left unexplained"),
+    "gravity upwards": (lambda run: rename(run, gravity=(0.0, 0.0, 9.81)), "the empty hand weighs -"),
+    "gravity along x": (lambda run: rename(run, gravity=(9.81, 0.0, 0.0)), "left unexplained"),
     "forces for moments": (lambda run: _of_signal(run, lambda s: s[:, [3, 4, 5, 0, 1, 2]]), "left unexplained"),
     "rows of others": (lambda run: _of_signal(run, lambda s: np.roll(s, 350, axis=0)), "left unexplained"),
     "joints reversed": (lambda run: replace(run, q=run.q[:, ::-1], v=run.v[:, ::-1]), "left unexplained"),
@@ -88,7 +78,7 @@ def test_mistakes_with_a_wrist_sensor_are_doubted(robot, wrenches, mistake):
 
 def test_loads_lost_weighed_otherwise_or_of_exchanged_runs_are_doubted_at_the_wrist(robot, wrenches):
     loaded, empty = wrenches
-    without = _record(robot, np.random.default_rng(2), _GRIPPER, SignalKind.WRENCH, motion_seed=1, source="e")
+    without = record(robot, np.random.default_rng(2), _GRIPPER, SignalKind.WRENCH, motion_seed=1, source="e")
     late = np.arange(len(loaded.times)) >= len(loaded.times) // 2
     lost = replace(loaded, signal=np.where(late[:, None], without.signal, loaded.signal))
     for runs, mass, word in (
@@ -160,7 +150,7 @@ def test_errors_are_compared_with_those_of_the_calibration(robot, currents):
 
 def test_gains_unlike_those_of_other_joints_are_doubted_by_calibration(robot, currents):
     _, _, empty = currents
-    weighed = _record(robot, np.random.default_rng(1), 2.0 * PAYLOAD, SignalKind.CURRENT, source="w")
+    weighed = record(robot, np.random.default_rng(1), 2.0 * PAYLOAD, SignalKind.CURRENT, source="w")
 
     def weaken(signal):
         signal[:, 2] *= 0.1
@@ -173,10 +163,8 @@ def test_gains_unlike_those_of_other_joints_are_doubted_by_calibration(robot, cu
 
 def test_currents_called_torques_are_doubted_without_an_empty_run(robot, currents):
     _, loaded, _ = currents
-    assert not identify(
-        robot, Runs(_record(robot, np.random.default_rng(3), PAYLOAD, SignalKind.MOTOR_TORQUE))
-    ).doubts
-    doubts = identify(robot, Runs(_describe(loaded, kind=SignalKind.MOTOR_TORQUE)), settings=_SETTINGS).doubts
+    assert not identify(robot, Runs(record(robot, np.random.default_rng(3), PAYLOAD, SignalKind.MOTOR_TORQUE))).doubts
+    doubts = identify(robot, Runs(rename(loaded, kind=SignalKind.MOTOR_TORQUE)), settings=_SETTINGS).doubts
     assert any("the arm's own weight says" in doubt for doubt in doubts)
 
 

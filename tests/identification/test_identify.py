@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run, rename
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run, rename
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import BadValueError
@@ -23,8 +23,7 @@ _CURRENT = Truth(gain=0.1, load_friction=0.06, friction=(2.0, 1.0, 0.5), noise_s
 
 
 def _record(robot, rng, truth=_TORQUE, **more):
-    """A pair of runs of one motion, with an empty hand and with the load."""
-    empty, loaded = (generate_run(robot, pi, truth=truth, rng=rng, **more) for pi in (None, PAYLOAD))
+    empty, loaded = generate_pair(robot, rng, truth, **more)
     return Runs(loaded, (empty,))
 
 
@@ -183,12 +182,6 @@ def test_what_a_wrist_sensor_would_not_use_is_refused(robot, rng):
     gains = build_nominal_gains(robot.joint_names, SignalKind.CURRENT, _SETTINGS)
     with pytest.raises(BadValueError, match="empty: signal: is wrench, must be current as the gains' is"):
         identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS)
-
-
-def test_a_belief_keeps_the_fit_behind_it(robot, rng):
-    belief = identify(robot, _record(robot, rng, source="run"), settings=_SETTINGS)
-    assert belief.fit.evidence.source == belief.source == "run"
-    assert abs(belief.fit.mode.pi[0] - belief.mass) < belief.mass_sd
 
 
 def test_an_arm_at_rest_says_nothing_of_friction(robot, rng):

@@ -3,7 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import BadArgumentError
@@ -17,21 +17,15 @@ _CENTRE = PAYLOAD[1:4] / PAYLOAD[0]
 
 @pytest.fixture(scope="module")
 def belief(robot):
-    rng = np.random.default_rng(4)
-    truth = Truth(noise_sd=0.1)
-    loaded = generate_run(robot, PAYLOAD, truth=truth, rng=rng, rate=50.0, source="loaded")
-    empty = generate_run(robot, None, truth=truth, rng=rng, rate=50.0, source="empty")
+    empty, loaded = generate_pair(robot, np.random.default_rng(4), Truth(noise_sd=0.1), rate=50.0)
     return identify(robot, Runs(loaded, (empty,)))
 
 
 def test_the_payload_that_is_held_is_right_and_others_are_wrong(belief):
     assert judge_claim(belief, PayloadSetting(PAYLOAD[0], _CENTRE)).verdict == "right"
     camera = PayloadSetting(PAYLOAD[0] - 0.25, _CENTRE)
-    for wrong in (
-        camera,
-        PayloadSetting(PAYLOAD[0], _CENTRE + np.array([0.0, 0.0, 0.06])),
-        PayloadSetting(0.0, np.zeros(3)),
-    ):
+    elsewhere = PayloadSetting(PAYLOAD[0], _CENTRE + np.array([0.0, 0.0, 0.06]))
+    for wrong in (camera, elsewhere, PayloadSetting(0.0, np.zeros(3))):
         assert judge_claim(belief, wrong).verdict == "wrong"
     assert judge_claim(belief, camera, tolerance=0.5).verdict == "right"
 

@@ -102,12 +102,16 @@ def test_files_of_makers_and_our_own_are_one_payload(tmp_path):
         assert_allclose(read_payload(path).parameters, PAYLOAD, rtol=1e-9, atol=1e-12)
 
 
-def test_the_last_call_of_a_program_counts(tmp_path):
-    path = _write(tmp_path, "a.urscript", "set_payload(1.5)\n  set_payload(0.73, [0.0, 0.0, 0.06])  # camera\n")
-    setting = read_payload(path)
-    assert setting.mass == 0.73
-    assert list(setting.centre_of_mass) == [0.0, 0.0, 0.06]
-    assert setting.inertia is None
+@pytest.mark.parametrize(
+    ("text", "mass", "centre"),
+    [
+        ("set_payload(1.5)\n  set_payload(0.73, [0.0, 0.0, 0.06])  # camera\n", 0.73, [0.0, 0.0, 0.06]),
+        ("set_payload(5)\nset_payload_cog([0.01, 0, 0])\n# set_target_payload(2, [0, 0, 1])", 5.0, [0.01, 0.0, 0.0]),
+    ],
+)
+def test_the_last_call_of_a_program_counts_and_comments_set_nothing(tmp_path, text, mass, centre):
+    setting = read_payload(_write(tmp_path, "a.urscript", text))
+    assert (setting.mass, list(setting.centre_of_mass), setting.inertia) == (mass, centre, None)
 
 
 def test_axes_of_an_inertial_are_turned(tmp_path):
@@ -116,12 +120,6 @@ def test_axes_of_an_inertial_are_turned(tmp_path):
         "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link>"
     )
     assert_allclose(read_payload(_write(tmp_path, "l.urdf", text)).inertia, [0.02, 0.01, 0.025, 0, 0, 0], atol=1e-12)
-
-
-def test_comments_set_nothing_and_the_centre_may_be_set_by_itself(tmp_path):
-    text = "set_payload(0.55)\nset_payload_cog([0.01, 0, 0.06])\n# set_target_payload(2.0, [0, 0, 0.1])\n"
-    setting = read_payload(_write(tmp_path, "a.script", text))
-    assert (setting.mass, list(setting.centre_of_mass)) == (0.55, [0.01, 0.0, 0.06])
 
 
 @pytest.mark.parametrize("moments", ["[-1, -1, -1]", "[1, 1, 3]", "[0.1, 0.1, 0.1, 0.5, 0, 0]"])

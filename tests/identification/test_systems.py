@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run
 from numpy.testing import assert_allclose
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
@@ -18,7 +17,6 @@ from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS
 from affordance.identification.systems import PayloadIdentifier, build_replay
 from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 
 _PRIOR = Prior(1000.0, 4000.0, 100.0)
 _TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
@@ -26,9 +24,7 @@ _TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
 
 @pytest.fixture(scope="module")
 def pair(robot):
-    rng = np.random.default_rng(8)
-    empty, loaded = (generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=12.0) for pi in (None, PAYLOAD))
-    return pair_runs(robot, empty, loaded, DEFAULT_SETTINGS)
+    return pair_runs(robot, *generate_pair(robot, np.random.default_rng(8), _TRUTH, duration=12.0), DEFAULT_SETTINGS)
 
 
 def _replay(robot, gains, evidence, placed=None):
@@ -77,11 +73,9 @@ def test_belief_of_a_few_samples_is_possible(robot, gains, pair):
 
 
 def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng):
-    materials = load_materials(MODELS / "materials.yaml")
-    tools = load_tools(MODELS / "tools" / "novel.yaml", materials)
-    hammer = next(tool for tool in tools if tool.name == "hammer")
+    hammer = next(tool for tool in load_tools(MODELS / "tools" / "novel.yaml") if tool.name == "hammer")
     seen = see_tool(hammer, MaterialMemory(), _PRIOR)
-    runs = [generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=8.0) for pi in (None, hammer.parameters)]
+    runs = generate_pair(robot, rng, _TRUTH, hammer.parameters, duration=8.0)
     evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
     simulator, identifier, context = _replay(robot, gains, evidence, seen.place(np.eye(4)))
     bodies, belief = (identifier.GetOutputPort(name) for name in ("bodies", "belief"))
@@ -139,8 +133,6 @@ def test_a_fitted_arm_is_taken_off_live_signals(robot, gains, rng):
         least_variance=arm.least_variance,
         fitted=arm,
     )
-    builder = DiagramBuilder()
-    builder.AddNamedSystem("identifier", identifier)
     context = identifier.CreateDefaultContext()
     ports = {name: identifier.GetInputPort(name) for name in ("state", "vdot", "signal")}
     for k in range(30):

@@ -62,8 +62,11 @@ def test_gains_drift_from_run_to_run():
     assert_allclose(drifted.covariance[:, 1, 1] - nominal.covariance[:, 1, 1], 0.02**2)
 
 
-def test_gains_go_by_names_of_joints():
+def test_gains_go_by_names_of_joints_and_cannot_be_changed_in_place():
     gains = build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS)
+    assert repr(gains).startswith("Gains(current: a 1, b 1; ")
+    with pytest.raises(FrozenInstanceError):
+        gains.common_sd = 0.5
     assert arrange_gains(gains, ("b", "a"), "gains.yaml").joint_names == ("b", "a")
     assert "gains.yaml: joints: are a, b, must name c" in refuse(arrange_gains, gains, ("a", "c"), "gains.yaml")
 
@@ -108,10 +111,3 @@ def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, 
 def test_friction_that_no_gear_makes_does_not_drift():
     nominal = build_nominal_gains(("a", "b"), SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     assert not nominal.with_drift(DEFAULT_SETTINGS).covariance[:, 1].any()
-
-
-def test_gains_cannot_be_changed_in_place():
-    gains = build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS)
-    with pytest.raises(FrozenInstanceError):
-        gains.common_sd = 0.5
-    assert repr(gains).startswith("Gains(current: a 1, b 1; ")

@@ -9,7 +9,6 @@ from affordance.identification.evidence.fitted_arm import CELL, ArmRegression
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS
-from studies.recorded.empty_hand import weigh_empty_hand
 
 
 def test_phantom_is_a_mass_of_unknown_sign_near_the_tip(rng):
@@ -69,10 +68,3 @@ def test_a_joint_that_never_moves_cannot_be_fitted(robot, gains, rng):
     v[:, 2] = 0.0
     with pytest.raises(BadValueError, match=r"has no sample in which joint_3 moves faster than 0.03 rad/s"):
         ArmRegression(robot, [prepared._replace(v=v)], [prepared.signal], gains, DEFAULT_SETTINGS)
-
-
-def test_an_empty_hand_seems_to_hold_nothing_within_its_error(robot, gains, rng):
-    run = generate_run(robot, None, truth=Truth(friction=(0.3, 0.2, 0.1), file_error=0.1), rng=rng, duration=40.0)
-    empty = weigh_empty_hand(robot, run, gains, DEFAULT_SETTINGS)
-    assert abs(empty.parameters[0]) < 2.5 * empty.mass_sd
-    assert empty.mass_sd < 0.05

@@ -7,7 +7,7 @@ from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.paired_runs import align
-from affordance.identification.recording.preparation import find_cutoff, prepare
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
@@ -73,11 +73,6 @@ def test_velocities_and_accelerations_are_derived_where_missing(empty):
     middle = slice(300, -300)
     np.testing.assert_allclose(derived.v[middle], given.v[middle], atol=1e-4)
     np.testing.assert_allclose(derived.vdot[middle], given.vdot[middle], atol=1e-3)
-
-
-def test_cutoff_follows_the_motion(empty):
-    fast = replace(empty, times=empty.times / 2.0, v=2.0 * empty.v)
-    assert find_cutoff(fast, DEFAULT_SETTINGS) == pytest.approx(2.0 * find_cutoff(empty, DEFAULT_SETTINGS), rel=0.1)
 
 
 def test_a_run_shorter_than_its_ends_is_refused(robot, rng):

@@ -6,12 +6,7 @@ import pytest
 from affordance.identification.excitation import motion_design
 from affordance.identification.excitation.expectation import Aim
 from affordance.identification.excitation.motion_design import NoMotionError, design_motion
-from affordance.identification.excitation.planned_motion import (
-    FourierFamily,
-    Limit,
-    PostureFamily,
-    list_times,
-)
+from affordance.identification.excitation.planned_motion import FourierFamily, Limit, PostureFamily, list_times
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 
 FEW = {"num_draws": 12, "num_changes": 20}

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run
 
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.paired_runs import pair_runs
@@ -14,11 +14,7 @@ from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
 @pytest.fixture(scope="module")
 def of_joints(robot):
-    runs = [
-        generate_run(robot, pi, truth=Truth(), rng=np.random.default_rng(k), duration=8.0)
-        for k, pi in enumerate((None, PAYLOAD))
-    ]
-    return pair_runs(robot, *runs, DEFAULT_SETTINGS)
+    return pair_runs(robot, *generate_pair(robot, np.random.default_rng(0), Truth(), duration=8.0), DEFAULT_SETTINGS)
 
 
 def test_what_is_assumed_of_joints_is_said(of_joints, gains):

@@ -24,13 +24,6 @@ def test_conversion_there_and_back_changes_nothing(rng):
     assert_allclose(theta_from_parameters(parameters_from_theta(theta)), theta, atol=1e-9)
 
 
-def test_mass_and_centre_are_coordinates(rng):
-    theta = rng.normal(0.0, 0.5, 10)
-    pi = parameters_from_theta(theta)
-    assert_allclose(pi[0], np.exp(theta[0]))
-    assert_allclose(pi[1:4] / pi[0], theta[1:4])
-
-
 def test_jacobian_agrees_with_finite_differences(rng):
     theta = rng.normal(0.0, 0.5, 10)
     step = 1e-6

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import Truth, build_likelihood, generate_run
+from helpers.generated_runs import Truth, build_likelihood, generate_pair
 from numpy.testing import assert_allclose
 
 from affordance.belief.density_belief import Prior
@@ -12,11 +12,7 @@ from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.identify import Runs, identify, see_tool
 from affordance.identification.posterior.log_cholesky import is_possible
-from affordance.identification.posterior.part_posterior import (
-    NotTheSeenObjectError,
-    SeenObject,
-    infer_parts,
-)
+from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, SeenObject, infer_parts
 from affordance.identification.settings import IdentificationSettings
 from affordance.objects.inertia import build_transform_map
 from affordance.objects.load import load_tools
@@ -125,8 +121,7 @@ def test_a_decoy_is_noticed(rng):
 
 
 def test_identify_with_a_camera_knows_inertia_that_the_motion_does_not_show(robot, rng):
-    truth = Truth(noise_sd=0.2)
-    empty, loaded = (generate_run(robot, pi, truth=truth, rng=rng) for pi in (None, _HAMMER.parameters))
+    empty, loaded = generate_pair(robot, rng, Truth(noise_sd=0.2), _HAMMER.parameters)
     settings = IdentificationSettings(num_samples=1000)
     runs = Runs(loaded, (empty,))
     blind = identify(robot, runs, settings=settings)
@@ -143,7 +138,7 @@ def test_identify_with_a_camera_knows_inertia_that_the_motion_does_not_show(robo
 def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
     other = build_transform_map(np.array([[1, 0, 0, -0.4], [0, 1, 0, 0.3], [0, 0, 1, 0.2], [0, 0, 0, 1.0]]))
     pi = other @ _HAMMER.parameters
-    empty, loaded = (generate_run(robot, load, truth=Truth(noise_sd=0.02), rng=rng) for load in (None, pi))
+    empty, loaded = generate_pair(robot, rng, Truth(noise_sd=0.02), pi)
     belief = identify(
         robot, Runs(loaded, (empty,)), seen=_see(MaterialMemory()), settings=IdentificationSettings(num_samples=500)
     )

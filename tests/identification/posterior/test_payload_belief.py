@@ -7,13 +7,8 @@ from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from scipy.stats import norm
 
 from affordance.identification.posterior.body_posterior import WeightedBodies
-from affordance.identification.posterior.payload_belief import (
-    QUANTITIES,
-    UNITS,
-    PayloadBelief,
-    describe_bodies,
-    summarise,
-)
+from affordance.identification.posterior.marginals import QUANTITIES, UNITS, describe_bodies, summarise
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
 
 

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_pair, generate_run
 from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.paired_runs import pair_runs
@@ -13,8 +13,7 @@ from affordance.identification.settings import DEFAULT_SETTINGS
 
 
 def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gains, monkeypatch):
-    rng = np.random.default_rng(4)
-    runs = [generate_run(robot, pi, truth=Truth(noise_sd=0.1), rng=rng) for pi in (None, PAYLOAD)]
+    runs = generate_pair(robot, np.random.default_rng(4), Truth(noise_sd=0.1))
     evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
     rounds, improve = [], payload_fit.improve_mode
     monkeypatch.setattr(payload_fit, "improve_mode", lambda *args: rounds.append(args) or improve(*args))
@@ -32,8 +31,7 @@ def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gai
 @pytest.mark.parametrize("count", [1, 4, 60])
 def test_joint_that_hardly_moves_says_little_in_place_of_everything(robot, gains, rng, count):
     """A joint with 1, 4 or 60 samples has an error no smaller than its signal, and the mass is right to 5 %."""
-    runs = [generate_run(robot, pi, truth=Truth(noise_sd=0.1), rng=rng) for pi in (None, PAYLOAD)]
-    evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
+    evidence = pair_runs(robot, *generate_pair(robot, rng, Truth(noise_sd=0.1)), DEFAULT_SETTINGS)
     used = evidence.samples.used.copy()
     used[:, -1] = np.arange(len(used)) < count
     brief = replace(evidence, samples=evidence.samples._replace(used=used))

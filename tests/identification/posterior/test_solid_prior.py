@@ -105,16 +105,29 @@ def test_a_weighed_body_is_of_the_kind_that_weighs_as_much(rng):
     assert len(near) > 1000
     sd = near.std(axis=0) / np.sqrt(len(near))
     assert (np.abs(near.mean(axis=0) - expected)[1:] < 5.0 * sd[1:]).all()
-    assert_allclose(np.exp(weighed.draw_theta(rng, 2000)[:, 0]).mean(), mass, rtol=1e-3)
+    masses = weighed.draw_parameters(rng, 2000)[:, 0]
+    assert_allclose(masses.mean(), mass, rtol=1e-3)
+    assert_allclose(masses.std(), 0.01, rtol=0.15)
 
 
 def test_a_common_factor_is_removed_as_bayes_rule_says_for_each_kind(rng):
     """Bodies of the prior with the common factor have the prior's moments when the factor is removed."""
     solid, sd = _build_two_kinds(), 0.4
     felt = solid.with_common_factor(sd).draw_theta(rng, 20000)
+    assert solid.remove_common_factor(felt, 0.0, rng) is felt
     body = theta_from_parameters(solid.remove_common_factor(parameters_from_theta(felt), sd, rng))
     assert_allclose(body.mean(axis=0), solid.mean, atol=5.0 * np.sqrt(solid.covariance.max() / 20000))
     assert_allclose(body[:, 0].std(), np.sqrt(solid.covariance[0, 0]), rtol=0.02)
     assert np.mean(body[:, 0] < np.log(0.8)) == pytest.approx(
         np.mean(solid.draw_theta(rng, 20000)[:, 0] < np.log(0.8)), abs=0.02
     )
+
+
+def test_squares_and_scales_are_those_of_the_densities(rng):
+    roots = rng.standard_normal((3, 4, 4))
+    normals = Normals(rng.standard_normal((3, 4)), roots @ roots.swapaxes(1, 2) + 0.1 * np.eye(4))
+    points = rng.standard_normal((7, 4))
+    ours = normals.log_scales - 0.5 * normals.measure_squares(points) - 2.0 * np.log(2.0 * np.pi)
+    for k, (mean, covariance) in enumerate(zip(normals.means, normals.covariances, strict=True)):
+        assert_allclose(ours[:, k], multivariate_normal(mean, covariance).logpdf(points), rtol=1e-9)
+    assert_allclose(normals.precisions @ normals.covariances, np.tile(np.eye(4), (3, 1, 1)), atol=1e-8)

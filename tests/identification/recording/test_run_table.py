@@ -43,6 +43,8 @@ def test_rows_numbers_and_names_are_as_in_the_file(write):
         ("\n\n", "is empty"),
         (b"\x80\x81", "is not a text file in UTF-8"),
         ("time,q\n" + "1" * 5000 + ",x\n", "row 2, column q: is 'x', must be a number"),
+        ("time,q\n0,abcdefghijklmnopqrstuvwxyzabcdefghij\n", "is 'abcdefghijklmnopqrstuvwxyzabcd', must be"),
+        ("time,q\n0,1\n0.1,nan\n", "row 3, column q: is nan, must be a finite number"),
     ],
 )
 def test_text_that_is_no_table_is_one_line(write, content, problem):
@@ -94,22 +96,7 @@ def test_damaged_netcdf_is_read_or_refused(tmp_path, write, place):
             read_netcdf(write(bytes(good), "bad.nc"))
 
 
-def test_torn_rows_are_left_out_and_counted_up_to_a_number(write):
-    path = write("time,q\n0,1\n0.1\n0.2,3\n0.3,4,5\n0.4,5\n")
-    table = read_text(path, max_torn=2)
-    assert table.num_torn == 2
-    assert table.rows.tolist() == [2, 4, 6]
-    with pytest.raises(BadValueError, match=r"row 5.*drop_torn_rows: 1 is used up"):
-        read_text(path, max_torn=1)
-
-
-def test_a_cell_is_shown_up_to_thirty_letters(write):
-    letters = "".join(chr(ord("a") + k % 26) for k in range(40))
-    assert "is 'abcdefghijklmnopqrstuvwxyzabcd', must be" in refuse(read_text, write(f"time,q\n0,{letters}\n"))
-
-
-def test_holes_in_tables_are_named(write, tmp_path):
-    assert "row 3, column q: is nan, must be a finite number" in refuse(read_text, write("time,q\n0,1\n0.1,nan\n"))
+def test_variables_without_a_sample_for_each_time_are_named(tmp_path):
     path = tmp_path / "run.nc"
     with netcdf_file(path, "w") as content:
         content.createDimension("time", 3)
