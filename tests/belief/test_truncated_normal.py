@@ -480,8 +480,3 @@ def test_mode_is_the_constrained_maximum(pair):
     found = minimize(compute_cost, np.ones(2), bounds=[(0, None)] * 2, tol=1e-14)
     np.testing.assert_allclose(mode, floor + found.x * scale, atol=1e-3 * scale.max())
     assert (mode >= floor).all()
-
-
-def test_mode_is_the_mean_where_the_mean_is_allowed():
-    mean = np.array([600.0, 7800.0])
-    np.testing.assert_array_equal(compute_mode(mean, np.eye(2), 10.0), mean)

@@ -11,7 +11,6 @@ from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.settings import DEFAULT_SETTINGS
 
 P_TF = np.array([0.3, 0.0, 0.0])
-HORIZON = DEFAULT_SETTINGS.mpc.horizon
 
 
 @pytest.fixture(scope="module")
@@ -34,36 +33,6 @@ def test_path_stands_still_before_and_after(model):
     following = REACH.begin(model, P_TF)
     for early, late in ((-1.0, 0.0), (REACH.duration, REACH.duration + 5.0)):
         np.testing.assert_array_equal(following.compute_reference(early), following.compute_reference(late))
-
-
-def test_goal_is_the_path_to_first_order_where_the_arm_coasts_to(model, arm, rng):
-    following = REACH.begin(model, P_TF)
-    q, v = arm.home + 0.3 * rng.standard_normal(7), 0.5 * rng.standard_normal(7)
-    x = np.concatenate([q, v])
-    model.set_state(x)
-    goal = following.compute_goal(model, x, 0.4, HORIZON)
-    target, _ = following.compute_reference(0.4 + HORIZON)
-    q_end = q + HORIZON * v
-    missing = goal.C_q @ q_end - goal.d_q
-    np.testing.assert_allclose(missing, place(model, q_end, v) - target, atol=1e-12)
-    step = 1e-6 * rng.standard_normal(7)
-    change = place(model, q_end + step, v) - place(model, q_end - step, v)
-    np.testing.assert_allclose(2.0 * goal.C_q @ step, change, atol=1e-12)
-
-
-def test_rates_asked_for_are_the_least_that_follow_the_path(model, arm, rng):
-    following = REACH.begin(model, P_TF)
-    q = arm.home + 0.4 * rng.standard_normal(7)
-    x = np.concatenate([q, np.zeros(7)])
-    model.set_state(x)
-    goal = following.compute_goal(model, x, 0.5, HORIZON)
-    _, v_WF = following.compute_reference(0.5 + HORIZON)
-    J = goal.C_q
-    least = np.linalg.pinv(J) @ v_WF
-    assert np.linalg.norm(v_WF) > 0.1
-    # Damping at 1 cm per radian takes a little of the direction that the arm moves worst in.
-    np.testing.assert_allclose(goal.d_v, least, atol=0.01 * np.linalg.norm(least))
-    np.testing.assert_array_equal(goal.C_v, np.eye(7))
 
 
 def test_planned_motion_keeps_to_the_path_and_within_limits(model, motion, arm):

@@ -449,13 +449,6 @@ def test_damaged_sums_are_found_and_never_used(tmp_path, table, change, then):
             _assert_sum(ledger, things)
 
 
-def test_trials_of_an_arm_that_has_changed_are_counted(ledger):
-    ledger.append(hold_workshop(6))  # in "arm" and "other", by turns
-    assert ledger.count_of_other_arms("arm", "arm 1") == 0
-    assert ledger.count_of_other_arms("arm", "arm 2") == 3
-    assert ledger.count_of_other_arms("nobody", "arm 2") == 0
-
-
 def test_url_of_sqlite_is_a_place_too(tmp_path):
     url = f"sqlite:///{tmp_path / 'memory.sqlite'}"
     assert not has_memory(url)
