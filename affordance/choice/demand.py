@@ -11,7 +11,6 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.serial_chain import SerialChain
 
 # Samples whose wrenches are held in memory at a time, as in motion_cost.py.
 _CHUNK = 2000
@@ -54,19 +53,17 @@ class Criterion(enum.Enum):
 _UNITS = {Criterion.WORK: "J", Criterion.EFFORT: "N^2 m^2 s", Criterion.MARGIN: "1", Criterion.GRIP: "N"}
 
 
-class GripWrench:
-    """Wrench that the hand exerts on the tool during a motion, linear in the tool's inertial parameters."""
+def compute_grip_peaks(regressors: Array, pi: Array) -> tuple[Array, Array]:
+    """Computes the largest force, [N], and moment about To, [N m], on S tools during a motion, (S,) each.
 
-    def __init__(self, chain: SerialChain, q: Array, v: Array, vdot: Array) -> None:
-        """Computes the regressors at N nodes of a motion; arrays are (N, num_joints), [rad, rad/s, rad/s^2]."""
-        self._W = chain.compute_wrench_regressors(q, v, vdot).reshape(-1, NUM_PARAMETERS)
-
-    def compute_peaks(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the largest force, [N], and moment about To, [N m], (S,) each, for parameters pi, (S, 10)."""
-        force, moment = np.empty((2, len(pi)))
-        for start in range(0, len(pi), _CHUNK):
-            chunk = slice(start, start + _CHUNK)
-            squares = np.square(self._W @ pi[chunk].T)
-            squares = squares.reshape(-1, 2, 3, squares.shape[1]).sum(axis=2).max(axis=0)
-            moment[chunk], force[chunk] = np.sqrt(squares)
-        return force, moment
+    The wrench that the hand exerts on a tool is linear in its parameters pi, (S, 10); regressors at N nodes of the
+    motion are (N, 6, 10).
+    """
+    W = regressors.reshape(-1, NUM_PARAMETERS)
+    force, moment = np.empty((2, len(pi)))
+    for start in range(0, len(pi), _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        squares = np.square(W @ pi[chunk].T)
+        squares = squares.reshape(-1, 2, 3, squares.shape[1]).sum(axis=2).max(axis=0)
+        moment[chunk], force[chunk] = np.sqrt(squares)
+    return force, moment

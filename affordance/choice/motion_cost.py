@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.choice.demand import Demand, GripWrench
+from affordance.choice.demand import Demand, compute_grip_peaks
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.task import Task
@@ -196,11 +196,11 @@ class MotionCost:
 
     def compute_demand(self, pi: Array) -> Demand:
         """Computes the greatest demands on joints and grip; argument as for ``compute``."""
-        return Demand(self.compute_joint_loads(pi), *self._grip_wrench.compute_peaks(pi))
+        return Demand(self.compute_joint_loads(pi), *compute_grip_peaks(self._wrench_regressors, pi))
 
     @functools.cached_property
-    def _grip_wrench(self) -> GripWrench:
-        return GripWrench(self._chain, *self._nodes)
+    def _wrench_regressors(self) -> Array:
+        return self._chain.compute_wrench_regressors(*self._nodes)
 
 
 def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:

@@ -1,7 +1,6 @@
 """Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -51,22 +50,10 @@ def build_identified_trial(
     )
 
 
-class Lesson(NamedTuple):
-    """Memory after a trial."""
-
-    memory: Memory  # as recalled
-    is_new: bool  # True if the trial was not in it before
-
-
 def teach(
-    place: str,
-    trial: TrialEvidence,
-    prior: Prior,
-    *,
-    known: str = "",
-    same_colours: SameColours = (),
-) -> Lesson:
-    """Appends a trial to the lasting memory of a place, and recalls it.
+    place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", same_colours: SameColours = ()
+) -> tuple[Memory, bool]:
+    """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
 
     Another, known memory is merged into it first, if it exists. Of the pairs of colours that count as one, the
     memory's second is read as the first.
@@ -78,4 +65,4 @@ def teach(
             with open_memory(known) as before:
                 ledger.merge(before)
         is_new = ledger.append([trial]) > 0
-        return Lesson(ledger.recall(prior=prior, same_colours=same_colours), is_new)
+        return ledger.recall(prior=prior, same_colours=same_colours), is_new
