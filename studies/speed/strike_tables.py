@@ -6,7 +6,7 @@ Slow settings are simulated from fewer starts. Times are wall times: run it on a
 
 import dataclasses
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from pydrake.multibody.plant import ContactModel
@@ -34,7 +34,7 @@ from studies.speed.strike import (
 
 HEADER = [*LABEL, *MEASURES]
 # Starts for slow settings.
-FEW = slice(0, NUM_STARTS, 6)
+FEW, ONE = slice(0, NUM_STARTS, 6), slice(1)
 CASES = (
     ("implicit_euler", 1e-3, 1e-3),
     CHOSEN,
@@ -71,44 +71,32 @@ def strike_plainly(start: Start, *, model: ContactModel = ContactModel.kPoint, t
     return plain.run(find_strip(start), configure(*CHOSEN), LONG_PATIENCE)
 
 
-def compare_integrators(grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]) -> Iterator[list[str]]:
-    """Yields rows for each integrator of the closed loop, and for discrete plants."""
+def strike_with_stiction(tolerance: float, start: Start) -> Blow | None:
+    """Simulates the blow of a start with the chosen integrator and another stiction tolerance, [m/s]."""
+    plant = start.trial.arm.plant
+    plant.set_stiction_tolerance(tolerance)
+    blow = strike_with(*CHOSEN)(start)
+    plant.set_stiction_tolerance(STICTION_TOLERANCE)
+    return blow
+
+
+def list_cases() -> Iterator[tuple[list[str], Callable[[Start], Blow | None], slice]]:
+    """Yields first cells, a function that simulates a blow, and the starts of all rows on the nail of the file.
+
+    They are integrators of the closed loop, discrete plants, models of contact, and stiction tolerances.
+    """
+    every = slice(None)
     for case in CASES:
-        for grip, starts in grips.items():
-            blows = run_blows(strike_with(*case), starts[FEW] if case in _SLOW else starts)
-            yield format_blows(label(*case), grip, blows, reference[grip])
+        yield label(*case), strike_with(*case), FEW if case in _SLOW else every
     for time_step in DISCRETE_STEPS:
-        for grip, starts in grips.items():
-            some = starts if time_step > min(DISCRETE_STEPS) else starts[FEW]
-            blows = run_blows(functools.partial(strike_plainly, time_step=time_step), some)
-            yield format_blows(["discrete", "", f"{1e6 * time_step:.0f}"], grip, blows, reference[grip])
-
-
-def compare_contact_models(
-    grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
-) -> Iterator[list[str]]:
-    """Yields rows for point contact and hydroelastic contact, with the chosen integrator."""
-    for name, model in (("point", ContactModel.kPoint), ("hydroelastic", ContactModel.kHydroelastic)):
-        for grip, starts in grips.items():
-            some = starts[FEW] if model == ContactModel.kPoint else starts[:1]
-            blows = run_blows(functools.partial(strike_plainly, model=model), some)
-            yield format_blows([f"{name} contact", "", ""], grip, blows, reference[grip])
-
-
-def compare_stiction_tolerances(
-    grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
-) -> Iterator[list[str]]:
-    """Yields rows for each stiction tolerance, with the chosen integrator."""
+        blow = functools.partial(strike_plainly, time_step=time_step)
+        some = every if time_step > min(DISCRETE_STEPS) else FEW
+        yield ["discrete", "", f"{1e6 * time_step:.0f}"], blow, some
+    for name, model, some in (("point", ContactModel.kPoint, FEW), ("hydroelastic", ContactModel.kHydroelastic, ONE)):
+        yield [f"{name} contact", "", ""], functools.partial(strike_plainly, model=model), some
     for tolerance in STICTION_TOLERANCES:
-        for grip, starts in grips.items():
-            for start in starts:
-                start.trial.arm.plant.set_stiction_tolerance(tolerance)
-            blows = run_blows(strike_with(*CHOSEN), starts)
-            yield format_blows(
-                [f"stiction tolerance {1e3 * tolerance:.0f} mm/s", "", ""], grip, blows, reference[grip]
-            )
-            for start in starts:
-                start.trial.arm.plant.set_stiction_tolerance(STICTION_TOLERANCE)
+        cells = [f"stiction tolerance {1e3 * tolerance:.0f} mm/s", "", ""]
+        yield cells, functools.partial(strike_with_stiction, tolerance), every
 
 
 def drive_yielding_nail() -> Iterator[list[str]]:
@@ -130,7 +118,7 @@ def measure() -> Iterator[list[str]]:
     grips = prepare_starts(SHIFTS)
     rows, reference = find_reference(grips)
     yield from rows
-    yield from compare_integrators(grips, reference)
-    yield from compare_contact_models(grips, reference)
-    yield from compare_stiction_tolerances(grips, reference)
+    for cells, blow, some in list_cases():
+        for grip, starts in grips.items():
+            yield format_blows(cells, grip, run_blows(blow, starts[some]), reference[grip])
     yield from drive_yielding_nail()
