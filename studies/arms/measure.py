@@ -22,7 +22,6 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_payload_regressor
 from affordance.plant.load import load_arm
@@ -61,7 +60,8 @@ def measure_sag(
     folder = task_models or models
     tool = load_tools(folder / "tools" / "weight.yaml", load_materials(folder / "materials.yaml"))[tool_index]
     arm = load_arm(settings.arm)
-    believed = _believe(tool, settings.prior.mode)
+    # An arm without experience believes every material to have the density that the prior finds most probable.
+    believed = tool.with_densities({part.looks_like.colour: settings.prior.mode for part in tool.components})
     home = np.concatenate([arm.home, np.zeros(arm.num_joints)])
     plain, held = ArmModel(arm), HeldTorqueModel(arm, settings.control_period)
     plain.set_state(home)
@@ -93,8 +93,3 @@ def measure_sag(
         record.counts.limited * settings.control_period / _HOLD,
         _HOLD / min(seconds),
     )
-
-
-def _believe(tool: Tool, density: float) -> Tool:
-    """Returns the object as an arm without experience believes it to be."""
-    return tool.with_densities({part.looks_like.colour: density for part in tool.components})

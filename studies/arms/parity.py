@@ -122,13 +122,8 @@ def _compare(imported: ReducedArm, reduced: Any, tip: int, rng: np.random.Genera
             (plant.CalcInverseDynamics(context, vdot, forces), tau),
             (X_WH, X_WT @ X_TH),
         )
-        found.append([_relate(ours, theirs) for ours, theirs in pairs])
+        found.append([float(np.abs(ours - theirs).max() / np.abs(theirs).max()) for ours, theirs in pairs])
     return ParityError(*(float(value) for value in np.max(found, axis=0)))
-
-
-def _relate(ours: Array, theirs: Array) -> float:
-    """Computes the largest difference relative to the largest number of Pinocchio's."""
-    return float(np.abs(ours - theirs).max() / np.abs(theirs).max())
 
 
 def _write_angles(model: Any, q: Array) -> Array:

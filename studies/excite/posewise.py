@@ -100,8 +100,10 @@ def run_pool(config: PosewiseConfig, repeat: int) -> dict[str, NDArray[Any]]:
     rng = np.random.default_rng([config.seed, repeat, LBIPE_OBJECTS.index(config.name)])
     pool = rng.choice(len(task.evidence.samples.signal), _POOL, replace=False)
     chosen = _choose(task, config.rule, pool, max(config.numbers))
-    estimates = np.array([_estimate(task, chosen[:number]) for number in config.numbers])
-    return {"log_mass": estimates[:, 0], "log_sd": estimates[:, 1], "mass": np.array(mass)}
+    modes = [find_posterior(task, chosen[:number]) for number in config.numbers]
+    log_mass = np.array([mode.theta[0] for mode in modes])
+    log_sd = np.sqrt([mode.covariance[0, 0] for mode in modes])
+    return {"log_mass": log_mass, "log_sd": log_sd, "mass": np.array(mass)}
 
 
 @cache
@@ -164,11 +166,6 @@ def find_posterior(task: Task, chosen: list[int]) -> Mode:
     statistics = compute_statistics(task.evidence.samples.select(kept), 1)
     likelihood = PayloadLikelihood(statistics, task.prior, task.gains.least_variance)
     return find_mode(likelihood, SolidPrior.for_hand())
-
-
-def _estimate(task: Task, chosen: list[int]) -> tuple[float, float]:
-    mode = find_posterior(task, chosen)
-    return float(mode.theta[0]), float(np.sqrt(mode.covariance[0, 0]))
 
 
 def describe_posewise(found: Mapping[str, list[dict[str, NDArray[Any]]]], numbers: tuple[int, ...]) -> dict[str, Any]:

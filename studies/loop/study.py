@@ -115,7 +115,10 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     rng, truths, memories, taught = start_life(config, bench, repeat)
     shape = (len(LEVELS), len(TASKS), len(CRITERIA))
     right, regret, covered = np.zeros(shape), np.zeros(shape), np.zeros((len(LEVELS), len(bench.tools)))
-    informed = inform(bench)
+    # One who knows every material, but not by what a piece or a tool deviates from it.
+    informed = MaterialMemory.from_densities(
+        {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
+    )
     things, own_truths = see_things(config, bench, repeat)
     own_covered = np.zeros((len(LEVELS), len(own_truths)))
     for level, number in enumerate(LEVELS.values()):
@@ -148,13 +151,6 @@ def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, S
     truths = [draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things]
     held = [replace(thing, grips=(Grip("", np.eye(4)),)) for thing in things]
     return Choice(list_seen_options(held, seed, CameraSensor(TURNING_RIG)), (), bench.settings), truths
-
-
-def inform(bench: Bench) -> Memory:
-    """Returns the memory of an observer that knows every material, not what a piece or a tool deviates from it."""
-    return MaterialMemory.from_densities(
-        {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
-    )
 
 
 def _find_spread(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> float:
@@ -202,17 +198,15 @@ def summarise_robots(robots: Mapping[str, Mapping[str, Any]]) -> dict[str, float
     """Summarises all robots by the worst of them, for claims."""
     each = list(robots.values())
     return {
-        "settled": float(np.mean([_chooses_well(robot) for robot in each])),
+        "settled": float(
+            np.mean([robot["right"]["after_5"] >= _RIGHT or robot["regret"]["after_5"] <= _REGRET for robot in each])
+        ),
         "least_right": min(robot["right"]["after_5"] for robot in each),
         "largest_regret": max(robot["regret"]["after_5"] for robot in each),
         "largest_rise": max(robot["regret"][level] - robot["regret"]["before"] for robot in each for level in LEVELS),
         "least_coverage": min(robot["coverage_mass"] for robot in each),
         "largest_coverage": max(robot["coverage_mass"] for robot in each),
     }
-
-
-def _chooses_well(robot: Mapping[str, Any]) -> bool:
-    return bool(robot["right"]["after_5"] >= _RIGHT or robot["regret"]["after_5"] <= _REGRET)
 
 
 def _describe_cell(arrays: Mapping[str, NDArray[Any]], place: tuple[int, int, int]) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.paired_runs import align
 from affordance.identification.identify import Runs, identify
-from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData
@@ -52,7 +51,7 @@ def measure_false_alarms(
     settings = replace(settings, num_samples=_FEW)
     verdicts = [
         *(_is_refused(data, *runs, gains, settings, mode) for runs in _cut_pairs(data) for mode in _MODES),
-        *(_has_doubts(panda, run, settings) for run in _cut(panda.empty)),
+        *(not identify(panda.robot, Runs(run), settings=settings).is_trusted for run in _cut(panda.empty)),
     ]
     return float(np.mean(verdicts)), len(verdicts)
 
@@ -72,10 +71,6 @@ def _is_refused(
     except AffordanceError:
         return True
     return not belief.is_trusted
-
-
-def _has_doubts(panda: PandaData, run: Run, settings: IdentificationSettings) -> bool:
-    return not identify(panda.robot, Runs(run), settings=settings).is_trusted
 
 
 def _cut(run: Run) -> Iterator[Run]:
@@ -115,11 +110,7 @@ def measure_seed_shift(data: Ur10eData, gains: Gains, panda: PandaData, settings
     shifts = []
     for robot, runs, known in kinds:
         beliefs = [identify(robot, runs, settings=replace(settings, seed=seed), **known) for seed in _SEEDS]
-        edges = np.array([_list_edges(belief) for belief in beliefs]) / beliefs[0].marginals.sd
+        found = [belief.marginals for belief in beliefs]
+        edges = np.array([[m.low50, m.high50, m.low90, m.high90] for m in found]) / found[0].sd
         shifts.append(np.abs(edges - edges.mean(axis=0)).max())
     return float(max(shifts))
-
-
-def _list_edges(belief: PayloadBelief) -> list[Any]:
-    m = belief.marginals
-    return [m.low50, m.high50, m.low90, m.high90]

@@ -110,7 +110,7 @@ def evaluate_setting(
             held["com"] = measure_centre_of_mass(world, experience, partial(_judge_alone, "com"))
         numbers |= {name: each.numbers for name, each in held.items()}
         with attempt("reach"), clock.measure("reach"):
-            choices["reach"] = _plan_reach(world)
+            choices["reach"] = _check(plan_choice(list_options(world.novel), world.reach, world.settings))
             numbers["reach"] = measure_choices(choices["reach"], world.novel, experience, seed, world.rule)
         with attempt("hammer"):
             choices["hammer"] = _plan_hammer(world, clock)
@@ -136,10 +136,6 @@ def evaluate_setting(
 
 def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
     return {key: value for key, value in judge({name: dict(numbers)}).items() if key.startswith(f"{name}.")}
-
-
-def _plan_reach(world: World) -> Choice:
-    return _check(plan_choice(list_options(world.novel), world.reach, world.settings))
 
 
 def _plan_hammer(world: World, clock: "_Clock") -> Choice:

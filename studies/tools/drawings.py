@@ -1,6 +1,5 @@
 """Figures of the study of real tools."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -211,13 +210,8 @@ def draw_holding(choices: Choices, directives: Path) -> Figure:
     held = [tool.list_gripped()[right.find_best_grip(tool.name)] for tool in choices.tools]
     pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
     figure = Figure(figsize=(4.6 * len(held), 2.6))
-    for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):
+    for axes, tool, picture in zip(figure.subplots(1, len(held), squeeze=False)[0], held, pictures, strict=True):
         axes.imshow(picture)
         axes.set_title(f"{tool.name}, grip {tool.grip} ({tool.mass:.2f} kg)", fontsize=10)
         axes.axis("off")
     return figure
-
-
-def _list_axes(figure: Figure, count: int) -> Sequence[Axes]:
-    axes: Sequence[Axes] = figure.subplots(1, count, squeeze=False)[0]
-    return axes

@@ -203,14 +203,10 @@ def _spoil_text(draw: st.DrawFn, file: str, text: str) -> Case:
         "two documents": text.encode() + b"\n---\n" + text.encode(),
         "unknown alias": b"tools: *nothing\n",
         "deep": b"[" * 5000,
-        "key twice": text.encode() + b"\n" + text[text.index("\n" + _first_key(text)) + 1 :].encode(),
+        "key twice": text.encode() + b"\n" + text[text.index("\n" + next(iter(yaml.safe_load(text)))) + 1 :].encode(),
     }
     name = draw(st.sampled_from(sorted(garbage)))
     return Case(file, garbage[name], name)
-
-
-def _first_key(text: str) -> str:
-    return str(next(iter(yaml.safe_load(text))))
 
 
 def _list_places(content: Any, way: str, file: str) -> Iterator[tuple[Any, ...]]:
