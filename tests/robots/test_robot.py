@@ -124,9 +124,11 @@ def test_trials_and_rankings_are_of_the_robot(folder: Path) -> None:
 
 
 def test_identification_takes_a_robot_for_its_chain(folder: Path) -> None:
+    """A robot and its chain are taken, so that the next argument is refused; a path is not."""
     robot = Robot.load(folder)
-    assert identification._find_chain(robot) is robot.chain
-    assert identification._find_chain(robot.chain) is robot.chain
+    for arm, refused in ((robot, "runs"), (robot.chain, "runs"), (folder, "arm")):
+        said = refuse(identification.identify, arm, "runs", error=BadArgumentError)
+        assert said.startswith(f"{refused}: is of type")
 
 
 def test_payload_of_a_folder_needs_no_tip(folder: Path) -> None:
