@@ -42,19 +42,12 @@ _AGREEMENT = 1.0
 
 
 class OwnWeight(NamedTuple):
-    """Comparison of a run's signals with the torques of the arm's own weight.
+    """Comparison of a run's signals with the torques of the arm's own weight."""
 
-    Attributes:
-        gain: Signal per torque, by least squares along with friction, shape (n,), [unit of the signal per N m].
-        explained: Share of the signal's variance beyond friction that the torques explain, shape (n,).
-        error: Relative standard error of the gain, shape (n,).
-        judged: True for the joints that can be judged, shape (n,).
-    """
-
-    gain: Array
-    explained: Array
-    error: Array
-    judged: Mask
+    gain: Array  # signal per torque, by least squares along with friction, shape (n,), [unit of the signal per N m]
+    explained: Array  # share of the signal's variance beyond friction that the torques explain, shape (n,)
+    error: Array  # relative standard error of the gain, shape (n,)
+    judged: Mask  # True for the joints that can be judged, shape (n,)
 
 
 def find_doubts(

@@ -22,22 +22,16 @@ _EXACT = 1e-12
 
 
 class ClaimVerdict(NamedTuple):
-    """Comparison of a payload setting with a belief.
+    """Comparison of a payload setting with a belief."""
 
-    Attributes:
-        probability: Probability that mass and first moment are right within the tolerance.
-        plausibility: Probability of a payload farther from the mean of the belief, in standard deviations of mass and
-            first moment, than the nearest one within the tolerance of the setting; 1 if the mean is right.
-        mass_tolerance: Largest error of a right mass, [kg].
-        moment_tolerance: Largest error of a right first moment, [kg m].
-        torque_error: Largest error over the run of each joint's torque if the setting is used, by the mean of the
-            belief, shape (C,), [N m].
-    """
-
-    probability: float
+    probability: float  # probability that mass and first moment are right within the tolerance
+    # Probability of a payload farther from the mean of the belief, in standard deviations of mass and first moment,
+    # than the nearest one within the tolerance of the setting; 1 if the mean is right.
     plausibility: float
-    mass_tolerance: float
-    moment_tolerance: float
+    mass_tolerance: float  # largest error of a right mass, [kg]
+    moment_tolerance: float  # largest error of a right first moment, [kg m]
+    # Largest error over the run of each joint's torque if the setting is used, by the mean of the belief, shape (C,),
+    # [N m].
     torque_error: Array
 
     @property

@@ -37,15 +37,11 @@ _NUM_SAMPLES = 500
 
 
 class LoadBelief(NamedTuple):
-    """Belief about the load so far.
+    """Belief about the load so far."""
 
-    Attributes:
-        bodies: Samples of the ten parameters.
-        parts: Posterior of a seen object, its materials updated; None as long as the belief is the prior, without a
-            camera, and if no densities of the seen parts explain the load.
-    """
-
-    bodies: WeightedBodies
+    bodies: WeightedBodies  # samples of the ten parameters
+    # Posterior of a seen object, its materials updated; None as long as the belief is the prior, without a camera,
+    # and if no densities of the seen parts explain the load.
     parts: PartPosterior | None
 
 

@@ -31,17 +31,11 @@ MOMENT_SHARE = 0.1
 
 
 class ErrorModel(NamedTuple):
-    """Prior knowledge of a run's errors.
+    """Prior knowledge of a run's errors."""
 
-    Attributes:
-        alike: Number of neighbouring samples that the filter correlates; 1 for none.
-        correlated: True if errors may be correlated over longer times.
-        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared].
-    """
-
-    alike: float
-    correlated: bool
-    least_variance: Array
+    alike: float  # number of neighbouring samples that the filter correlates; 1 for none
+    correlated: bool  # True if errors may be correlated over longer times
+    least_variance: Array  # lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared]
 
     def can_estimate(self, statistics: JointStatistics) -> bool:
         """Returns whether a channel has more samples than are fitted to it, so that a residual shows its error."""
@@ -75,42 +69,28 @@ def _count_fitted(statistics: JointStatistics) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples of a loaded run and the model of their errors.
+    """Samples of a loaded run and the model of their errors."""
 
-    Attributes:
-        source: File of the loaded run.
-        analysis: Treatment of the empty arm, in words.
-        kind: Kind of the signal.
-        channel_names: Names of the joints, or of the components of the wrench.
-        prepared: Even samples of the run, with their times, motion and filter.
-        rate: Sampling rate, [Hz].
-        samples: Samples of all channels; the empty arm is subtracted, or modelled by tau_arm.
-        arm_torque: Torque of the arm alone, for the sign of the load, shape (N, C), [N m].
-        is_difference: True if the signal is what the load added to the same motion.
-        is_repeated: True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
-        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), or (1,) for all channels,
-            [signal unit squared].
-        phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
-        phantom_covariance: Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
-        friction_scale: Ratio of the friction in the signal to its change between two runs.
-        notes: Findings of the analysis, in words.
-    """
-
-    source: str
-    analysis: str
+    source: str  # file of the loaded run
+    analysis: str  # treatment of the empty arm, in words
     kind: SignalKind
-    channel_names: tuple[str, ...]
-    prepared: PreparedRun
-    rate: float
-    samples: ChannelSamples
-    arm_torque: Array
-    is_difference: bool
+    channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
+    prepared: PreparedRun  # even samples of the run, with their times, motion and filter
+    rate: float  # sampling rate, [Hz]
+    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by tau_arm
+    arm_torque: Array  # torque of the arm alone, for the sign of the load, shape (N, C), [N m]
+    is_difference: bool  # True if the signal is what the load added to the same motion
+    # True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
     is_repeated: bool = False
+    # Lower bound of the long-run variance by earlier runs, shape (C,), or (1,) for all channels, [signal unit
+    # squared].
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
+    # Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
+    # Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
-    friction_scale: float = 1.0
-    notes: tuple[str, ...] = ()
+    friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
+    notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
         """Returns a part of the run."""

@@ -33,27 +33,18 @@ _FIRST_AGREEMENT = 0.5
 
 @dataclass(frozen=True)
 class FittedArm:
-    """Empty arm fitted to runs.
+    """Empty arm fitted to runs."""
 
-    Attributes:
-        robot: Model of the arm by its file.
-        gain: Gain of each joint, shape (n,), [unit of the signal per N m].
-        link_change: Change dpi of the links' parameters, shape (10 n,).
-        friction: Friction coefficients f, shape (n, 7), [N m per unit of the column].
-        link_root: Square root L of the covariance of dpi, L L^T, shape (10 n, 10 n).
-        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared; this and
-            what follows are of an arm whose errors were measured by cross-validation.
-        phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
-        residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
-    """
-
-    robot: SerialChain
-    gain: Array
-    link_change: Array
-    friction: Array
-    link_root: Array
+    robot: SerialChain  # model of the arm by its file
+    gain: Array  # gain of each joint, shape (n,), [unit of the signal per N m]
+    link_change: Array  # change dpi of the links' parameters, shape (10 n,)
+    friction: Array  # friction coefficients f, shape (n, 7), [N m per unit of the column]
+    link_root: Array  # square root L of the covariance of dpi, L L^T, shape (10 n, 10 n)
+    # Long-run variance of the prediction errors, shape (n,), in the signal's unit squared; this and what follows are
+    # of an arm whose errors were measured by cross-validation.
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
-    phantom_mass: float = 0.0
+    phantom_mass: float = 0.0  # standard deviation of the mass that an empty hand appears to hold, [kg]
+    # Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
     residual: tuple[Array, ...] = ()
 
     def predict(self, prepared: PreparedRun) -> Array:

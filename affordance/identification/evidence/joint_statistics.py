@@ -27,25 +27,15 @@ NUM_COLUMNS = 26
 
 
 class ChannelSamples(NamedTuple):
-    """N samples of C channels.
+    """N samples of C channels."""
 
-    Attributes:
-        Y: Payload regressors, shape (N, C, 10).
-        tau_arm: Torque of the arm in the signal, shape (N, C), [N m]; zero if it was subtracted.
-        load_sign: Factor s of load friction, shape (N, C), from -1 to 1.
-        direction: Direction of motion d, -1, 0 or 1, shape (N, C).
-        velocity: Joint velocities, shape (N, C), [rad/s].
-        signal: Signal x, shape (N, C), in its own unit.
-        used: True where a sample is used, shape (N, C).
-    """
-
-    Y: Array
-    tau_arm: Array
-    load_sign: Array
-    direction: Array
-    velocity: Array
-    signal: Array
-    used: Mask
+    Y: Array  # payload regressors, shape (N, C, 10)
+    tau_arm: Array  # torque of the arm in the signal, shape (N, C), [N m]; zero if it was subtracted
+    load_sign: Array  # factor s of load friction, shape (N, C), from -1 to 1
+    direction: Array  # direction of motion d, -1, 0 or 1, shape (N, C)
+    velocity: Array  # joint velocities, shape (N, C), [rad/s]
+    signal: Array  # signal x, shape (N, C), in its own unit
+    used: Mask  # True where a sample is used, shape (N, C)
 
     @classmethod
     def of_joints(
@@ -80,23 +70,14 @@ class ChannelSamples(NamedTuple):
 
 @dataclass(frozen=True)
 class JointStatistics:
-    """Sums over all samples so far.
+    """Sums over all samples so far."""
 
-    Attributes:
-        products: Sum of z z^T of each channel, shape (C, 26, 26).
-        block_products: Sum of b b^T with b the sum of z over one complete block, shape (C, 26, 26).
-        block_sum: Sum of z over the block that is not yet complete, shape (C, 26).
-        counts: Number of used samples of each channel, shape (C,).
-        block_length: Number of rows in a block.
-        num_rows: Number of rows so far, unused ones included.
-    """
-
-    products: Array
-    block_products: Array
-    block_sum: Array
-    counts: Array
-    block_length: int
-    num_rows: int
+    products: Array  # sum of z z^T of each channel, shape (C, 26, 26)
+    block_products: Array  # sum of b b^T with b the sum of z over one complete block, shape (C, 26, 26)
+    block_sum: Array  # sum of z over the block that is not yet complete, shape (C, 26)
+    counts: Array  # number of used samples of each channel, shape (C,)
+    block_length: int  # number of rows in a block
+    num_rows: int  # number of rows so far, unused ones included
 
     @property
     def num_channels(self) -> int:

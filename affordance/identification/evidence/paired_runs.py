@@ -69,19 +69,12 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
 
 
 class Alignment(NamedTuple):
-    """Alignment of two runs in time.
+    """Alignment of two runs in time."""
 
-    Attributes:
-        lag: Lag of the loaded run behind the empty one, by their own clocks, [s].
-        start: Start of the common part by the empty run's clock, [s].
-        end: End of the common part by the empty run's clock, [s].
-        difference: Largest difference of a joint angle over the common part, [rad].
-    """
-
-    lag: float
-    start: float
-    end: float
-    difference: float
+    lag: float  # lag of the loaded run behind the empty one, by their own clocks, [s]
+    start: float  # start of the common part by the empty run's clock, [s]
+    end: float  # end of the common part by the empty run's clock, [s]
+    difference: float  # largest difference of a joint angle over the common part, [rad]
 
 
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:

@@ -29,22 +29,15 @@ _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
 
 @dataclass(frozen=True)
 class ChannelPrior:
-    """Prior of all unknowns but the payload.
+    """Prior of all unknowns but the payload."""
 
-    Attributes:
-        gain: Means of g and h of each channel, shape (C, 2), [unit of the signal per N m].
-        gain_covariance: Covariance of g and h, channel by channel, shape (C, 2, 2).
-        friction: Means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s).
-        friction_sd: Standard deviations of friction, shape (C, 3).
-        phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
-        phantom_covariance: Covariance of the phantom payload, shape (10, 10).
-    """
-
-    gain: Array
-    gain_covariance: Array
-    friction: Array
-    friction_sd: Array
+    gain: Array  # means of g and h of each channel, shape (C, 2), [unit of the signal per N m]
+    gain_covariance: Array  # covariance of g and h, channel by channel, shape (C, 2, 2)
+    friction: Array  # means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s)
+    friction_sd: Array  # standard deviations of friction, shape (C, 3)
+    # Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
+    # Covariance of the phantom payload, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
 
 

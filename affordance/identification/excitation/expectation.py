@@ -50,19 +50,12 @@ class Aim(enum.Enum):
 
 
 class Spread(NamedTuple):
-    """Standard deviations that identification would state.
+    """Standard deviations that identification would state."""
 
-    Attributes:
-        mass: Standard deviation of the mass, [kg].
-        com: Standard deviation of the centre of mass, root of the sum of squares over its coordinates, [m].
-        inertia: Standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2].
-        cost: Standard deviation of the cost of a task, in its unit; 0 without a task.
-    """
-
-    mass: float
-    com: float
-    inertia: float
-    cost: float
+    mass: float  # standard deviation of the mass, [kg]
+    com: float  # standard deviation of the centre of mass, root of the sum of squares over its coordinates, [m]
+    inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
+    cost: float  # standard deviation of the cost of a task, in its unit; 0 without a task
 
     def get(self, aim: Aim) -> float:
         """Returns the standard deviation of an aim."""
@@ -72,24 +65,18 @@ class Spread(NamedTuple):
 
 @dataclass(frozen=True)
 class Expectation:
-    """Knowledge before the loaded run, as far as it decides how well the run will show the payload.
+    """Knowledge before the loaded run, as far as it decides how well the run will show the payload."""
 
-    Attributes:
-        robot: Model of the arm, with its mounting.
-        gains: Gains as known before, drift included.
-        error_density: Long-run variance of each joint's error times the time between samples, shape (n,), in the
-            signal's unit squared times seconds: independent of the rate.
-        bodies: Log-Cholesky coordinates of bodies that may be held, shape (K, 10), over which squares are averaged.
-        floor: Covariance of the phantom payload, which no time averages out, shape (10, 10).
-        slope: Derivative of the cost of a task by the ten parameters, shape (10,); zero without a task.
-        settings: Identification settings.
-    """
-
-    robot: SerialChain
-    gains: Gains
+    robot: SerialChain  # model of the arm, with its mounting
+    gains: Gains  # gains as known before, drift included
+    # Long-run variance of each joint's error times the time between samples, shape (n,), in the signal's unit squared
+    # times seconds: independent of the rate.
     error_density: Array
+    # Log-Cholesky coordinates of bodies that may be held, shape (K, 10), over which squares are averaged.
     bodies: Array
+    # Covariance of the phantom payload, which no time averages out, shape (10, 10).
     floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
+    # Derivative of the cost of a task by the ten parameters, shape (10,); zero without a task.
     slope: Array = field(default_factory=lambda: np.zeros(10))
     settings: IdentificationSettings = DEFAULT_SETTINGS
 

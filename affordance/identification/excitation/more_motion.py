@@ -14,7 +14,7 @@ from affordance.identification.excitation.planned_motion import (
     PostureFamily,
     list_times,
 )
-from affordance.identification.posterior.marginals import COM, QUANTITIES
+from affordance.identification.posterior.marginals import COM, MASS, MOMENTS, QUANTITIES
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
@@ -28,10 +28,12 @@ _PACES = {
     "faster": (2.0, 4.0),
 }
 _HELPS = 0.8  # share of the standard deviation that is left, below which a motion is worth a line
-_AIMS = ((Aim.MASS, "g", 1e3), (Aim.COM, "mm", 1e3), (Aim.INERTIA, "kg m^2", 1.0))
-_WORDS = {Aim.MASS: "mass", Aim.COM: "centre of mass", Aim.INERTIA: "moments of inertia"}
-_PLACES = {Aim.MASS: slice(0, 1), Aim.COM: COM, Aim.INERTIA: slice(4, 7)}
-_OF = {"mass": Aim.MASS, **dict.fromkeys(QUANTITIES[1:4], Aim.COM), **dict.fromkeys(QUANTITIES[4:7], Aim.INERTIA)}
+# Words for each aim, its place among the quantities, and the unit in which it is said, with the factor to it.
+_AIMS = {
+    Aim.MASS: ("mass", MASS, "g", 1e3),
+    Aim.COM: ("centre of mass", COM, "mm", 1e3),
+    Aim.INERTIA: ("moments of inertia", MOMENTS, "kg m^2", 1.0),
+}
 
 
 def suggest_motion(
@@ -43,10 +45,9 @@ def suggest_motion(
     drawing, a picture or a scale it says what the motion alone would tell, and only if that is more than is known.
     The arm has the gravity of the run; gains are those known before, drift included.
     """
-    fit, hidden = belief.fit, {_OF[name] for name in belief.hidden}
+    fit = belief.fit
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
         return
-    mass, *others = _AIMS
     rate = fit.evidence.rate
     evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
     expectation = Expectation(
@@ -70,11 +71,13 @@ def suggest_motion(
             found.append((f"{name} ({pace})", expectation.measure(evidence, total)))
     if not found:
         return
-    for aim, unit, factor in (mass, *[each for each in others if each[0] in hidden][:1]):
+    hidden = [aim for aim in (Aim.COM, Aim.INERTIA) if belief.hidden & set(QUANTITIES[_AIMS[aim][1]])]
+    for aim in (Aim.MASS, *hidden[:1]):
+        name, place, unit, factor = _AIMS[aim]
         best = int(np.argmin([spread.get(aim) for _, spread in found]))
         words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
         # Of three components together, the root of the sum of their squares.
-        stated = float(np.linalg.norm(belief.marginals.sd[_PLACES[aim]]))
+        stated = float(np.linalg.norm(belief.marginals.sd[place]))
         before, alone = now.get(aim), " (without what was seen or weighed)"
         if belief.seen is None and belief.reference_mass is None:
             before, least, alone = stated, least / before * stated, ""  # as the table has it
@@ -83,13 +86,13 @@ def suggest_motion(
         sds = [_show(factor * sd) for sd in (before, least)]
         if least < _HELPS * before:
             yield (
-                f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {_WORDS[aim]} from {sds[0]} to "
+                f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {name} from {sds[0]} to "
                 f"{sds[1]} {unit}{alone}; affordance excite --for {aim.value} designs a motion"
             )
         else:
             yield (
                 f"{_SECONDS:g} s more would hardly help: the best of {len(found)} motions drawn at random ({pace}) "
-                f"leaves the SD of the {_WORDS[aim]} at {sds[1]} of {sds[0]} {unit}{alone}"
+                f"leaves the SD of the {name} at {sds[1]} of {sds[0]} {unit}{alone}"
             )
 
 

@@ -27,17 +27,11 @@ type Score = Callable[[PreparedRun], float]
 
 
 class MotionDesign(NamedTuple):
-    """Motion that was found.
+    """Motion that was found."""
 
-    Attributes:
-        motion: Motion at 50 Hz, without a signal.
-        score: Score of the motion.
-        typical: Median score of the motions that were drawn at random.
-    """
-
-    motion: PreparedRun
-    score: float
-    typical: float
+    motion: PreparedRun  # motion at 50 Hz, without a signal
+    score: float  # score of the motion
+    typical: float  # median score of the motions that were drawn at random
 
 
 class NoMotionError(AffordanceError):

@@ -51,25 +51,15 @@ class LimitPlace(NamedTuple):
 
 
 class MotionLimits(NamedTuple):
-    """Limits of a motion.
+    """Limits of a motion."""
 
-    Attributes:
-        q_lower: Least joint angles, shape (n,), finite, [rad].
-        q_upper: Largest joint angles, shape (n,), finite, [rad].
-        v_max: Bound of |v|, shape (n,), [rad/s].
-        vdot_max: Bound of |vdot|, shape (n,), [rad/s^2].
-        tau_max: Bound of |tau|, shape (n,), [N m].
-        tip_speed: Bound of the tip's speed, [m/s].
-        height: Least height of the tip in the base frame, [m].
-    """
-
-    q_lower: Array
-    q_upper: Array
-    v_max: Array
-    vdot_max: Array
-    tau_max: Array
-    tip_speed: float = np.inf
-    height: float = -np.inf
+    q_lower: Array  # least joint angles, shape (n,), finite, [rad]
+    q_upper: Array  # largest joint angles, shape (n,), finite, [rad]
+    v_max: Array  # bound of |v|, shape (n,), [rad/s]
+    vdot_max: Array  # bound of |vdot|, shape (n,), [rad/s^2]
+    tau_max: Array  # bound of |tau|, shape (n,), [N m]
+    tip_speed: float = np.inf  # bound of the tip's speed, [m/s]
+    height: float = -np.inf  # least height of the tip in the base frame, [m]
 
     @classmethod
     def around(

@@ -49,19 +49,12 @@ _LEAST_SHARE = 1e-3
 
 
 class Mode(NamedTuple):
-    """Most probable body.
+    """Most probable body."""
 
-    Attributes:
-        theta: Log-Cholesky coordinates, shape (10,).
-        covariance: Covariance of theta by the curvature at the mode, shape (10, 10).
-        pi: Ten inertial parameters, shape (10,).
-        load: Most probable load, which is pi plus the phantom payload of model errors, shape (10,).
-    """
-
-    theta: Array
-    covariance: Array
-    pi: Array
-    load: Array
+    theta: Array  # log-Cholesky coordinates, shape (10,)
+    covariance: Array  # covariance of theta by the curvature at the mode, shape (10, 10)
+    pi: Array  # ten inertial parameters, shape (10,)
+    load: Array  # most probable load, which is pi plus the phantom payload of model errors, shape (10,)
 
 
 class WeightedBodies(NamedTuple):

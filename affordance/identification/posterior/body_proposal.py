@@ -29,17 +29,11 @@ _KEPT = 0.1
 
 @dataclass(frozen=True)
 class Proposal:
-    """Mixture of t distributions and a prior.
+    """Mixture of t distributions and a prior."""
 
-    Attributes:
-        kinds: Centre and squared scale of each t distribution.
-        shares: Share of each, shape (K,); their sum is one.
-        prior: Prior of the body.
-    """
-
-    kinds: Normals
-    shares: Array
-    prior: SolidPrior
+    kinds: Normals  # centre and squared scale of each t distribution
+    shares: Array  # share of each, shape (K,); their sum is one
+    prior: SolidPrior  # prior of the body
 
     @classmethod
     def build(cls, kinds: Normals, log_evidence: Array, prior: SolidPrior) -> "Proposal":

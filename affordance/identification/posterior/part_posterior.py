@@ -30,19 +30,12 @@ _MAX_BATCHES = 50
 
 @dataclass(frozen=True)
 class SeenObject:
-    """Belief about an object by a camera and a memory of materials.
+    """Belief about an object by a camera and a memory of materials."""
 
-    Attributes:
-        belief: Belief about the object's densities, with its geometry in the tool's frame T.
-        parts: Features of its parts, in T.
-        low: Least coordinates of the box that the parts fill, in T, shape (3,), [m].
-        high: Largest coordinates of the box, in T, shape (3,), [m].
-    """
-
-    belief: ObjectBelief
-    parts: tuple[ComponentFeatures, ...]
-    low: Array
-    high: Array
+    belief: ObjectBelief  # belief about the object's densities, with its geometry in the tool's frame T
+    parts: tuple[ComponentFeatures, ...]  # features of its parts, in T
+    low: Array  # least coordinates of the box that the parts fill, in T, shape (3,), [m]
+    high: Array  # largest coordinates of the box, in T, shape (3,), [m]
 
     @cached_property
     def unseen(self) -> Array:
@@ -83,15 +76,10 @@ class NotTheSeenObjectError(AffordanceError):
 
 
 class PlacedObject(NamedTuple):
-    """Seen object in the frame of the tip.
+    """Seen object in the frame of the tip."""
 
-    Attributes:
-        belief: Belief about the object's densities, with its geometry in the frame of the tip.
-        unseen: Covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10).
-    """
-
-    belief: ObjectBelief
-    unseen: Array
+    belief: ObjectBelief  # belief about the object's densities, with its geometry in the frame of the tip
+    unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
 
     def compute_discrepancy(self, rho: Array, share: float) -> Array:
         """Computes the covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
@@ -109,21 +97,13 @@ class PlacedObject(NamedTuple):
 
 
 class PartPosterior(NamedTuple):
-    """Posterior of a seen object after a run.
+    """Posterior of a seen object after a run."""
 
-    Attributes:
-        bodies: Samples of the ten parameters.
-        belief: Belief about the object, with an updated memory of all materials.
-        likelihood: Likelihood of the densities, for callers that keep beliefs of their own.
-        felt: Quadratic log likelihood of the ten parameters, in the frame of the tip, without what is unseen.
-        p_value: Probability, under the prior, of a run at least as improbable as this one.
-    """
-
-    bodies: WeightedBodies
-    belief: ObjectBelief
-    likelihood: Likelihood
-    felt: Quadratic
-    p_value: float
+    bodies: WeightedBodies  # samples of the ten parameters
+    belief: ObjectBelief  # belief about the object, with an updated memory of all materials
+    likelihood: Likelihood  # likelihood of the densities, for callers that keep beliefs of their own
+    felt: Quadratic  # quadratic log likelihood of the ten parameters, in the frame of the tip, without what is unseen
+    p_value: float  # probability, under the prior, of a run at least as improbable as this one
 
 
 def infer_parts(

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array, Mask
+from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
 from affordance.files.html_table import build_table
@@ -17,7 +17,6 @@ from affordance.identification.posterior.marginals import (
     COM,
     MASS,
     MOMENTS,
-    PRODUCTS,
     QUANTITIES,
     UNITS,
     Marginals,
@@ -54,21 +53,13 @@ class LearnedDensity(NamedTuple):
 
 
 class HalfCheck(NamedTuple):
-    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first.
+    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first."""
 
-    Attributes:
-        mass: Means of the mass, [kg].
-        sd: Standard deviations of the mass, [kg].
-        error: Relative errors of the mass.
-        inside: 1 where the 90 % interval contains the reference mass, else 0.
-        centre_of_mass: Means of the centre of mass, shape (2, 3), [m].
-    """
-
-    mass: Array
-    sd: Array
-    error: Array
-    inside: Array
-    centre_of_mass: Array
+    mass: Array  # means of the mass, [kg]
+    sd: Array  # standard deviations of the mass, [kg]
+    error: Array  # relative errors of the mass
+    inside: Array  # 1 where the 90 % interval contains the reference mass, else 0
+    centre_of_mass: Array  # means of the centre of mass, shape (2, 3), [m]
 
 
 @dataclass(frozen=True)
@@ -212,9 +203,11 @@ class PayloadBelief:
     @cached_property
     def hidden(self) -> frozenset[str]:
         """Quantities, by their names in QUANTITIES, that the run left undetermined."""
-        is_hidden = (self._share_of_prior > _UNSEEN) | self._is_vague
+        m = self.marginals
+        is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are no part of what follows
+        is_hidden = (self._share_of_prior > _UNSEEN) | is_vague
         if self.seen is not None:  # by whose prior little is left open
-            is_hidden &= self.marginals.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(self.marginals.mean))
+            is_hidden &= m.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(m.mean))
         if self.calibration is not None:
             is_hidden[MASS] = False  # the scale determined the mass
         return frozenset(name for name, hidden in zip(QUANTITIES[: MOMENTS.stop], is_hidden, strict=False) if hidden)
@@ -225,14 +218,6 @@ class PayloadBelief:
         prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
         share: Array = self.marginals.sd / np.maximum(prior_sd, np.finfo(float).tiny)
         return share
-
-    @cached_property
-    def _is_vague(self) -> Mask:
-        """True for positive quantities that are known only to a factor, shape (10,)."""
-        m = self.marginals
-        vague = m.sd > _VAGUE * m.mean
-        vague[COM] = vague[PRODUCTS] = False
-        return vague
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:

@@ -22,23 +22,14 @@ _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
 
 
 class PayloadFit(NamedTuple):
-    """Fit of a run.
+    """Fit of a run."""
 
-    Attributes:
-        evidence: Evidence of the run, with the load signs of the fitted payload.
-        statistics: Sums over the evidence.
-        likelihood: Likelihood of the ten parameters.
-        mode: Most probable body.
-        long_run_variance: Long-run variance of each channel, shape (C,).
-        weights: Weights w with w^T z the residual, shape (C, 26).
-    """
-
-    evidence: Evidence
-    statistics: JointStatistics
-    likelihood: PayloadLikelihood
-    mode: Mode
-    long_run_variance: Array
-    weights: Array
+    evidence: Evidence  # evidence of the run, with the load signs of the fitted payload
+    statistics: JointStatistics  # sums over the evidence
+    likelihood: PayloadLikelihood  # likelihood of the ten parameters
+    mode: Mode  # most probable body
+    long_run_variance: Array  # long-run variance of each channel, shape (C,)
+    weights: Array  # weights w with w^T z the residual, shape (C, 26)
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:

@@ -32,15 +32,10 @@ _NUM_SOLIDS = 4000  # of each kind
 
 @dataclass(frozen=True)
 class Normals:
-    """K normal distributions of a vector of D numbers.
+    """K normal distributions of a vector of D numbers."""
 
-    Attributes:
-        means: Means, shape (K, D).
-        covariances: Covariances, shape (K, D, D).
-    """
-
-    means: Array
-    covariances: Array
+    means: Array  # means, shape (K, D)
+    covariances: Array  # covariances, shape (K, D, D)
 
     @cached_property
     def roots(self) -> Array:
@@ -86,15 +81,10 @@ def add_logs(logs: Array) -> Array:
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """Mixture of normal distributions of theta (see log_cholesky), whose samples are physically consistent bodies.
+    """Mixture of normal distributions of theta (see log_cholesky), whose samples are physically consistent bodies."""
 
-    Attributes:
-        kinds: Distribution of theta for each of K kinds of solids.
-        shares: Probability of each kind, shape (K,); their sum is one.
-    """
-
-    kinds: Normals
-    shares: Array
+    kinds: Normals  # distribution of theta for each of K kinds of solids
+    shares: Array  # probability of each kind, shape (K,); their sum is one
 
     @classmethod
     @cache

@@ -29,23 +29,14 @@ _SLOWEST, _FASTEST = 0.5, 0.8
 
 
 class PreparedRun(NamedTuple):
-    """Even samples of a filtered run.
+    """Even samples of a filtered run."""
 
-    Attributes:
-        times: Times of the samples, shape (N,), [s].
-        q: Joint angles, shape (N, n), [rad].
-        v: Joint velocities, shape (N, n), [rad/s].
-        vdot: Joint accelerations, shape (N, n), [rad/s^2].
-        signal: Signals of the channels, shape (N, C), in their own unit.
-        cutoff: Cut-off of the filter, [Hz].
-    """
-
-    times: Array
-    q: Array
-    v: Array
-    vdot: Array
-    signal: Array
-    cutoff: float
+    times: Array  # times of the samples, shape (N,), [s]
+    q: Array  # joint angles, shape (N, n), [rad]
+    v: Array  # joint velocities, shape (N, n), [rad/s]
+    vdot: Array  # joint accelerations, shape (N, n), [rad/s^2]
+    signal: Array  # signals of the channels, shape (N, C), in their own unit
+    cutoff: float  # cut-off of the filter, [Hz]
 
     @property
     def motion(self) -> tuple[Array, Array, Array]:

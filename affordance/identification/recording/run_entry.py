@@ -42,17 +42,12 @@ _MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
 
 
 class ColumnMap(NamedTuple):
-    """Column names of one logger.
+    """Column names of one logger."""
 
-    Attributes:
-        patterns: Regular expression of the logger's names, by our name of the column; a group is the joint's number.
-        first: Number of the first joint; None for the smallest that occurs.
-        time_unit: Logger's unit of time, [s].
-    """
-
+    # Regular expression of the logger's names, by our name of the column; a group is the joint's number.
     patterns: dict[str, str]
-    first: int | None
-    time_unit: float
+    first: int | None  # number of the first joint; None for the smallest that occurs
+    time_unit: float  # logger's unit of time, [s]
 
 
 _WRENCH = {name: name for name in ("fx", "fy", "fz", "tx", "ty", "tz")}

@@ -25,21 +25,13 @@ _LISTED, _ENOUGH_TORN = 10, 1000  # torn rows that a message names, and after wh
 
 
 class RunTable(NamedTuple):
-    """Table of numbers.
+    """Table of numbers."""
 
-    Attributes:
-        names: Names of the columns; empty if the file has none.
-        values: Values, shape (N, number of columns).
-        rows: Row of the file, counted from 1, that holds each sample, shape (N,).
-        num_torn: Number of incomplete rows that were left out.
-        joint_names: Names of the joints if the file gives them.
-    """
-
-    names: tuple[str, ...]
-    values: Array
-    rows: NDArray[np.intp]
-    num_torn: int = 0
-    joint_names: tuple[str, ...] = ()
+    names: tuple[str, ...]  # names of the columns; empty if the file has none
+    values: Array  # values, shape (N, number of columns)
+    rows: NDArray[np.intp]  # row of the file, counted from 1, that holds each sample, shape (N,)
+    num_torn: int = 0  # number of incomplete rows that were left out
+    joint_names: tuple[str, ...] = ()  # names of the joints if the file gives them
 
 
 def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
