@@ -40,16 +40,6 @@ def test_urdf_is_read_as_the_same_body():
     assert_allclose(read, PAYLOAD, rtol=1e-4, atol=1e-6)
 
 
-def test_urscript_has_moments_about_the_centre_of_mass():
-    numbers = [
-        float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", _LINES["Universal Robots (URScript)"])
-    ]
-    mass, centre, moments = numbers[0], numbers[1:4], numbers[4:]
-    assert_allclose(mass, PAYLOAD[0], rtol=1e-4)
-    assert_allclose(centre, _CENTRE, atol=1e-5)
-    assert_allclose(moments[0], PAYLOAD[4] - mass * (_CENTRE[1] ** 2 + _CENTRE[2] ** 2), rtol=1e-3)
-
-
 def test_drake_line_can_be_run():
     inertia = eval(
         _LINES["Drake (Python)"], {"SpatialInertia": SpatialInertia, "RotationalInertia": RotationalInertia}

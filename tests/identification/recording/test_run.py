@@ -1,7 +1,9 @@
+import re
+
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 
-from affordance.exceptions import BadValueError
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
 
@@ -9,12 +11,7 @@ _NAMES = ("panda_joint1", "panda_joint2")
 
 
 def _build(kind: SignalKind = SignalKind.JOINT_TORQUE, **changes: np.ndarray) -> Run:
-    values = {
-        "times": np.arange(50) * 0.01,
-        "q": np.zeros((50, 2)),
-        "signal": np.zeros((50, 2)),
-        "v": np.zeros((50, 2)),
-    }
+    values = {"times": _TIMES, "q": _ZEROS, "signal": _ZEROS, "v": _ZEROS}
     return Run("run.csv", RunDescription(_NAMES, kind), **{**values, **changes})
 
 
@@ -44,12 +41,11 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
             {"v": _spoil(_ZEROS, 3, 0, -180.0)},
             "row 4, column v_1: is -180, .* are these degrees a second.*units: {v: deg/s}",
         ),
-        ({"times": 1e3 * _TIMES}, "advances by 10 s a row, .* must have 'units: {time: ms}'"),
         ({"signal": _spoil(_ZEROS, 9, 0, np.nan)}, "row 10, column tau_1: is nan, must be a finite number"),
         ({"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
         ({"times": _spoil_time(20, 0.05)}, r"row 21, column time: is 0.050000, must be more than 0.190000"),
         ({"times": _spoil_time(4, np.nan)}, r"row 5, column time: is nan, must be a finite number of seconds"),
-        ({"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
+        ({"times": 1e3 * _TIMES}, r"advances by 10 s a row, must be from 1e-05 to 0.5; .*'units: {time: ms}'"),
         (
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
             r"column vdot_2: is 57.3 times the rate of v_2, must be",
@@ -60,55 +56,44 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
     ],
 )
 def test_what_cannot_be_is_named_by_row_column_value_and_bound(changes, message):
-    with pytest.raises(BadValueError, match=message) as caught:
-        _build(**changes)
-    assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith("run.csv: ")
+    said = refuse(_build, **changes)
+    assert re.search(message, said)
+    assert said.startswith("run.csv: ")
 
 
 def test_a_run_of_few_samples_is_refused():
-    with pytest.raises(BadValueError, match="has 5 samples, must have at least 20"):
-        _build(times=_TIMES[:5], q=_ZEROS[:5], signal=_ZEROS[:5], v=_ZEROS[:5])
+    few = refuse(_build, times=_TIMES[:5], q=_ZEROS[:5], signal=_ZEROS[:5], v=_ZEROS[:5])
+    assert "has 5 samples, must have at least 20" in few
 
 
-def test_joints_are_found_by_name_in_any_order():
-    q = np.arange(100.0).reshape(50, 2) / 100.0
-    run = _build(q=q).arrange(("panda_joint2", "panda_joint1"))
+@pytest.mark.parametrize("prefix", ["panda", "fer"])
+def test_joints_are_found_by_name_in_any_order_whatever_their_maker_calls_the_arm(prefix):
+    q, names = np.arange(100.0).reshape(50, 2) / 100.0, (f"{prefix}_joint2", f"{prefix}_joint1")
+    run = _build(q=q).arrange(names)
     np.testing.assert_array_equal(run.q, q[:, ::-1])
-    assert run.description.joint_names == ("panda_joint2", "panda_joint1")
-
-
-def test_joints_are_found_under_another_maker_prefix():
-    run = _build().arrange(("fer_joint1", "fer_joint2"))
-    assert run.description.joint_names == ("fer_joint1", "fer_joint2")
+    assert run.description.joint_names == names
 
 
 def test_a_joint_that_is_not_there_is_named_with_the_nearest():
     message = "joints: are panda_joint1, panda_joint2, must name panda_joint3 of the arm; the nearest is panda_joint"
-    with pytest.raises(BadValueError, match=message):
-        _build().arrange(("panda_joint1", "panda_joint3"))
+    assert message in refuse(_build().arrange, ("panda_joint1", "panda_joint3"))
 
 
 def test_currents_up_to_a_hundred_amperes_are_read():
     assert _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -99.9)).signal.min() == -99.9
-    with pytest.raises(
-        BadValueError, match=r"row 8, column current_2: is 100\.1, must be from -100 to 100 A; are these mi"
-    ):
-        _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 7, 1, 100.1))
+    said = refuse(_build, SignalKind.CURRENT, signal=_spoil(_ZEROS, 7, 1, 100.1))
+    assert "row 8, column current_2: is 100.1, must be from -100 to 100 A; are these mi" in said
 
 
 @pytest.mark.parametrize(("factor", "hint"), [(180.0 / np.pi, True), (np.pi / 180.0, False)])
 def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
-    with pytest.raises(
-        BadValueError, match=r"column v_2: is .* times the rate of q_2, must be from 0.2 to 5 times"
-    ) as caught:
-        _build(q=_SWING, v=factor * _SWING_RATE)
-    assert ("are these degrees" in str(caught.value)) == hint
+    said = refuse(_build, q=_SWING, v=factor * _SWING_RATE)
+    assert " times the rate of q_2, must be from 0.2 to 5 times" in said
+    assert ("are these degrees" in said) == hint
 
 
 def test_rates_of_joints_that_hardly_move_are_not_judged():
-    run = _build(q=1e-4 * _SWING, v=1e-2 * _SWING_RATE)
-    assert run.v is not None
+    _build(q=1e-4 * _SWING, v=1e-2 * _SWING_RATE)
 
 
 def test_part_of_a_run_keeps_its_rows_of_the_file():
