@@ -228,10 +228,7 @@ class DensityBelief:
         )
 
     def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
-        """Computes the log evidence of data under the unrestricted normal distribution, in closed form.
-
-        The posterior is this belief conditioned on the data.
-        """
+        """Computes the log evidence of data, given the posterior, under the unrestricted distribution."""
         return float(
             likelihood.log_constant
             + 0.5

@@ -140,10 +140,7 @@ def teach(
 
 
 def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:
-    """Assigns a lifted object to a kind for each of its colours, chosen with its probability.
-
-    The place is the object's index; None if it was never lifted before.
-    """
+    """Assigns a lifted object, with its index or None if it is new, to a kind and its probability for each colour."""
     memberships = []
     for before, (kind, probability) in zip(known.memberships, chosen, strict=True):
         stays = place is not None and before.kind == kind
@@ -155,10 +152,7 @@ def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence
 
 
 def tidy(kinds: Kinds, prior: Prior) -> Kinds:
-    """Removes kinds without objects, merges twins, and keeps own densities for odd objects only.
-
-    The cost is O(K^3) for K kinds, and O(K^2) comparisons.
-    """
+    """Removes kinds without objects, merges twins, and keeps own densities for odd objects only; O(K^3) in all."""
     counts = kinds.count_objects()
     # A colour that was seen and never lifted keeps its kind without objects.
     lifted = {colour for colour, count in zip(kinds.colours, counts, strict=True) if count}
@@ -183,10 +177,7 @@ def find_twins(kinds: Kinds, deviation_sd: float) -> tuple[int, int] | None:
 
 
 def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
-    """Merges two kinds; the belief equals that of one kind with all their objects from the start.
-
-    The older one is kept, with its prior.
-    """
+    """Merges two kinds into the older one; the belief is that of one kind with all their objects from the start."""
     # Both densities become one, rho = T rho'. That adds both priors, so that of the merged kind is subtracted.
     T = np.delete(np.eye(len(kinds.colours)), merged, axis=1)
     T[merged, kept] = 1.0

@@ -225,10 +225,7 @@ class Outlook:
 def measure_information(
     hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array, common: Sequence[int] | None = None
 ) -> float:
-    """Computes the information of a hold about materials, for a normal belief of covariance (M, M), [nat].
-
-    It is about the materials of the common columns, or all if None.
-    """
+    """Computes a hold's information about materials, of common columns or all, for a covariance (M, M), [nat]."""
     rho = hold.densities.mean(axis=0)
     regressor = static.Y @ hold.geometry.Phi
     spread = np.maximum(hold.densities.var(axis=0) - np.diag(covariance), 0.0)

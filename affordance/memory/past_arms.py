@@ -6,10 +6,7 @@ from collections.abc import Callable
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts the trials of a memory by a robot of this name with an arm of another fingerprint; 0 without a memory.
-
-    The fingerprint of its present arm is computed by the given function if there are trials of this name.
-    """
+    """Counts a robot's trials with an arm of another fingerprint than the present, computed if there are trials."""
     from affordance.memory.ledger import has_memory, open_memory
 
     if not (place and has_memory(place)):

@@ -94,10 +94,7 @@ class TrialEvidence:
     program: str = __version__
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for wrong kinds, shapes, and values.
-
-        The precision of the likelihood must be symmetric and positive semidefinite.
-        """
+        """Raises a BadArgumentError for wrong kinds, shapes and values, and an indefinite precision."""
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)
         object.__setattr__(self, "log_evidence", check_number("log_evidence", self.log_evidence))
