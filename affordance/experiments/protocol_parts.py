@@ -1,26 +1,39 @@
-"""Parts of the experiment of a protocol: observers, paths and people, read from its files and checked."""
+"""Parts of the experiment of a protocol: observers, objects, paths and people, read from its files and checked."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
 from affordance.belief.learner import Learner
-from affordance.control.start_posture import check_start
+from affordance.control.start_posture import Start, check_start
 from affordance.control.timed_path import TimedPath, load_path
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.exceptions import (
+    BadArgumentError,
+    BadValueError,
+    InfeasibleError,
+    ModelFileError,
+    describe_choice,
+)
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.colour import Colour
-from affordance.plant.load import load_arm
+from affordance.objects.tool import Tool
+from affordance.plant.arm import Arm
+from affordance.plant.load import load_arm, parse_arm
 from affordance.proprioception.faults import NO_FAULTS
+from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects, find_file
 from affordance.protocols.people import People, check_table
-from affordance.protocols.people_lifts import load_people_lifts
+from affordance.protocols.people_tables import load_people_lifts, load_published
 from affordance.protocols.protocol import Protocol
-from affordance.protocols.published import load_published
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
+from affordance.simulation.trial import check_duration
 from affordance.vision.features import FeatureSource
 
 type Told = tuple[tuple[Colour, float], ...]
@@ -130,3 +143,42 @@ def check_several_grips(novel: ProtocolObjects) -> None:
         if len(tool.grips) < 2:
             problem = f"has {len(tool.grips)} entries, must have at least 2 to choose from"
             raise BadValueError(novel.path, f"tools: {tool.name}.grips", problem)
+
+
+def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
+    """Raises a BadValueError for a presentation that ends before the first sample: nothing would be measured."""
+    for index, block in enumerate(protocol.blocks):
+        if block.do.duration:
+            try:
+                check_duration(block.do.duration, settings)
+            except BadArgumentError as error:
+                raise BadValueError(path, f"blocks[{index}].do.duration", error.problem) from error
+
+
+def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
+    """Checks the static torque of every joint, in the start posture of a task or at home, against its limit.
+
+    A tool that is too heavy for a joint raises an InfeasibleError, an arm that cannot be loaded or cannot hold itself
+    a ModelFileError, and a posture out of its reach an AffordanceError.
+    """
+    arm = load_arm(settings.arm)
+    _load_shapes(arm, settings.arm)
+    hold = StaticHold(arm, arm.find_posture(dict(start)))
+    posture = "start" if start else "home"
+    for tool in tools:
+        # Otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool.
+        for joint, torque, bound in arm.find_overloads(hold.tau_arm):
+            problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
+            raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
+        overloads = arm.find_overloads(hold.tau_arm + hold.Y @ tool.parameters)
+        if overloads:
+            joint, torque, bound = max(overloads, key=lambda each: each.torque / each.bound)
+            problem = f"weighs {tool.mass:.3g} kg and loads {joint} with {torque:.3g} N m in the {posture} posture"
+            raise InfeasibleError(path, f"tools: {tool.name}", f"{problem}, must be at most {bound:.3g} N m")
+
+
+@lru_cache(maxsize=16)
+def _load_shapes(arm: Arm, directives: Path) -> None:
+    """Loads an arm's shapes too, once per version of its files; else their ModelFileError appears in replays only."""
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    parse_arm(plant, directives)

@@ -17,16 +17,17 @@ from affordance.experiments.protocol_parts import (
     Told,
     apply_observers,
     check_colours_known,
+    check_durations,
     check_one_course,
     check_several_grips,
     check_suits_closed_form,
+    check_tools_can_be_held,
     list_told,
     load_paths,
     load_people,
 )
 from affordance.experiments.reach import Reaching
 from affordance.experiments.rehearsal import check_number_names, rehearse_claims, rehearse_experiment
-from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
 from affordance.experiments.shared.choice_task import ChoiceTask
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.experience import build_experience

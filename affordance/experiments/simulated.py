@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from affordance.arrays import Array, Arrays
 from affordance.belief.object_belief import Memory
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath
+from affordance.experiments.chosen_holds import ChosenHolds
 from affordance.experiments.definition import OBSERVER_SHOWN, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
@@ -34,15 +35,6 @@ from affordance.vision.systems import predict_object
 _PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a trial count from 0
 
 
-class HoldChooser(Protocol):
-    """Chooser of what an observer holds next."""
-
-    def choose(
-        self, block: int, left: Sequence[Tool], memory: Memory, settings: Settings, seed: tuple[int, ...]
-    ) -> tuple[int, bool]:
-        """Chooses among the remaining objects; returns the index of one, and true if none is worth holding."""
-
-
 @dataclass(frozen=True)
 class Simulated(Means):
     """Presentations by simulation of the Diagram.
@@ -55,7 +47,7 @@ class Simulated(Means):
 
     expects: bool = False
     paths: Mapping[int, TimedPath] = field(default_factory=dict)
-    chooser: HoldChooser | None = None
+    chooser: ChosenHolds | None = None
 
     is_closed_form = False
     drawn = ("objects", "heights", "heights of points", "density and drop", "lifts")

@@ -16,7 +16,6 @@ from affordance.belief.memory_file import format_memory
 from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
-from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
@@ -187,7 +186,8 @@ def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Sett
                 models / ARM.name, need, f"cannot be done by this arm, as its import found: {lacks[need]}"
             )
     experiment = load_experiment(name, models, seed, settings, changes)
-    check_stuck_joint(experiment.settings)
+    if experiment.settings.faults.stuck_joint:  # which the arm must have
+        experiment.settings.faults.find_stuck(load_arm(experiment.settings.arm).joint_names)
     if settings.ledger:
         _check_remembers(experiment, change_settings(settings, changes))
     return experiment

@@ -13,8 +13,7 @@ from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.measured import MeasuredObservers, compute_of_observers
 from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
-from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
-from affordance.protocols.published import Published, PublishedTable
+from affordance.protocols.people_tables import PeopleLifts, PersonLifts, Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean

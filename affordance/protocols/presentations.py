@@ -1,19 +1,36 @@
-"""Presentations of a protocol: objects and their order for each observer, and whether they suit the blocks."""
+"""Presentations of a protocol, drawn for each observer, and their layout, which all observers share."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.tool import Tool
-from affordance.protocols.block_entries import BlockEntry, GradualEntry
+from affordance.protocols.block_entries import ActionEntry, BlockEntry, GradualEntry
+from affordance.protocols.number_entries import OF_OBJECTS, Measure
 from affordance.protocols.object_entries import ProtocolObjects
 
 # Largest number of presentations of a block: a hundred times those of Linear+ (Cesanek et al. 2021), an hour's work.
 _MOST = 20_000
+# Measures that need a simulated motion.
+_OF_MOTION = frozenset(
+    {
+        *(Measure.DROP, Measure.LIFT, Measure.EXCURSION, Measure.EXCURSION_GRIP, Measure.EXCURSION_CENTRE_OF_MASS),
+        *(Measure.DEVIATION, Measure.RISES, Measure.LOG_EVIDENCE),
+        *(Measure.PERIODS_LIMITED, Measure.PERIODS_FAILED, Measure.SAMPLES_REJECTED),
+    }
+)
+# Measures that need an object in the hand.
+_OF_FEELING = frozenset({Measure.P_VALUE, Measure.OUTLIER})
+# Measures that need a reach.
+_OF_REACHES = frozenset({Measure.WORK, Measure.PATH_ERROR})
+# Measures that need a simulation, whatever the action.
+_OF_SIMULATION = frozenset({Measure.COM_ERROR, Measure.INERTIA_ERROR, Measure.DENSITIES})
 
 
 @dataclass(frozen=True)
@@ -26,13 +43,17 @@ class Presentation:
     cycle: int = 1
 
 
+def _count(block: BlockEntry, groups: Mapping[str, Sequence[int]]) -> int:
+    """Counts the presentations of a block, the same for every observer; a choice presents nothing."""
+    return 0 if block.do.choose is not None else len(groups[block.objects]) * block.repetitions * block.times
+
+
 def draw_presentations(
     block: BlockEntry, index: int, objects: ProtocolObjects, rng: np.random.Generator, repeat: int
 ) -> list[Presentation]:
     """Draws the presentations of a block, at most _MOST, to an observer, whose number is a row of a Latin square."""
     group = list(objects.groups[block.objects])
-    count = len(group) * block.repetitions * block.times
-    if count > _MOST:
+    if (count := _count(block, objects.groups)) > _MOST:
         problem = f"presents {len(group)} objects {block.repetitions} times, {block.times} in a row: {count} in all"
         raise AffordanceError(f"blocks[{index}]: {problem}, must be at most {_MOST}")
     before = [] if block.first is None else list(objects.groups[block.first])
@@ -122,3 +143,45 @@ def _check_density(path: Path, key: str, tools: Sequence[Tool], name: str, mass:
         if not DENSITY_MIN <= part.material.density <= DENSITY_MAX:
             problem = f"is {mass:g} kg, which makes a density of {part.material.density:.3g} kg/m^3"
             raise BadValueError(path, key, f"{problem}, must be from {DENSITY_MIN:g} to {DENSITY_MAX:g}")
+
+
+class Layout(NamedTuple):
+    """Layout of the K measured presentations of a protocol: its blocks, and the index of the block of each, (K,)."""
+
+    blocks: Sequence[BlockEntry]
+    block: NDArray[np.intp]
+    is_closed_form: bool
+
+    def find_measured(self, measure: Measure) -> NDArray[np.bool_]:
+        """Returns a mask of the presentations in which a measure is taken, (K,)."""
+        if measure is Measure.STOPPED:
+            taken = np.array([block.is_chosen for block in self.blocks])
+        else:
+            taken = np.array([is_measured_in(measure, block.do, self.is_closed_form) for block in self.blocks])
+        found: NDArray[np.bool_] = taken[self.block]
+        return found
+
+    def list_measures(self) -> list[Measure]:
+        """Lists the measures taken in at least one presentation, and the numbers of the objects."""
+        return [each for each in Measure if each in OF_OBJECTS or self.find_measured(each).any()]
+
+
+def lay_out(blocks: Sequence[BlockEntry], groups: Mapping[str, Sequence[int]], *, is_closed_form: bool) -> Layout:
+    """Lays out the measured presentations of a protocol; blocks of choices present nothing."""
+    counts = [_count(block, groups) if block.measured else 0 for block in blocks]
+    return Layout(tuple(blocks), np.repeat(np.arange(len(blocks)), counts), is_closed_form)
+
+
+def is_measured_in(measure: Measure, action: ActionEntry, is_closed_form: bool) -> bool:
+    """Returns whether a measure is taken in presentations with an action."""
+    if measure is Measure.FORCE:
+        return action.clamp is not None or (is_closed_form and action.look is not None)
+    if measure in _OF_REACHES:
+        return action.reach is not None
+    if measure in _OF_FEELING:
+        return action.look is None and action.choose is None
+    if measure in _OF_MOTION:
+        return not is_closed_form and action.look is None and action.choose is None
+    if measure in _OF_SIMULATION:
+        return not is_closed_form
+    return True

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.objects.tool import list_colours
-from affordance.protocols.layout import Layout
 from affordance.protocols.measured import (
     MeasuredObservers,
     compute_numbers,
@@ -24,7 +23,7 @@ from affordance.protocols.measured import (
 )
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
-from affordance.protocols.presentations import Presentation
+from affordance.protocols.presentations import Layout, Presentation
 from affordance.reporting.expressions import find_names
 
 

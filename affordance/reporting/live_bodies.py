@@ -21,12 +21,9 @@ class LiveBodies(SampledSystem):
     """
 
     def __init__(self, meshcat: Meshcat, shown: dict[str, object], period: float) -> None:
-        """Declares the events.
+        """Declares the events, one picture in each period of simulated time, [s].
 
-        Args:
-            meshcat: Meshcat to draw in.
-            shown: Shapes that it shows, by their path; kept up to date, and shared by the systems of one Meshcat.
-            period: Simulated time between two pictures, [s].
+        Shapes shown, by their path, are kept up to date, and shared by the systems of one Meshcat.
         """
         super().__init__()
         self._meshcat, self._shown = meshcat, shown

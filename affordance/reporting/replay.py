@@ -42,14 +42,11 @@ _ZOOMING = 0.7
 
 
 class Scene(NamedTuple):
-    """Motion of the arm with one tool in its hand.
+    """Motion of the arm with one tool in its hand, and a nail if there is one.
 
     Attributes:
-        tool: Tool in the hand.
         times: Times, (N,), starting at 0, [s].
         q: Joint angles, (N, num_joints), [rad].
-        caption: Caption on the page.
-        placement: Nail and its pose; None for none.
         travel: Travel of the nail, (N,), [m]; None for a nail that stays where it was set.
         slow: Begin and end of slow motion, [s], and its factor, for a strike; None for none.
     """

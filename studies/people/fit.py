@@ -24,7 +24,7 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.published import Published, PublishedTable
+from affordance.protocols.people_tables import Published, PublishedTable
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 

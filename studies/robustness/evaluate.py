@@ -13,7 +13,7 @@ import numpy as np
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments.shared.checks import check_tools_can_be_held
+from affordance.experiments.protocol_parts import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel

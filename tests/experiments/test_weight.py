@@ -15,8 +15,8 @@ from helpers.short_holds import shorten, with_tools
 from helpers.stacked import stack
 
 from affordance.exceptions import ModelFileError
+from affordance.experiments.protocol_parts import check_tools_can_be_held
 from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.objects.load import load_tools
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings

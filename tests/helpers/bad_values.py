@@ -38,9 +38,8 @@ from affordance.objects.materials import load_materials
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.protocols.object_entries import build_objects
-from affordance.protocols.people_lifts import load_people_lifts
+from affordance.protocols.people_tables import load_people_lifts, load_published
 from affordance.protocols.protocol import load_protocol
-from affordance.protocols.published import load_published
 from affordance.reporting.section import load_claims, render_section
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_arm

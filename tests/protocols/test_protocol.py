@@ -21,8 +21,8 @@ from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects
 from affordance.protocols.people import People, describe_people, list_people
-from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol
-from affordance.protocols.published import load_published
+from affordance.protocols.people_tables import load_published
+from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol, refuse_templates
 
 PATH = MODELS / "protocols" / "linear_plus.yaml"
 
@@ -35,8 +35,17 @@ def test_shipped_protocol_is_sound(name):
     assert protocol.name == name
     assert set(protocol.objects.groups) < set(objects.groups)
     assert protocol.report.claims
+    assert protocol.report.section == name
     if protocol.published is not None:
         assert "num_people" in load_published(MODELS / protocol.published).values
+
+
+@pytest.mark.parametrize("mark", ["{{", "{%", "{#"])
+def test_every_beginning_of_a_template_is_refused_in_keys_and_deep_down(tmp_path, mark):
+    path = tmp_path / "mine.yaml"
+    for content in ({"a": [{"b": f"x {mark} y"}]}, {"a": {f"{mark}": 1}}):
+        assert "must be plain text" in refuse(refuse_templates, path, content)
+    refuse_templates(path, {"a": ["{ {", "100 %}", "}}", "# {"]})
 
 
 def test_objects_of_the_first_simulation_are_those_of_its_file():

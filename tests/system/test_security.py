@@ -1,7 +1,7 @@
 """Promises of SECURITY.md: a stranger's file is refused in one line or harmless, and writes nothing elsewhere.
 
 Each file is given to the command that a user would give it to. Details are tested where they belong: tests/files,
-tests/reporting/test_expressions.py, tests/protocols/test_plain_texts.py, tests/identification/test_run_*.py.
+tests/reporting/test_expressions.py, tests/protocols/test_protocol.py, tests/identification/test_run_*.py.
 """
 
 import json

@@ -49,13 +49,8 @@ from affordance.settings import Settings
 class ChoiceExperiment(Experiment):
     """Experiment of a protocol of choices; Simulations III and IV of the paper (IV-C and IV-D) are two of them.
 
-    Attributes:
-        experience: Objects that are held first, and how they are learned; it has seed and settings, too.
-        novel: Tools for which a grip is chosen; the first is the paper's.
-        task_file: File of the task, for errors.
-        novel_file: File of the novel tools, for errors.
-        block: Name of the block in which objects are held first.
-        adapter: Task, and how it is planned, simulated and shown.
+    Objects of the experience are held first, in the block that is named. A grip is chosen for each novel tool, the
+    first of which is the paper's. Errors name the files.
     """
 
     name: str

@@ -20,7 +20,7 @@ from affordance.files.atomic import write_text
 from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
 from affordance.protocols.measured import compute_volume
-from affordance.protocols.people_lifts import COLUMNS
+from affordance.protocols.people_tables import COLUMNS
 from affordance.protocols.presentations import Presentation
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord

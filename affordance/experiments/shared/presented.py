@@ -31,12 +31,11 @@ from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, list_colours
 from affordance.protocols.block_entries import BlockEntry
-from affordance.protocols.layout import Layout, lay_out
 from affordance.protocols.measured import MeasuredObservers, compute_numbers, compute_of_observers
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people import People, describe_people, list_people
-from affordance.protocols.presentations import Presentation, draw_presentations, weigh
+from affordance.protocols.presentations import Layout, Presentation, draw_presentations, lay_out, weigh
 from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
@@ -87,17 +86,8 @@ class PresentationExperiment(Experiment):
     """Experiment of a protocol in which objects are presented.
 
     Simulations I and II of the paper (IV-A, IV-B), Linear+ and Linear++ (Cesanek and others 2021) are some of them.
-
-    Attributes:
-        blocks: Presentations, in order.
-        learners: Learners that are simulated; figures of simulated presentations show the first.
-        told: Materials whose densities observers know, by colour, [kg/m^3].
-        quantiles: Quantiles of beliefs that are stored.
-        means: Means of presentation, simulated or in closed form.
-        numbers: Numbers that are reported.
-        people: Results of people.
-        draw: Function that returns a function for each of the figures of all observers, from their arrays.
-        kappa: Breadth of a category relative to its mean; None for the fitted value.
+    Each learner is simulated, and figures of simulated presentations show the first. Densities that observers are
+    told are by colour, [kg/m^3]; kappa is the breadth of a category relative to its mean, None for the fitted value.
     """
 
     name: str

@@ -16,7 +16,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.presentation_rows import compute_surprise
-from affordance.protocols.people_lifts import COLUMNS
+from affordance.protocols.people_tables import COLUMNS
 
 HEADER = "observer,lift,object,force\n"
 

@@ -2,7 +2,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
-from affordance.protocols.published import load_published
+from affordance.protocols.people_tables import load_published
 
 HEADER = "quantity,value,low,high,unit,source\n"
 
