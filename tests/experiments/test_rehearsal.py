@@ -52,6 +52,12 @@ def load(tmp_path):
     return load
 
 
+def measure(experiment):
+    """Arrays of two observers who are the same, and the numbers."""
+    arrays = stack([experiment.run_observer(None, None, 0)] * 2)
+    return arrays, experiment.compute_metrics(None, None, arrays)
+
+
 def test_published_row_that_is_no_number_is_refused_with_the_nearest(load, tmp_path):
     header = "quantity,value,low,high,unit,source\nnum_people,9,,,1,us\n"
     (tmp_path / "people.csv").write_text(header + "frist,9,8,10,N,us\n")
@@ -80,8 +86,7 @@ def test_what_is_refused_elsewhere_is_honoured_where_it_can_be(load):
     experiment = load(
         numbers=numbers, figures="  them: {draw: objects}\n", report="  figures: [{file: them.png, caption: c}]\n"
     )
-    arrays = {name: np.stack([array] * 2) for name, array in experiment.run_observer(None, None, 0).items()}
-    found = experiment.compute_metrics(None, None, arrays)
+    arrays, found = measure(experiment)
     assert found["x"].shape == (10,)
     assert found["x"][0] < found["x"][9]
     assert found["y"].shape == (9,)
@@ -92,8 +97,7 @@ def test_looks_between_holds_leave_their_numbers_and_files_alone(load, tmp_path)
     numbers = "  x: {measure: drop, of: odd, single: true}\n  y: {measure: expected mass, of: odd}\n"
     figures = "  heights: {draw: heights}\n"
     experiment = load(blocks=LOOK + HOLD, numbers=numbers, figures=figures)
-    arrays = {name: np.stack([array] * 2) for name, array in experiment.run_observer(None, None, 0).items()}
-    found = experiment.compute_metrics(None, None, arrays)
+    arrays, found = measure(experiment)
     assert np.isfinite(found["x"])
     assert found["y"].shape == (2,)
     outputs = experiment.show(None, None, arrays, found)
@@ -138,8 +142,7 @@ def test_believed_densities_are_those_of_the_colours_of_a_group(load, tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text(path.read_text().replace('mass: 1.4, colour: "#8c8c8c"', 'mass: 1.4, colour: "#aa2211"'))
     experiment = load_protocol_experiment(str(path))
-    arrays = {name: np.stack([array] * 2) for name, array in experiment.run_observer(None, None, 0).items()}
-    found = experiment.compute_metrics(None, None, arrays)
+    arrays, found = measure(experiment)
     assert set(found["x"]) == {"small", "odd"}
     assert arrays["densities"].shape == (2, 3, 2)
     assert experiment.show(None, None, arrays, found).figures["heights"]()  # the group has two objects

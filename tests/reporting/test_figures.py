@@ -38,18 +38,21 @@ def test_density_is_drawn_as_given():
     assert len(right.patches) == 4
 
 
-def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
-    times = np.linspace(0, 3, 31)
-    heights = rng.normal(size=(6, 3, 31)) * 0.01
-    figure = draw_heights(
-        times=times,
+def draw_heights_of(heights, labels):
+    """Draws heights of observers, (repeats, K, 31), [m]; the first observer is shown."""
+    return draw_heights(
+        times=np.linspace(0, 3, 31),
         shown=heights[0],
         mean=estimate_mean(heights),
-        labels=["one", "two", "decoy"],
+        labels=labels,
         shown_label="seed 0",
-        num_repeats=6,
+        num_repeats=len(heights),
     )
-    one, every, _ = figure.axes
+
+
+def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
+    heights = rng.normal(size=(6, 3, 31)) * 0.01
+    one, every, _ = draw_heights_of(heights, ["one", "two", "decoy"]).axes
     drawn = [line for line in one.get_lines() if line.get_label() in ("one", "two", "decoy")]
     assert [line.get_label() for line in drawn] == ["one", "two", "decoy"]
     np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
@@ -61,15 +64,7 @@ def test_heights_around_the_goal_are_enlarged_however_few_observers():
     """Two observers' heights are enlarged to -1.5 to 1.5, with intervals twelve times as wide as their distance."""
     curve = np.sin(np.linspace(0, 3, 31)) / np.sin(np.linspace(0, 3, 31)).max()
     heights = np.stack([[-0.05 * curve, size * 0.01 * curve, 0.14 * curve] for size in (0.1, 1.9)])
-    figure = draw_heights(
-        times=np.linspace(0, 3, 31),
-        shown=heights[0],
-        mean=estimate_mean(heights),
-        labels=["one", "two", "decoy"],
-        shown_label="seed 0",
-        num_repeats=2,
-    )
-    _, every, near = figure.axes
+    _, every, near = draw_heights_of(heights, ["one", "two", "decoy"]).axes
     (low, high), (least, most) = near.get_ylim(), every.get_ylim()
     assert least <= low < high <= most
     assert (low, high) == pytest.approx((-1.5, 1.5))
@@ -116,15 +111,7 @@ def test_figures_are_saved_as_pictures_and_the_same_twice(tmp_path):
 
 
 def draw_objects_named(names):
-    heights = 0.01 * np.random.default_rng(0).normal(size=(6, len(names), 31))
-    return draw_heights(
-        times=np.linspace(0, 3, 31),
-        shown=heights[0],
-        mean=estimate_mean(heights),
-        labels=names,
-        shown_label="seed 0",
-        num_repeats=6,
-    )
+    return draw_heights_of(0.01 * np.random.default_rng(0).normal(size=(6, len(names), 31)), names)
 
 
 @pytest.mark.usefixtures("vectors")

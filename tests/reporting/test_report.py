@@ -60,10 +60,14 @@ class Page(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
 
+def write_page(folder):
+    return write_report(folder).read_text(encoding="utf-8")
+
+
 def write_both(folder):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
-    return write_report(folder).read_text(encoding="utf-8")
+    return write_page(folder)
 
 
 def write_metrics(folder, name, **changes):
@@ -95,7 +99,7 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
 def test_report_opens_with_what_it_is_and_each_section_with_badge_finding_and_figure(folder):
     write_section(folder / "weight", make_section(1, "Simulation I")._replace(finding="It sinks by 3 cm."))
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
-    page = write_report(folder).read_text(encoding="utf-8")
+    page = write_page(folder)
     assert page.index("A simulated robot looks at an object") < page.index("<section")
     assert "1 of 2 claims are met." in page
     assert [text for _, text in re.findall(r'badge (met|not)">(.*?)<', page)] == [
@@ -152,16 +156,14 @@ def test_criterion_that_is_not_met_is_marked(folder):
 
 def test_anchor_is_of_the_folders_name(tmp_path):
     write_section(tmp_path / "My results (2)", make_section(1, "Simulation I")._replace(figures=[]))
-    assert Page(write_report(tmp_path).read_text(encoding="utf-8")).ids == ["my-results-2-"]
+    assert Page(write_page(tmp_path)).ids == ["my-results-2-"]
 
 
 def test_caution_stands_beside_the_outcome(tmp_path):
     (tmp_path / "weight").mkdir()
     section = make_section(1, "Simulation I")._replace(figures=[], finding="It sinks.", caution="Of 2 <only>.")
     write_section(tmp_path / "weight", section)
-    assert 'It sinks. <span class="caution">Of 2 &lt;only&gt;.</span></p>' in write_report(tmp_path).read_text(
-        encoding="utf-8"
-    )
+    assert 'It sinks. <span class="caution">Of 2 &lt;only&gt;.</span></p>' in write_page(tmp_path)
 
 
 def test_run_is_named_with_observers_seed_versions_and_time(folder):
@@ -181,7 +183,7 @@ def test_numbers_that_do_not_say_what_was_run_leave_the_report_without(folder, t
 def test_section_that_is_none_is_named_and_quarantined(folder, caplog, text):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     (folder / "com" / "section.json").write_text(text, encoding="utf-8")
-    page = write_report(folder).read_text(encoding="utf-8")
+    page = write_page(folder)
     assert "<h2>Simulation I<" in page
     assert "com/section.json is left out of the report: it is not a section" in caplog.text
     assert (folder / "com" / "section.broken").read_text(encoding="utf-8") == text
@@ -220,7 +222,7 @@ def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog, pl
         if other == "left out":
             del entry[last]
         path.write_text(json.dumps(content), encoding="utf-8")
-        page = write_report(folder).read_text(encoding="utf-8")
+        page = write_page(folder)
         assert "<h2>Simulation I<" in page
         assert path.exists() == ('<section id="com">' in page)
         assert path.exists() == (other == "left out" and isinstance(last, int))
@@ -231,14 +233,14 @@ def test_figure_that_lies_elsewhere_is_not_carried_into_the_page(folder, caplog,
     write_section(folder / "com", make_section(2, "Simulation II"))
     path = folder / "com" / "section.json"
     path.write_text(path.read_text(encoding="utf-8").replace("figure.png", file), encoding="utf-8")
-    assert "Simulation II" not in write_report(folder).read_text(encoding="utf-8")
+    assert "Simulation II" not in write_page(folder)
     assert "figures.0.file: is " in caplog.text
 
 
 def test_section_whose_figure_is_missing_is_named_left_out_and_kept(folder, caplog):
     write_both(folder)
     (folder / "com" / "figure.png").unlink()
-    page = write_report(folder).read_text(encoding="utf-8")
+    page = write_page(folder)
     assert "<h2>Simulation I<" in page
     assert "Simulation II" not in page
     assert "com/section.json is left out of the report: it cannot be read" in caplog.text
@@ -249,11 +251,11 @@ def test_section_that_no_longer_holds_is_taken_out(folder):
     assert "Simulation II" in write_both(folder)
     remove_section(folder / "com")
     remove_section(folder / "com")
-    assert "Simulation II" not in write_report(folder).read_text(encoding="utf-8")
+    assert "Simulation II" not in write_page(folder)
 
 
 def test_report_of_nothing_is_still_a_page(tmp_path):
-    page = write_report(tmp_path).read_text(encoding="utf-8")
+    page = write_page(tmp_path)
     assert Page(page).open == []
     assert "0 of 0 claims" in page
 
@@ -296,9 +298,7 @@ def test_only_the_papers_simulations_are_headed_as_the_papers(folder):
     section = make_section(1, "My experiment")._replace(figures=[], claims=claims)
 
     def find() -> str:
-        return find_heading(write_report(folder).read_text(encoding="utf-8")).removeprefix(
-            "Visual inertial affordances: "
-        )
+        return find_heading(write_page(folder)).removeprefix("Visual inertial affordances: ")
 
     write_section(folder / "my_weight", section)
     assert find() == "My experiment"
@@ -310,4 +310,4 @@ def test_only_the_papers_simulations_are_headed_as_the_papers(folder):
 
 def test_report_without_claims_counts_none(folder):
     write_section(folder / "weight", make_section(1, "My experiment")._replace(figures=[], claims=[]))
-    assert "claims are met" not in write_report(folder).read_text(encoding="utf-8")
+    assert "claims are met" not in write_page(folder)
