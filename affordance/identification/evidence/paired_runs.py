@@ -89,7 +89,9 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
         still = empty if not reference.any() else loaded
         raise BadValueError(still.source, "q", f"has no joint that moves faster than {_MOVING:g} rad/s")
     rough = _correlate(reference, moved) * step + loaded.times[0] - empty.times[0]
-    start, end = _overlap(empty, loaded, rough, step)
+    margin = 3.0 * step  # the lag may still move by two
+    start = float(max(empty.times[0], loaded.times[0] - rough + margin))
+    end = float(min(empty.times[-1], loaded.times[-1] - rough - margin))
     times = np.arange(start, end, step)
     reference_q = resample(times, empty.times, empty.q)
 
@@ -121,12 +123,6 @@ def _correlate(reference: Array, moved: Array) -> int:
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
     lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))
     return lag if lag < len(moved) else lag - size
-
-
-def _overlap(empty: Run, loaded: Run, lag: float, step: float) -> tuple[float, float]:
-    margin = 3.0 * step  # the lag may still move by two
-    start = max(empty.times[0], loaded.times[0] - lag + margin)
-    return float(start), float(min(empty.times[-1], loaded.times[-1] - lag - margin))
 
 
 def _measure_motion(run: Run) -> float:

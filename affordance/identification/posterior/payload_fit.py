@@ -114,7 +114,10 @@ def fit_statistics(
 
     Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
     """
-    likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
+    # At first a tenth of the signal is error, correlated by the filter alone.
+    square = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
+    least = np.maximum(errors.least_variance, np.finfo(float).tiny)
+    likelihood = PayloadLikelihood(statistics, prior, np.maximum(0.01 * square * errors.alike, least))
     theta = guess_theta(likelihood, solid) if start is None else start
     load = parameters_from_theta(theta)
     variance = errors.estimate_variance(statistics, likelihood.build_residual_weights(load))
@@ -128,9 +131,3 @@ def fit_statistics(
         if settled and measure_step(step, mode) < _TOLERANCE:
             break
     return likelihood, mode, variance, weights
-
-
-def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:
-    """Returns a starting variance: a tenth of the signal is error, correlated by the filter alone."""
-    signal = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
-    return np.maximum(0.01 * signal * errors.alike, np.maximum(errors.least_variance, np.finfo(float).tiny))

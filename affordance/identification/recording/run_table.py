@@ -4,7 +4,7 @@ import csv
 import math
 import warnings
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from io import BytesIO, StringIO
 from itertools import chain
 from pathlib import Path
@@ -53,7 +53,7 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
     if whole is not None:
         return RunTable(names, whole, np.arange(top, top + len(whole)))
     samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as much
-    torn: list[tuple[int, str]] = []
+    torn: list[tuple[int, str, str]] = []
     for number, row in enumerate(rows if names else chain([first], rows), start=top):
         if not row:
             continue
@@ -62,7 +62,7 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
             samples.extend(map(float, row))
             numbers.append(number)
         else:
-            torn.append((number, f"{problem[0]}: {problem[1]}"))
+            torn.append((number, *problem))
             if len(torn) > max_torn + _ENOUGH_TORN:
                 break
     if len(torn) > max_torn:
@@ -101,19 +101,18 @@ def _count_head(lines: list[str]) -> int:
     return counts.index(max(set(counts), key=counts.count))
 
 
-def _refuse_torn(path: Path, torn: list[tuple[int, str]], max_torn: int, num_whole: int) -> BadValueError:
+def _refuse_torn(path: Path, torn: list[tuple[int, str, str]], max_torn: int, num_whole: int) -> BadValueError:
     """Builds the error of rows that are not whole: the first in excess, and the numbers of all."""
-    number, problem = torn[max_torn]
+    number, where, what = torn[max_torn]
     if num_whole < len(torn):
         advice = "skip_rows: N skips what stands above a table"
     elif max_torn:
         advice = f"drop_torn_rows: {max_torn} is used up"
     else:
         advice = "drop_torn_rows: N leaves out up to N"
-    listed = ", ".join(str(each) for each, _ in torn[:_LISTED])
+    listed = ", ".join(str(each) for each, *_ in torn[:_LISTED])
     more = f" and {len(torn) - _LISTED} more" if len(torn) > _LISTED else ""
     every = f"; torn rows: {listed}{more}" if len(torn) > 1 else ""
-    where, what = problem.split(": ", 1)
     return BadValueError(path, f"row {number}{where}", f"{what}{every} ({advice})")
 
 
@@ -167,10 +166,6 @@ def read_netcdf(path: Path) -> RunTable:
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
-    return _flatten(path, variables)
-
-
-def _flatten(path: Path, variables: Mapping[str, Array]) -> RunTable:
     length = len(variables["time"])
     names, columns = [], []
     for name, values in variables.items():
