@@ -109,9 +109,8 @@ def test_one_recording_in_another_form_is_refused(robot, request, kind, form):
     loaded, _ = request.getfixturevalue(kind)
     copy = replace(_ONE_RECORDING[form](loaded), source="copy")
     for runs in (Runs(loaded, (copy,)), Runs(replace(copy, source="l"), (replace(loaded, source="copy"),))):
-        assert "% of the samples of l, must be another recording" in refuse(
-            lambda runs=runs: identify(robot, runs, settings=_SETTINGS)
-        )
+        said = refuse(identify, robot, runs, settings=_SETTINGS)
+        assert "% of the samples of l, must be another recording" in said
 
 
 def test_a_load_that_changes_half_way_is_doubted(robot, torques):

@@ -55,8 +55,7 @@ def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, gains, 
         simulator.AdvanceTo(seconds)
         bodies = port.Eval(context)
         assert is_possible(bodies.pi).all()
-        log_mass = np.log(bodies.pi[:, 0])
-        spreads.append(np.sqrt(bodies.weights @ (log_mass - bodies.weights @ log_mass) ** 2))
+        spreads.append(_spread(bodies, np.log(bodies.pi[:, 0])))
     assert spreads[3] < spreads[2] < spreads[0]
     mass = bodies.weights @ bodies.pi[:, 0]
     batch = infer(pair, gains)
@@ -88,7 +87,7 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng
     after = bodies.Eval(context)
     assert np.array_equal(after.pi, found.bodies.pi)
     mean = after.weights @ after.pi[:, 0]
-    sd = _spread(after, 0)
+    sd = _spread(after, after.pi[:, 0])
     assert sd < 0.5 * before.pi[:, 0].std()
     assert abs(mean - hammer.mass) < 3.0 * sd
     other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
@@ -102,11 +101,10 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng
     blind_simulator.AdvanceTo(4.0)
     blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)
     # Moments of inertia, that some seconds of motion do not show.
-    assert _spread(after, 4) < 0.5 * _spread(blind, 4)
+    assert _spread(after, after.pi[:, 4]) < 0.5 * _spread(blind, blind.pi[:, 4])
 
 
-def _spread(bodies, parameter):
-    values = bodies.pi[:, parameter]
+def _spread(bodies, values):
     return np.sqrt(bodies.weights @ (values - bodies.weights @ values) ** 2)
 
 

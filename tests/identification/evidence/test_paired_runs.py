@@ -48,7 +48,7 @@ def test_another_motion_is_no_repetition(robot, empty, rng):
 
 def test_a_motion_repeated_in_part_only_is_refused(robot, rng):
     empty = generate_run(robot, None, truth=_TRUTH, rng=rng, duration=6.0)
-    loaded = replace(generate_run(robot, None, truth=_TRUTH, rng=rng), source="loaded")
+    loaded = generate_run(robot, None, truth=_TRUTH, rng=rng, source="loaded")
     with pytest.raises(
         BadValueError, match=r"loaded: time: repeats 5.\d+ s of generated, must repeat at least 10.00 s"
     ):

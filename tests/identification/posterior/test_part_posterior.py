@@ -21,6 +21,7 @@ from affordance.objects.tool import find_box
 
 _PRIOR = Prior(1000.0, 4000.0, 100.0)
 _MATERIALS = load_materials(MODELS / "materials.yaml")
+_KNOWN = MaterialMemory.from_densities({material.colour: material.density for material in _MATERIALS.values()})
 _HAMMER = next(tool for tool in load_tools(MODELS / "tools" / "novel.yaml", _MATERIALS) if tool.name == "hammer")
 
 
@@ -88,16 +89,13 @@ def test_densities_agree_with_a_dense_linear_solution(rng):
     """Mean and SD agree with one normal distribution of parts, discrepancy and noise, densities far from zero."""
     true = _HAMMER.parameters
     likelihood = _hold(true, rng)
-    seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
-    belief = seen.belief
-    placed = seen.place(np.eye(4))
+    placed = _see(_KNOWN).place(np.eye(4))
     parts = infer_parts(likelihood, placed, deviation_sd=100.0, unseen_share=0.1, rng=rng, num_samples=4000)
     quadratic = likelihood.linearise(true)
-    Phi = belief.geometry.Phi
+    Phi, prior = placed.belief.geometry.Phi, placed.belief.densities
     rho = parts.belief.densities.compute_mode()
     C = placed.compute_discrepancy(rho, 0.1)
-    prior_mean = Phi @ belief.densities.untruncated_mean
-    prior_covariance = Phi @ belief.densities.covariance @ Phi.T + C
+    prior_mean, prior_covariance = Phi @ prior.untruncated_mean, Phi @ prior.covariance @ Phi.T + C
     scale = np.sqrt(np.diag(prior_covariance))
     P = np.linalg.inv(prior_covariance / np.outer(scale, scale)) / np.outer(scale, scale)
     covariance = np.linalg.inv(P + quadratic.precision)
@@ -110,8 +108,7 @@ def test_densities_agree_with_a_dense_linear_solution(rng):
 
 
 def test_a_decoy_is_noticed(rng):
-    seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
-    placed = seen.place(np.eye(4))
+    placed = _see(_KNOWN).place(np.eye(4))
     share = {"deviation_sd": 100.0, "unseen_share": 0.05, "rng": rng, "num_samples": 200}
     assert infer_parts(_hold(_HAMMER.parameters, rng), placed, **share).p_value > 0.01
     with pytest.raises(NotTheSeenObjectError, match="is not the object that was seen") as caught:
@@ -151,8 +148,7 @@ def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
 def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):
     """Mean and SD agree with bodies drawn from the prior, weighted by the likelihood with gains integrated out."""
     gain_sd, sd = 1.0, 4.0
-    seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
-    placed = seen.place(np.eye(4))
+    placed = _see(_KNOWN).place(np.eye(4))
     Y = rng.standard_normal((30, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
     signal = 1.6 * Y @ _HAMMER.parameters + sd * rng.standard_normal((30, 2))
     likelihood = build_likelihood(Y, signal, sd**2, gain_sd)

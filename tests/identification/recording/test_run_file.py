@@ -9,7 +9,6 @@ from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 from pydrake.math import RigidTransform, RollPitchYaw
 
-from affordance.exceptions import BadValueError
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import SignalKind
 
@@ -109,16 +108,13 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
     lines[10] = lines[10].rsplit(",", 2)[0]
     lines[20] = lines[20].replace(",", ",x", 1)
     path.write_text("\n".join(lines))
-    problem = r"row 11: has 3 values, must have 5, one a column; torn rows: 11, 21 \(drop_torn_rows: N"
-    with pytest.raises(BadValueError, match=problem):
-        read_run(path)
+    problem = "row 11: has 3 values, must have 5, one a column; torn rows: 11, 21 (drop_torn_rows: N"
+    assert problem in refuse(read_run, path)
     described = path.with_suffix(".yaml")
     described.write_text("joints: [a, b]\ndrop_torn_rows: 1\n")
-    with pytest.raises(
-        BadValueError,
-        match=r"row 21, column q_1: is 'x.*', must be a number; torn rows: 11, 21 \(drop_torn_rows: 1 is used",
-    ):
-        read_run(path)
+    said = refuse(read_run, path)
+    assert "row 21, column q_1: is 'x" in said
+    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 is used" in said
     described.write_text("joints: [a, b]\ndrop_torn_rows: 2\n")
     run = read_run(path)
     assert len(run.times) == _NUM - 2
@@ -154,10 +150,8 @@ def test_names_of_a_log_are_mapped(tmp_path, header, columns):
 def test_missing_files_are_named(tmp_path):
     assert "run.csv: does not exist" in refuse(read_run, tmp_path / "run.csv")
     (tmp_path / "run.csv").write_text("time,q_1\n")
-    with pytest.raises(
-        BadValueError, match=r"has no description: run.yaml in the same folder must name at least its joints"
-    ):
-        read_run(tmp_path / "run.csv")
+    said = refuse(read_run, tmp_path / "run.csv")
+    assert "has no description: run.yaml in the same folder must name at least its joints" in said
 
 
 @pytest.mark.parametrize("plugin", ["SQLITE3", "MCAP"])
@@ -199,8 +193,8 @@ def test_ros_bags_of_both_kinds(tmp_path, plugin):
     described.write_text("topic: /joint_states\n")
     assert "signal: is missing: efforts of a bag may be" in refuse(read_run, path)
     described.write_text("signal: current\ntopic: /joints\n")
-    with pytest.raises(BadValueError, match=r"topic: is '/joints', must be one of the bag's .*: /joint_states"):
-        read_run(path)
+    said = refuse(read_run, path)
+    assert "topic: is '/joints', must be one of the bag's sensor_msgs/msg/JointState: /joint_states" in said
 
 
 def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp_path):
