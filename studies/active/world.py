@@ -47,7 +47,7 @@ class Workshop(NamedTuple):
     candidates: Mapping[str, Tool]  # objects that may be held, by name
     questions: Sequence[Question]  # tasks with their planned options
     static: StaticHold  # arm at rest at home
-    settings: Settings  # settings
+    settings: Settings
 
 
 class TrueWorld(NamedTuple):

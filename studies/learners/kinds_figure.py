@@ -23,7 +23,7 @@ class ObjectSummary(NamedTuple):
     num_lifts: int  # number of consecutive last lifts in which it was of this kind
     density: float  # mean of the belief about its density, [kg/m^3]
     sd: float  # standard deviation of the belief about its density, [kg/m^3]
-    has_own: bool  # true if it has a density of its own, False if it has that of its kind
+    has_own: bool  # true if it has a density of its own, false if it has that of its kind
 
 
 class KindSummary(NamedTuple):

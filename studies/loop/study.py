@@ -55,7 +55,7 @@ class LoopConfig:
 class Bench(NamedTuple):
     """Robot with all that is chosen from and held: planned once, as every observer sees the same tools."""
 
-    robot: Robot  # robot
+    robot: Robot
     settings: Settings  # settings, with its arm
     pieces: Sequence[Tool]  # pieces of stock
     tools: Sequence[Tool]  # tools, three hammers and two of a kitchen

@@ -15,7 +15,7 @@ class LinkData(NamedTuple):
     """Moving body and its revolute joint, in the frame of the joint."""
 
     p_parent: Array  # position of the joint in the parent body, (3,), [m]
-    axis: Array  # (3,)
+    axis: Array
     mass: float
     p_com: Array  # (3,), [m]
     I_com: Array  # about the centre of mass, (3, 3), [kg m^2]

@@ -39,7 +39,7 @@ _HOLD = 3.0
 class CheckedMotion(NamedTuple):
     """Predicted and simulated cost of a motion with one option."""
 
-    object_name: str  # name of the object
+    object_name: str
     grip: str  # name of the grip
     p_best_before: float  # probability that it is the cheapest option, without experience
     p_best: float  # probability that it is the cheapest option, after experience with the same materials
@@ -53,7 +53,7 @@ class CheckedMotion(NamedTuple):
 class CheckedMass(NamedTuple):
     """Predicted mass of an object, and the result of holding it."""
 
-    object_name: str  # name of the object
+    object_name: str
     mass: float  # true mass, [kg]
     seen: tuple[float, ...]  # mass predicted from pictures: 5th percentile, median and 95th, (3,), [kg]
     held: tuple[float, ...]  # mass after the hold: 5th percentile, median and 95th, (3,), [kg]

@@ -48,9 +48,7 @@ def test_motions_keep_limits_and_are_derivatives():
     robot = Robot()
     q, v, vdot = move(robot, np.random.default_rng(0))
     limits = robot.limits
-    assert (q > limits.q_lower).all()
-    assert (q < limits.q_upper).all()
-    assert (np.abs(v) < limits.v_max).all()
+    assert ((limits.q_lower < q) & (q < limits.q_upper) & (np.abs(v) < limits.v_max)).all()
     np.testing.assert_allclose(np.gradient(q, 0.01, axis=0)[5:-5], v[5:-5], atol=1e-3)
     np.testing.assert_allclose(np.gradient(v, 0.01, axis=0)[5:-5], vdot[5:-5], atol=5e-3)
 

@@ -3,9 +3,9 @@
 import json
 
 import pytest
+from helpers.answers import answer
 from helpers.results_files import OF_STUDY, read_numbers
 
-from affordance.cli import main
 from studies.side_by_side.sources import NAME
 
 GOOD = {"density_median": [3000.0, 8500.0], "drop_m": [0.2, 0.01]}
@@ -22,8 +22,8 @@ def save(folder, source, numbers, *, experiment="weight", seed=0, repeats=2, inp
     return path
 
 
-def compare(out):
-    return main(["study", "side_by_side", "--out", str(out / "one"), "--pixels", str(out / "two")])
+def compare(out, status=0):
+    return answer("study", "side_by_side", "--out", out / "one", "--pixels", out / "two", status=status).err
 
 
 def read_section(out):
@@ -36,7 +36,7 @@ def read_section(out):
 def test_both_sources_of_features_stand_side_by_side(tmp_path, seen, met, shown):
     save(tmp_path / "one", "features", GOOD)
     save(tmp_path / "two", "pixels", {**GOOD, "density_median": seen})
-    assert compare(tmp_path) == 0
+    compare(tmp_path)
     assert (tmp_path / "one" / NAME / "comparison.png").exists()
     section = read_section(tmp_path)
     (claim,), (table,) = section["claims"], section["tables"]
@@ -63,11 +63,10 @@ def test_both_sources_of_features_stand_side_by_side(tmp_path, seen, met, shown)
         ({"experiment": "com"}, "which holds no experiment of"),
     ],
 )
-def test_runs_that_cannot_be_compared_are_refused(tmp_path, capsys, changes, problem):
+def test_runs_that_cannot_be_compared_are_refused(tmp_path, changes, problem):
     save(tmp_path / "one", "features", GOOD)
     save(tmp_path / "two", **{"source": "pixels", "numbers": GOOD, **changes})
-    assert compare(tmp_path) == 2
-    error = capsys.readouterr().err
+    error = compare(tmp_path, status=2)
     assert error.count("\n") == 1
     assert problem in error
     assert not (tmp_path / "one" / NAME).exists()
@@ -81,7 +80,7 @@ def test_largest_difference_is_that_of_every_judged_number(tmp_path):
     ):
         save(tmp_path / folder, source, {"density_median": median, "drop_m": drop})
         save(tmp_path / folder, source, {"p_correct": chosen}, experiment="reach")
-    assert compare(tmp_path) == 0
+    compare(tmp_path)
     (claim,) = read_section(tmp_path)["claims"]
     assert claim["met"]
     assert claim["criteria"][0]["value"] == "5.0, 7.0 %"

@@ -3,8 +3,8 @@
 import json
 
 import pytest
+from helpers.answers import answer
 
-from affordance.cli import main
 from studies.speed import command, convergence
 from studies.study import import_part
 
@@ -16,25 +16,25 @@ def test_every_part_makes_a_table(name):
     assert callable(part.measure)
 
 
-def test_named_tables_are_printed_and_nothing_is_written(tmp_path, monkeypatch, capsys):
+def test_named_tables_are_printed_and_nothing_is_written(tmp_path, monkeypatch):
     monkeypatch.setattr(convergence, "measure", lambda: iter([["radau3", "1e-02", "5", "1", "2", "9.0"]]))
-    assert main(["study", "speed", "--only", "convergence", "--out", str(tmp_path / "out")]) == 0
-    assert capsys.readouterr().out.splitlines()[2] == "| radau3 | 1e-02 | 5 | 1 | 2 | 9.0 |"
+    assert (
+        answer("study", "speed", "--only", "convergence", "--out", tmp_path / "out").lines[2]
+        == "| radau3 | 1e-02 | 5 | 1 | 2 | 9.0 |"
+    )
     assert not (tmp_path / "out").exists()
 
 
-def test_a_table_of_arms_needs_arms(capsys):
-    assert main(["study", "speed", "--only", "stiff_arms"]) == 2
-    assert "--arms: is missing, must be folders that import-arm wrote" in capsys.readouterr().err
+def test_a_table_of_arms_needs_arms():
+    said = answer("study", "speed", "--only", "stiff_arms", status=2).err
+    assert "--arms: is missing, must be folders that import-arm wrote" in said
 
 
-def test_numbers_of_two_folders_are_compared(tmp_path, capsys):
+def test_numbers_of_two_folders_are_compared(tmp_path):
     for folder, numbers in {"a": {"old": 1.0, "wall_s": 1.0}, "b": {"new": 1.0, "wall_s": 2.0}}.items():
         (tmp_path / folder / "run").mkdir(parents=True)
         (tmp_path / folder / "run" / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
-    words = ["study", "speed", "--compare", str(tmp_path / "a"), str(tmp_path / "b")]
-    assert main(words) == 1
-    assert "run: 0 numbers identical, 2 not" in capsys.readouterr().out
-    assert main([*words, "old=new"]) == 0
-    assert main(words[:-1]) == 2
-    assert "--compare: must be two folders of results" in capsys.readouterr().err
+    words = ["study", "speed", "--compare", tmp_path / "a", tmp_path / "b"]
+    assert "run: 0 numbers identical, 2 not" in answer(*words, status=1).out
+    answer(*words, "old=new")
+    assert "--compare: must be two folders of results" in answer(*words[:-1], status=2).err

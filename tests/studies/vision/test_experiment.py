@@ -225,8 +225,7 @@ def test_random_objects_are_as_is_said():
         tool = draw_object(np.random.default_rng([5, number]), "thing")
         counts.add(len(tool.components))
         sizes = np.concatenate([part.shape.sizes for part in tool.components])
-        assert sizes.min() >= 0.015
-        assert sizes.max() <= 0.15
+        assert 0.015 <= sizes.min() <= sizes.max() <= 0.15
         low, high = find_box(tool.components)
         assert (high - low <= (0.55, 0.40, 0.30)).all()
         for one, other in zip(tool.components, tool.components[1:], strict=False):

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from helpers.answers import answer
 from helpers.results_files import OF_STUDY, read_numbers
 
-from affordance.cli import main
 from studies.within_trial.study import BY_POSTERIOR, BY_PRIOR, EVERY_SAMPLE, ONE_PERCEPT, WithinTrialStudy
 
 
@@ -31,8 +31,7 @@ def test_measured_growth_is_that_of_the_theory_once_the_arm_rests(study):
 def test_arm_sinks_and_comes_back_only_if_control_uses_the_posterior(study):
     numbers = study.summarise()
     lowest, end = numbers["height_lowest_m"], numbers["height_end_m"]
-    assert lowest[BY_PRIOR] < -0.1
-    assert end[BY_PRIOR] < -0.1
+    assert max(lowest[BY_PRIOR], end[BY_PRIOR]) < -0.1
     assert lowest[BY_POSTERIOR] < -0.02
     assert abs(end[BY_POSTERIOR]) < 0.1 * abs(lowest[BY_POSTERIOR])
 
@@ -54,7 +53,7 @@ def test_figures_show_what_was_found(study):
 
 
 def test_command_writes_section_and_numbers(tmp_path):
-    assert main(["study", "within_trial", "--out", str(tmp_path), "--set", "posterior_log_period=0.5"]) == 0
+    answer("study", "within_trial", "--out", tmp_path, "--set", "posterior_log_period=0.5")
     numbers = read_numbers(tmp_path / "within_trial")
     found = {"posterior_sd", "posterior_sd_at_rest", "height_lowest_m", "height_end_m", "seed"}
     assert numbers.keys() - OF_STUDY == found
