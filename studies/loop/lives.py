@@ -43,15 +43,12 @@ class Judged(NamedTuple):
     regret: float  # cost in excess of that of the best option, as a fraction of it
 
 
-class TrueTool(NamedTuple):
-    """Tool with its true densities."""
-
-    name: str  # name of the tool
-    parameters: Array  # ten inertial parameters of the tool about To, expressed in T, (10,)
+# Ten inertial parameters of tools about To, expressed in T, (10,), with their true densities, by name.
+type Truths = Mapping[str, Array]
 
 
-def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> TrueTool:
-    """Draws the true inertia of a tool, whose materials deviate from their means, each by one deviation in a tool."""
+def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> Array:
+    """Draws the true parameters, (10,), of a tool; each of its materials has one deviation from its mean there."""
     features = measure_features(tool, VisionError(), rng)
     materials = list(dict.fromkeys(part.material.name for part in tool.components))
     geometry = measure_geometry(
@@ -59,7 +56,8 @@ def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> Tru
     )
     means = np.array([next(p.material.density for p in tool.components if p.material.name == m) for m in materials])
     densities = np.maximum(means + deviation_sd * rng.standard_normal(len(means)), _LEAST * means)
-    return TrueTool(tool.name, geometry.Phi @ densities)
+    pi: Array = geometry.Phi @ densities
+    return pi
 
 
 def live(
@@ -73,9 +71,9 @@ def live(
         yield ledger.recall(settings.learner, settings.prior)
         for index in rng.permutation(len(pieces)):
             piece = pieces[index]
-            truth = draw_truth(piece, settings.prior.deviation_sd, rng)
+            pi = draw_truth(piece, settings.prior.deviation_sd, rng)
             seen = see_tool(piece, ledger.recall(prior=settings.prior), settings.prior, _SIZE_ERROR)
-            runs = recorder.record(truth.parameters, rng, piece.name)
+            runs = recorder.record(pi, rng, piece.name)
             belief = identify(
                 recorder.chain, runs, seen=seen, deviation_sd=settings.prior.deviation_sd, settings=_IDENTIFICATION
             )
@@ -90,7 +88,7 @@ def live(
 def judge(
     choice: Choice,
     memory: Memory,
-    truths: Sequence[TrueTool],
+    truths: Truths,
     criterion: Criterion,
     num_samples: int,
     rng: np.random.Generator,
@@ -107,22 +105,19 @@ def judge(
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 
 
-def find_true_costs(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> Array:
+def find_true_costs(choice: Choice, truths: Truths, criterion: Criterion) -> Array:
     """Computes the costs of all options with true inertias, infinite where infeasible, (options,)."""
-    named = {truth.name: truth.parameters for truth in truths}
     pi = np.array(
-        [build_transform_map(np.linalg.inv(option.X_TG)) @ named[option.object_name] for option in choice.options]
+        [build_transform_map(np.linalg.inv(option.X_TG)) @ truths[option.object_name] for option in choice.options]
     )
     costs, _ = price_options(choice, pi[:, None], criterion)
     true_costs: Array = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
     return true_costs
 
 
-def is_mass_covered(
-    choice: Choice, memory: Memory, truths: Sequence[TrueTool], rng: np.random.Generator
-) -> list[bool]:
+def is_mass_covered(choice: Choice, memory: Memory, truths: Truths, rng: np.random.Generator) -> list[bool]:
     """Checks for each tool whether the 90 % interval of its predicted mass holds the true one."""
     masses = choice.draw(memory, rng, 2000).parameters[:, :, 0]
     low, high = np.quantile(masses, [0.05, 0.95], axis=1)
     first = {option.object_name: i for i, option in reversed(list(enumerate(choice.options)))}
-    return [bool(low[first[t.name]] <= t.parameters[0] <= high[first[t.name]]) for t in truths]
+    return [bool(low[first[name]] <= pi[0] <= high[first[name]]) for name, pi in truths.items()]

@@ -43,11 +43,11 @@ def record_stock(robot: Robot, folder: Path, signals: Signals, seed: int) -> dic
     recorder = build_recorder(robot, signals, rng)
     files = {}
     for piece in load_tools(STOCK, load_materials()):
-        truth = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation_sd, rng)
-        runs = recorder.record(truth.parameters, rng, piece.name)
+        pi = draw_truth(piece, DEFAULT_SETTINGS.prior.deviation_sd, rng)
+        runs = recorder.record(pi, rng, piece.name)
         stem = piece.name.replace(" ", "_")
         files[piece.name] = Recorded(
-            float(truth.parameters[0]),
+            float(pi[0]),
             _write(folder / f"{stem}_empty.csv", runs.empty[0]),
             _write(folder / f"{stem}.csv", runs.loaded),
         )

@@ -28,7 +28,7 @@ from affordance.reporting.statistics import estimate_proportion
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor
-from studies.loop.lives import LEVELS, TrueTool, draw_truth, find_true_costs, is_mass_covered, judge, live
+from studies.loop.lives import LEVELS, Truths, draw_truth, find_true_costs, is_mass_covered, judge, live
 from studies.loop.recordings import MOTORS, TORQUE_SENSORS, build_recorder
 from studies.loop.specimens import draw_things
 
@@ -85,7 +85,7 @@ class Life(NamedTuple):
     """Observer with its true tools and its memories."""
 
     rng: np.random.Generator  # random generator of all that is still to be drawn
-    truths: Sequence[TrueTool]  # tools with their true inertias
+    truths: Truths  # tools with their true inertias
     memories: Mapping[int, Memory]  # memory by the number of pieces that were held
     taught: float  # share of the recordings that were learned from; the others were doubted
 
@@ -94,7 +94,7 @@ def start_life(config: LoopConfig, bench: Bench, repeat: int) -> Life:
     """Lets an observer hold all pieces of stock."""
     rng = np.random.default_rng([config.seed, repeat, 17])
     recorder = build_recorder(bench.robot, TORQUE_SENSORS if config.has_torque_sensors else MOTORS, rng)
-    truths = [draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools]
+    truths = {tool.name: draw_truth(tool, bench.settings.prior.deviation_sd, rng) for tool in bench.tools}
     with TemporaryDirectory() as folder:
         place = Path(folder) / "memory.sqlite"
         lives = dict(enumerate(live(place, recorder, bench.pieces, bench.settings, rng)))
@@ -144,16 +144,16 @@ def run_life(config: LoopConfig, repeat: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, Sequence[TrueTool]]:
+def see_things(config: LoopConfig, bench: Bench, repeat: int) -> tuple[Choice, Truths]:
     """Lets an observer see things of its own; returns them as options without a plan, and their true inertias."""
     drawn, seed = np.random.default_rng([config.seed, repeat, 18]), int(1e6) * config.seed + repeat
     things = draw_things(drawn, load_materials(MODELS / "materials.yaml"))
-    truths = [draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things]
+    truths = {thing.name: draw_truth(thing, bench.settings.prior.deviation_sd, drawn) for thing in things}
     held = [replace(thing, grips=(Grip("", np.eye(4)),)) for thing in things]
     return Choice(list_seen_options(held, seed, CameraSensor(TURNING_RIG)), (), bench.settings), truths
 
 
-def _find_spread(choice: Choice, truths: Sequence[TrueTool], criterion: Criterion) -> float:
+def _find_spread(choice: Choice, truths: Truths, criterion: Criterion) -> float:
     costs = find_true_costs(choice, truths, criterion)
     usable: Array = costs[np.isfinite(costs)]
     return float(usable.max() / usable.min() - 1.0) if len(usable) else np.nan

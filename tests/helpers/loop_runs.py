@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from affordance.arrays import Array
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.pricing import plan_options
 from affordance.files.model_folder import MODELS
@@ -49,10 +50,9 @@ def run_lives(*, repeats: int = 2, mixed_up: bool = False) -> dict[str, Any]:
         if mixed_up:
             draw = lives.draw_truth
 
-            def draw_other(tool: Any, deviation_sd: float, rng: np.random.Generator) -> lives.TrueTool:
-                truth = draw(tool, deviation_sd, rng)
+            def draw_other(tool: Any, deviation_sd: float, rng: np.random.Generator) -> Array:
                 heavier = {"bar of oak": 12.0, "rod of cast steel": 0.08}.get(tool.name, 1.0)
-                return truth._replace(parameters=heavier * truth.parameters)
+                return heavier * draw(tool, deviation_sd, rng)
 
             patch.setattr(lives, "draw_truth", draw_other)
         lived = [study.run_life(CONFIG, repeat) for repeat in range(repeats)]

@@ -38,10 +38,10 @@ def test_recorded_pieces_are_identified(bench, signals):
     rng = np.random.default_rng(3)
     recorder = build_recorder(bench.robot, signals, rng)
     truth = draw_truth(bench.pieces[0], PRIOR.deviation_sd, rng)
-    belief = identify(recorder.chain, recorder.record(truth.parameters, rng, "bar"))
+    belief = identify(recorder.chain, recorder.record(truth, rng, "bar"))
     assert belief.is_trusted, belief.doubts
-    assert abs(belief.mass - truth.parameters[0]) < 3.0 * belief.mass_sd
-    assert belief.mass_sd < 0.2 * truth.parameters[0]
+    assert abs(belief.mass - truth[0]) < 3.0 * belief.mass_sd
+    assert belief.mass_sd < 0.2 * truth[0]
 
 
 def test_motions_keep_limits_and_are_derivatives():
@@ -75,7 +75,7 @@ def test_life_teaches_piece_by_piece(bench, tmp_path):
 
 def test_true_costs_are_those_of_known_densities_and_who_knows_them_is_right(bench):
     choice, rng = bench.choices["reach"], np.random.default_rng(0)
-    truths = [draw_truth(tool, 0.0, rng) for tool in bench.tools]
+    truths = {tool.name: draw_truth(tool, 0.0, rng) for tool in bench.tools}
     densities = {part.material.colour: part.material.density for tool in bench.tools for part in tool.components}
     known = MaterialMemory.from_densities(densities)
     for criterion in Criterion:
