@@ -1,6 +1,5 @@
 """Protocols as experiments, by name or path: loaded, and rehearsed on made-up measurements before anything runs."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from affordance.belief.learner import Learner
@@ -38,7 +37,7 @@ from affordance.experiments.simulated import Simulated
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes
 from affordance.plant.load import load_arm
-from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
+from affordance.protocols.number_entries import OF_OBJECTS, Measure
 from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
@@ -217,20 +216,15 @@ def build_choices(
     )
 
 
-def list_number_names(entries: Mapping[str, NumberEntry]) -> list[str]:
-    """Lists the names of a protocol's numbers and of their intervals."""
-    with_interval = [
-        name
-        for name, entry in entries.items()
-        if entry.interval and entry.measure not in OF_OBJECTS and entry.measure is not Measure.DENSITIES
-    ]
-    return [*entries, *(f"{name}_ci95" for name in with_interval)]
-
-
 def list_names(experiment: ProtocolExperiment) -> frozenset[str]:
-    """Lists the numbers and facts that the report of a protocol may name."""
-    numbers = list_number_names(experiment.numbers) if isinstance(experiment, PresentationExperiment) else ()
-    return list_given(experiment) | {*numbers}
+    """Lists the numbers, with their intervals, and facts that the report of a protocol may name."""
+    numbers = experiment.numbers if isinstance(experiment, PresentationExperiment) else {}
+    intervals = {
+        f"{name}_ci95"
+        for name, entry in numbers.items()
+        if entry.interval and entry.measure not in (*OF_OBJECTS, Measure.DENSITIES)
+    }
+    return list_given(experiment) | {*numbers} | intervals
 
 
 def list_given(experiment: ProtocolExperiment) -> frozenset[str]:

@@ -50,14 +50,6 @@ def _describe(record: TrialRecord) -> dict[str, Any]:
     }
 
 
-def label_heights(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray]:
-    """Labels the heights of all repeats, (repeats, K, N)."""
-    return {
-        name: LabelledArray(("repeat", "trial", "time"), arrays[name], "m", f"height of the {point} above its start")
-        for name, point in HEIGHTS.items()
-    }
-
-
 def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str, LabelledArray]:
     """Labels times and motions of K trials, at least one, ``whose`` in words; NaN where there was no motion."""
     held = next(record for record in records if record is not None)
@@ -83,8 +75,12 @@ def label_results(
 ) -> dict[str, LabelledArray]:
     """Labels the arrays of all observers, and the motions of the one that is shown, ``whose`` in words."""
     moments = "percentile of the believed density of the first material, before the first and after each presentation"
+    axes = ("repeat", "trial", "time")
     labelled = {
-        **label_heights(arrays),
+        **{
+            name: LabelledArray(axes, arrays[name], "m", f"height of the {point} above its start")
+            for name, point in HEIGHTS.items()
+        },
         "density": LabelledArray(("repeat", "moment", "percentile"), arrays["density_quantiles"], "kg/m^3", moments),
         "percentile": LabelledArray(("percentile",), 100.0 * np.array(quantiles), "%", "percentile"),
         **label_motions(records, whose),
