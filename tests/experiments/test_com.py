@@ -111,14 +111,6 @@ def test_experience_narrows_the_belief_about_both_materials(experiment):
     assert (np.diff(determinants) > 0).all()
 
 
-def test_experience_is_kept_for_other_experiments(experiment, folder, tmp_path):
-    """Experience found in its folder has the same memories as experience gained anew, to the last bit."""
-    found = collect_experience(experiment.experience, folder.parent / "experience", repeats=1, jobs=1)
-    gained = collect_experience(experiment.experience, tmp_path, repeats=1, jobs=1)
-    np.testing.assert_array_equal(found.precision, gained.precision)
-    np.testing.assert_array_equal(found.information_vector, gained.information_vector)
-
-
 def test_nothing_is_learned_in_the_test_pass(experiment):
     """Objects move alike in either order of the test pass, though an unsure observer would learn a lot."""
     held = shorten(experiment, 0.3)

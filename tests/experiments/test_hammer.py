@@ -111,6 +111,7 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
     found = experiment.gain_experience(tmp_path, repeats=1, jobs=1)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before
     np.testing.assert_array_equal(found.precision, gained.precision)
+    np.testing.assert_array_equal(found.information_vector, gained.information_vector)
     # Observers who know the materials choose the cheaper grip, by either rule.
     arrays = experiment.run_observer(experiment.select_shared(plan), found, 0)
     for chosen in (arrays["paper"][0], arrays["bayes"]):

@@ -76,25 +76,17 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
     assert (out / "one" / "ran.txt").read_text(encoding="utf-8") == f"one: {said}other/ran.txt, report.html"
 
 
-def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
+def test_arm_faults_learner_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings))
-    changes = {"feature_source": "pixels"}
+    changes = {"feature_source": "pixels", "learner": "kinds_map"}
     suite.run_suite(["one"], tmp_path, **ONCE, changes=changes, faults=["bias", "dropped_samples"])
-    (settings,) = seen
-    assert settings.arm == MODELS / "arm.dmd.yaml"
-    assert settings.feature_source is FeatureSource.PIXELS
-    assert settings.faults == Faults(bias_sd=3.0, drop_probability=0.3)
-
-
-def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch):
-    seen = []
-    monkeypatch.setattr(
-        suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings.learner)
-    )
     suite.run_suite(["one"], tmp_path, **ONCE)
-    suite.run_suite(["one"], tmp_path, **ONCE, changes={"learner": "kinds_map"})
-    assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
+    asked, usual = seen
+    assert asked.arm == usual.arm == MODELS / "arm.dmd.yaml"
+    assert asked.feature_source is FeatureSource.PIXELS
+    assert asked.faults == Faults(bias_sd=3.0, drop_probability=0.3)
+    assert (usual.learner, asked.learner) == (Learner.DENSITY, Learner.KINDS_MAP)
 
 
 def refuse_other(self, jobs):
