@@ -34,19 +34,13 @@ _URSCRIPT_COG = re.compile(rf"set_payload_cog\(\s*{_LIST}")
 
 
 class PayloadSetting(NamedTuple):
-    """Payload that is set on a controller.
+    """Payload that is set on a controller."""
 
-    Attributes:
-        mass: Mass, [kg].
-        centre_of_mass: Centre of mass p_TTcm, shape (3,), [m].
-        inertia: Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
-        is_centre_guessed: True if the centre of mass is that of the prior, as the run did not show it.
-    """
-
-    mass: float
-    centre_of_mass: Array
+    mass: float  # mass, [kg]
+    centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
+    # Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
     inertia: Array | None = None
-    is_centre_guessed: bool = False
+    is_centre_guessed: bool = False  # True if the centre of mass is that of the prior, as the run did not show it
 
     @property
     def parameters(self) -> Array:
@@ -115,15 +109,11 @@ def format_payload(payload: PayloadSetting) -> dict[str, str]:
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
-    """Reads the payload that is set on a controller.
+    """Reads the payload that is set on a controller; a file that does not set one raises a BadValueError.
 
-    Args:
-        path: YAML file with ``mass``, ``com`` and ``inertia``; end effector of a Panda (.json); program or log with
-            a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script, .urscript,
-            .txt); URDF file with one ``<inertial>``, in the frame of the tip (.urdf, .xml, .xacro without macros).
-
-    Raises:
-        BadValueError: The file cannot be read, or does not set one payload; the message says which key and how.
+    It is a YAML file with ``mass``, ``com`` and ``inertia``; the end effector of a Panda (.json); a program or log
+    with a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script, .urscript,
+    .txt); or a URDF file with one ``<inertial>``, in the frame of the tip (.urdf, .xml, .xacro without macros).
     """
     path = check_path("path", path)
     suffix = path.suffix.lower()

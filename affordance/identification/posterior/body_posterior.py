@@ -58,16 +58,11 @@ class Mode(NamedTuple):
 
 
 class WeightedBodies(NamedTuple):
-    """Weighted samples of a posterior.
+    """Weighted samples of a posterior."""
 
-    Attributes:
-        pi: Ten parameters of each sample, shape (N, 10).
-        weights: Weights of the samples, shape (N,); their sum is one.
-        ancestors: Index of the sample from which each descends, shape (N,); its own index without resampling.
-    """
-
-    pi: Array
-    weights: Array
+    pi: Array  # ten parameters of each sample, shape (N, 10)
+    weights: Array  # weights of the samples, shape (N,); their sum is one
+    # Index of the sample from which each descends, shape (N,); its own index without resampling.
     ancestors: NDArray[np.intp]
 
     @property

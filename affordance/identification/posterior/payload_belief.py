@@ -39,17 +39,11 @@ SURPRISE = 0.001
 
 
 class LearnedDensity(NamedTuple):
-    """Density of a material as a memory believes it after a run.
+    """Density of a material as a memory believes it after a run."""
 
-    Attributes:
-        colour: Colour of the material, red, green and blue in [0, 1].
-        median: Median, [kg/m^3].
-        interval90: Credible interval that holds 90 %, [kg/m^3].
-    """
-
-    colour: tuple[float, float, float]
-    median: float
-    interval90: tuple[float, float]
+    colour: tuple[float, float, float]  # colour of the material, red, green and blue in [0, 1]
+    median: float  # median, [kg/m^3]
+    interval90: tuple[float, float]  # credible interval that holds 90 %, [kg/m^3]
 
 
 class HalfCheck(NamedTuple):
