@@ -24,9 +24,7 @@ OBSERVER_SHOWN = 0
 class Outputs:
     """Files that an experiment writes in addition to its numbers; each is made only when it is written.
 
-    Attributes:
-        figures: Figures by name, without suffix.
-        writers: Functions that write further files to the experiment's folder, by their label in the progress bar.
+    Writers write further files to the experiment's folder, by their label in the progress bar.
     """
 
     figures: Mapping[str, Callable[[], Figure]]
@@ -48,7 +46,6 @@ class Experiment(ABC):
         section: Section file or, for a protocol, the protocol's file.
         report: Report that a protocol describes; None for an experiment with a section file of the program.
         seed: Root of every random draw.
-        settings: Settings of all simulations.
     """
 
     unit: ClassVar[str] = "observer"

@@ -53,10 +53,8 @@ class Table(NamedTuple):
 class Section(NamedTuple):
     """Report of an experiment; tables are of numbers, remarks on differences from the paper with their reasons.
 
-    Attributes:
-        order: Position among the sections.
-        finding: Outcome in one sentence, for visitors; empty if there is only the summary.
-        caution: Warning next to the finding, for few observers; empty for none.
+    The finding is the outcome in one sentence, for visitors; the caution next to it warns of few observers. Either
+    may be empty.
     """
 
     order: int

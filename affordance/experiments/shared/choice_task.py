@@ -34,7 +34,6 @@ class ChoiceTask(ABC):
     """Task for which a grip is chosen; derived classes are frozen dataclasses.
 
     Attributes:
-        name: Name of the task in progress bars.
         simulations: Noun for its simulations in progress bars.
         key: Key of the task's file that is blamed if the task cannot be done.
         failure: Words for a task that cannot be done.
@@ -42,7 +41,6 @@ class ChoiceTask(ABC):
         names: Names of the numbers and facts that the task adds to those of every choice.
         names_of_second_tool: Names of the numbers that it adds about a second tool.
         plans_truth: True to plan with the true features too, where others are observed.
-        task: Model of the task's cost.
     """
 
     name: ClassVar[str]

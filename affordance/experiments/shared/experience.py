@@ -22,12 +22,9 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 @dataclass(frozen=True)
 class ExperienceConfig:
-    """Configuration of the experience that observers gain.
+    """Configuration of the experience that observers gain in holds of a duration, [s].
 
-    Attributes:
-        tools: Objects; every block holds each of them once, in random order.
-        duration: Duration of each hold, [s].
-        num_trials: Number of holds, a multiple of the number of objects.
+    Every block holds each object once, in random order; the number of trials is a multiple of that of the objects.
     """
 
     tools: tuple[Tool, ...]
