@@ -54,6 +54,14 @@ def test_libfranka_has_a_symmetric_matrix():
     assert (np.linalg.eigvalsh(matrix) > 0.0).all()
 
 
+def test_urscript_has_moments_about_the_centre_of_mass():
+    line = _LINES["Universal Robots (URScript)"]
+    mass, *rest = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line)]
+    assert_allclose(mass, PAYLOAD[0], rtol=1e-4)
+    assert_allclose(rest[:3], _CENTRE, atol=1e-5)
+    assert_allclose(rest[3], PAYLOAD[4] - mass * (_CENTRE[1] ** 2 + _CENTRE[2] ** 2), rtol=1e-3)
+
+
 def test_a_payload_without_moments_is_marked():
     lines = format_payload(_SETTING._replace(inertia=None))
     assert lines["Universal Robots (URScript)"] == _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0] + ")"

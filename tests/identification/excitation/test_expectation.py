@@ -85,6 +85,14 @@ def test_moments_and_cost_follow_from_the_same_covariance(expectation, motion):
     assert far.predict(nothing).inertia == pytest.approx(expectation.predict(nothing).inertia, rel=1e-6)
 
 
+@pytest.mark.parametrize("name", ["gains", "friction"])
+def test_what_is_switched_off_is_not_counted(expectation, motion, name):
+    settings = replace(expectation.settings, **{name: False})
+    covariance = expectation.gains.covariance * (name != "gains")
+    surer = replace(expectation, settings=settings, gains=replace(expectation.gains, covariance=covariance))
+    assert surer.predict(motion).mass < expectation.predict(motion).mass
+
+
 def test_no_motion_averages_the_floor_out(expectation, motion):
     long_run = replace(expectation, error_density=np.full(6, 1e-8), floor=build_phantom_covariance(0.05))
     assert 0.04 < long_run.predict(motion).mass < 0.06
