@@ -71,7 +71,11 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state."""
+        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state.
+
+        Raises:
+            AffordanceError: The arm cannot take the start posture.
+        """
         return find_target(
             model,
             parts,
@@ -83,8 +87,12 @@ class Hammer:
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
         """Plans swings of increasing tip speed, up to that which a massless tool would need.
 
-        They do not depend on the tool's inertia. If there are none, the result has a reason. State and payload of
-        the model are changed.
+        They do not depend on the tool's inertia. If there are none, the result has a reason.
+
+        Args:
+            model: Model of the arm; its state and payload are changed.
+            parts: Parts of the tool, posed relative to the hand.
+            settings: Settings of the controller.
         """
         target = self.find_target(model, parts)
         swings, infeasible_reason = _plan_swings(model, target, self)

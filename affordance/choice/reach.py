@@ -62,9 +62,14 @@ class Reach(PathTask):
         check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
 
     def begin(self, model: ArmModel, p_TF: Array) -> PathFollowing:
-        """Builds the path-following task for a tool's free end, (3,), [m], and sets the model to rest at its start.
+        """Builds the path-following task for one tool.
 
-        An arm that cannot take the start posture, or loses rank there, is an AffordanceError.
+        Args:
+            model: Model of the arm; its state is set to rest at the start of the task.
+            p_TF: Position of the tool's free end, shape (3,), [m].
+
+        Raises:
+            AffordanceError: The arm cannot take the start posture, or loses rank there.
         """
         q_start = model.arm.find_posture(dict(self.path.start))
         if problem := describe_rank_loss(model, q_start, p_TF):
@@ -79,6 +84,11 @@ class Reach(PathTask):
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
         """Plans the motion, which does not depend on the tool's inertia, and returns its costs at any inertia.
+
+        Args:
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool, posed relative to the hand.
+            settings: Settings of the controller.
 
         Raises:
             NoPlanError: The controller finds no plan.

@@ -41,7 +41,11 @@ class Selection(NamedTuple):
     trial: str = ""
 
     def narrow(self, query: Select[Any]) -> Select[Any]:
-        """Restricts a query of trials; an invalid time or the short id of a trial raises a BadArgumentError."""
+        """Returns a query of trials that is restricted to the selected ones.
+
+        Raises:
+            BadArgumentError: A time is invalid, or the id of a trial is too short.
+        """
         if self.trial and len(self.trial) < _SHORTEST_ID:
             raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
         if self.robot:
