@@ -10,7 +10,7 @@ from pydantic import Field
 from affordance.arrays import Array
 from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import PathTask
-from affordance.control.carrying import Carrying
+from affordance.control.path_following import Carrying
 from affordance.control.timed_path import PathEntry
 from affordance.files.constraints import Within, check_fields
 from affordance.objects.tool import PosedShape

@@ -39,14 +39,10 @@ class AccelerationProgram:
         self._vdot = self._plan.NewContinuousVariables(N * n, "vdot")
         terminal_slack = self._plan.NewContinuousVariables(m_q + m_v, "miss")
         self._plan.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), self._vdot, is_convex=True)
-        self._plan.AddQuadraticCost(
-            2.0 * np.eye(len(terminal_slack)), np.zeros(len(terminal_slack)), terminal_slack, is_convex=True
-        )
-        self._goal = self._plan.AddLinearEqualityConstraint(
-            np.zeros((len(terminal_slack), N * n + len(terminal_slack))),
-            np.zeros(len(terminal_slack)),
-            np.concatenate([self._vdot, terminal_slack]),
-        )
+        m, nothing = m_q + m_v, np.zeros(m_q + m_v)
+        self._plan.AddQuadraticCost(2.0 * np.eye(m), nothing, terminal_slack, is_convex=True)
+        both = np.concatenate([self._vdot, terminal_slack])
+        self._goal = self._plan.AddLinearEqualityConstraint(np.zeros((m, len(both))), nothing, both)
         unbounded = np.full(2 * N * n, np.inf)
         # Holds the rows of the limits that have been entered.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -unbounded, unbounded, self._vdot)
@@ -61,11 +57,11 @@ class AccelerationProgram:
         self._rescue.AddBoundingBoxConstraint(0.0, np.inf, self._violation)
         of_each = np.kron(np.eye(2), np.ones((N * n, 1)))
         variables = np.concatenate([vdot, self._violation])
-        self._rescue_upper = self._rescue.AddLinearConstraint(
-            np.hstack([self._motion_response, -of_each]), -unbounded, unbounded, variables
-        )
-        self._rescue_lower = self._rescue.AddLinearConstraint(
-            np.hstack([self._motion_response, of_each]), -unbounded, unbounded, variables
+        self._rescue_upper, self._rescue_lower = (
+            self._rescue.AddLinearConstraint(
+                np.hstack([self._motion_response, sign * of_each]), -unbounded, unbounded, variables
+            )
+            for sign in (-1.0, 1.0)
         )
         self._rescue_torque = self._rescue.AddLinearConstraint(*torque, vdot[:n])
 

@@ -14,13 +14,14 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
+from affordance.control.task import Task
 from affordance.plant.arm_model import ArmModel
 
 # The release falls on a control period, up to rounding, [s].
 _ROUNDING = 1e-9
 
 
-class Hold:
+class Hold(Task):
     """Task of holding an object where it was handed over."""
 
     def __init__(self, q_posture: Array) -> None:
@@ -30,10 +31,6 @@ class Hold:
         self._goal = TerminalGoal(identity, self.q_start, identity, np.zeros(len(q_posture)))
         for array in self._goal:
             array.setflags(write=False)
-
-    def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns the longest horizon at all times."""
-        return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Returns rest in the posture to hold, independently of state and time."""

@@ -38,16 +38,11 @@ class MpcStatus(enum.Enum):
 
 
 class MpcSolution(NamedTuple):
-    """Plan of the controller.
+    """Plan of the controller."""
 
-    Attributes:
-        vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
-        tau: Torques under the believed inertia, shape (num_joints,), [N m]: the constant torques over the first
-            control period or, where a limit is active, those at its beginning, which the program bounds.
-        status: Way in which the plan was found.
-    """
-
-    vdot: Array
+    vdot: Array  # joint accelerations, shape (num_steps, num_joints), [rad/s^2]
+    # Torques under the believed inertia, shape (num_joints,), [N m]: the constant torques over the first control
+    # period or, where a limit is active, those at its beginning, which the program bounds.
     tau: Array
     status: MpcStatus
 

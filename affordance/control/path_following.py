@@ -1,12 +1,17 @@
-"""Task of following a path in the world W with the free end F of a tool T (docs/decisions/0012-reaching.md)."""
+"""Tasks of following a path in the world W, with the free end F of a tool T, or with the hand H without turning it.
+
+Reasons are in docs/decisions/0012-reaching.md.
+"""
 
 from collections.abc import Iterable
 
 import numpy as np
 from pydrake.trajectories import Trajectory
+from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
+from affordance.control.task import Task
 from affordance.plant.arm_model import ArmModel
 
 # Directions in which F moves less than this per radian of the joints are not tracked in velocity: a straight arm has
@@ -14,8 +19,8 @@ from affordance.plant.arm_model import ArmModel
 _DAMPING = 0.01
 
 
-class PathFollowing:
-    """Task of following a path with a point F of a given tool.
+class PathFollowing(Task):
+    """Task of following a path with a point F of a given tool; after its end the path stays at its last point.
 
     The goal is F's position on the path at the end of the horizon, and the least joint rates that give F the path's
     velocity there: null-space motion is free, but must not drift. The position is linear in the joint angles only
@@ -40,10 +45,6 @@ class PathFollowing:
         """Computes the reference positions of F at N times, p_WF, (N, 3), [m]."""
         return np.array([self.compute_reference(time)[0] for time in times])
 
-    def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns the longest horizon at all times: after its end the path stays at its last point."""
-        return longest
-
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal: the path's position, and the least joint rates along it, at the horizon's end."""
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
@@ -57,3 +58,22 @@ class PathFollowing:
         """Returns F's Jacobian, (3, num_joints), its displacement to the reference, and the rate demanded, (3,)."""
         p_WF = model.compute_point_position(self._p_TF)
         return model.compute_point_jacobian(self._p_TF), p_WFend - p_WF, v_WFend
+
+
+class Carrying(PathFollowing):
+    """Task of following a path with the hand, F = Ho, without turning it.
+
+    The goal has three more rows: the first orientation, and no rate of turning.
+    """
+
+    def __init__(self, path: Trajectory, *, q_start: Array, X_WHstart: Array) -> None:
+        """Stores the path, in W, relative to its start, and the angles, [rad], and the hand's pose, (4, 4), there."""
+        super().__init__(path, q_start=q_start, p_WFstart=X_WHstart[:3, 3], p_TF=np.zeros(3))
+        self._R_WHstart = X_WHstart[:3, :3]
+
+    def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
+        """Returns the hand's Jacobian, (6, num_joints), displacement and rate, (6,), each turning first."""
+        X_WH = model.compute_hand_pose()
+        turn_W = Rotation.from_matrix(self._R_WHstart @ X_WH.rotation().matrix().T).as_rotvec()
+        miss = np.concatenate([turn_W, p_WFend - X_WH.translation()])
+        return model.compute_hand_jacobian(), miss, np.concatenate([np.zeros(3), v_WFend])

@@ -40,19 +40,12 @@ class MpcSettings(CheckedFields):
 
 
 class TerminalGoal(NamedTuple):
-    """Linear goal at the end of the horizon: C_q q_N = d_q and C_v v_N = d_v.
+    """Linear goal at the end of the horizon: C_q q_N = d_q and C_v v_N = d_v."""
 
-    Attributes:
-        C_q: Matrix of the angles, shape (m_q, num_joints).
-        d_q: Right-hand side of the angles, shape (m_q,).
-        C_v: Matrix of the rates, shape (m_v, num_joints).
-        d_v: Right-hand side of the rates, shape (m_v,).
-    """
-
-    C_q: Array
-    d_q: Array
-    C_v: Array
-    d_v: Array
+    C_q: Array  # matrix of the angles, shape (m_q, num_joints)
+    d_q: Array  # right-hand side of the angles, shape (m_q,)
+    C_v: Array  # matrix of the rates, shape (m_v, num_joints)
+    d_v: Array  # right-hand side of the rates, shape (m_v,)
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:

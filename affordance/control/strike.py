@@ -5,6 +5,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
 from affordance.control.swing import FOLLOW_THROUGH, Swing
+from affordance.control.task import Task
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
 
@@ -17,7 +18,7 @@ SHORTEST_HORIZON = 0.06
 _MARGIN = 0.02
 
 
-class Strike:
+class Strike(Task):
     """Task of carrying out a swing.
 
     Until the strike the goal is the swing's state at the horizon's end, which never lies beyond the strike, where the
@@ -29,6 +30,7 @@ class Strike:
     def __init__(self, swing: Swing, placement: NailPlacement, control_period: float) -> None:
         """Stores the swing, the placement of the nail, and the control period, [s]."""
         self.swing = swing
+        self.q_start = swing.q_start
         self.placement = placement
         self._control_period = control_period
         self._strike = round(swing.duration / control_period) * control_period
@@ -36,11 +38,6 @@ class Strike:
         self._return = Swing(swing.q_end, swing.q_start, np.zeros_like(swing.v_end), swing.duration)
         self._identity = np.eye(len(swing.q_end))
         self._identity.setflags(write=False)
-
-    @property
-    def q_start(self) -> Array:
-        """Joint angles at the start of the swing, shape (num_joints,), [rad]."""
-        return self.swing.q_start
 
     @property
     def time_of_strike(self) -> float:

@@ -51,19 +51,12 @@ _ALONG = 0.5
 
 
 class Swing(NamedTuple):
-    """Swing from rest, a cubic in time.
+    """Swing from rest, a cubic in time."""
 
-    Attributes:
-        q_start: Joint angles at the beginning, shape (num_joints,), [rad].
-        q_end: Joint angles at the strike, shape (num_joints,), [rad].
-        v_end: Joint velocities at the strike, shape (num_joints,), [rad/s].
-        duration: Time from rest to the strike, [s].
-    """
-
-    q_start: Array
-    q_end: Array
-    v_end: Array
-    duration: float
+    q_start: Array  # joint angles at the beginning, shape (num_joints,), [rad]
+    q_end: Array  # joint angles at the strike, shape (num_joints,), [rad]
+    v_end: Array  # joint velocities at the strike, shape (num_joints,), [rad/s]
+    duration: float  # time from rest to the strike, [s]
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
         """Computes angles, rates and accelerations at N times, (N, num_joints) each, also beyond the ends."""
@@ -76,23 +69,14 @@ class Swing(NamedTuple):
 
 
 class Target(NamedTuple):
-    """Target of a blow, with the striking point S on the tool's surface.
+    """Target of a blow, with the striking point S on the tool's surface."""
 
-    Attributes:
-        q_start: Joint angles at the start of the swing, shape (num_joints,), [rad].
-        p_TS: Position of S in the tool, shape (3,), [m].
-        normal_T: Outward normal of the tool at S, expressed in T, shape (3,).
-        radius: Radius of the tool's curvature at S; infinite where the tool is flat, [m].
-        p_WS: Position of S at the strike, shape (3,), [m].
-        direction_W: Direction of the blow, and of the tool's normal at the strike, a unit vector, shape (3,).
-    """
-
-    q_start: Array
-    p_TS: Array
-    normal_T: Array
-    radius: float
-    p_WS: Array
-    direction_W: Array
+    q_start: Array  # joint angles at the start of the swing, shape (num_joints,), [rad]
+    p_TS: Array  # position of S in the tool, shape (3,), [m]
+    normal_T: Array  # outward normal of the tool at S, expressed in T, shape (3,)
+    radius: float  # radius of the tool's curvature at S; infinite where the tool is flat, [m]
+    p_WS: Array  # position of S at the strike, shape (3,), [m]
+    direction_W: Array  # direction of the blow, and of the tool's normal at the strike, a unit vector, shape (3,)
 
 
 class StrikeCondition:
@@ -100,10 +84,6 @@ class StrikeCondition:
 
     A face that is square to the blow may also look away from the target, which the tool would have to go through.
     Where the face does not look along the blow at the start, the cosine between them is bounded too.
-
-    Attributes:
-        lower: Least value of each entry, shape (8,) or (9,).
-        upper: Largest value of each entry, the same shape.
     """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
@@ -114,7 +94,7 @@ class StrikeCondition:
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
         model.set_posture(target.q_start)
         turned = [] if target.direction_W @ self._compute_normal() > _ALONG else [np.inf]
-        self.lower: Array = np.zeros(8 + len(turned))
+        self.lower: Array = np.zeros(8 + len(turned))  # least and largest value of each entry, (8,) or (9,)
         self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:

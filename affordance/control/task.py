@@ -11,12 +11,11 @@ from affordance.plant.arm_model import ArmModel
 class Task(Protocol):
     """Task with a start posture, and a goal at the end of the controller's horizon."""
 
-    @property
-    def q_start(self) -> Array:
-        """Joint angles at the start, at rest, shape (num_joints,), [rad]."""
+    q_start: Array  # joint angles at the start, at rest, shape (num_joints,), [rad]
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses the horizon, at most the longest, [s], in whole periods; zero continues the previous plan."""
+        """Chooses the horizon, here the longest, [s], in whole periods; zero continues the previous plan."""
+        return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal at the end of the horizon, [s], from x, (2 num_joints,), [rad, rad/s].

@@ -64,28 +64,18 @@ class Overload(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """Finalized plant of an arm that holds a tool, with the handles needed to use it.
+    """Finalized plant of an arm that holds a tool, with the handles needed to use it."""
 
-    Attributes:
-        source: File that describes the arm.
-        plant: Continuous plant; its Context carries the tool's inertia as parameters.
-        hand: Frame H of the hand.
-        tool: Body T of the tool, welded to H.
-        home: Joint angles of the holding posture, shape (num_joints,), [rad].
-        limits: Joint limits.
-        nail: Joint along which a nail slides, whose position and rate follow the arm's in the plant's state; None
-            without a nail.
-        clamp: Clamp for the hand; None without a clamp.
-    """
-
-    source: Path
-    plant: MultibodyPlant
-    hand: Frame
-    tool: RigidBody
-    home: Array
+    source: Path  # file that describes the arm
+    plant: MultibodyPlant  # continuous plant; its Context carries the tool's inertia as parameters
+    hand: Frame  # frame H of the hand
+    tool: RigidBody  # body T of the tool, welded to H
+    home: Array  # joint angles of the holding posture, shape (num_joints,), [rad]
     limits: JointLimits
+    # Joint along which a nail slides, whose position and rate follow the arm's in the plant's state; None without a
+    # nail.
     nail: Joint | None = None
-    clamp: Clamp | None = None
+    clamp: Clamp | None = None  # clamp for the hand; None without a clamp
 
     @property
     def num_joints(self) -> int:

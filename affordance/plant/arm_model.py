@@ -22,10 +22,6 @@ class ArmModel:
 
     Not thread-safe and cheap to create; every owner has an instance of its own, so that no owner sees another's
     state.
-
-    Attributes:
-        arm: Modelled arm.
-        gravity: Gravitational acceleration in W, shape (3,), [m/s^2].
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -35,7 +31,7 @@ class ArmModel:
         self._context = arm.plant.CreateDefaultContext()
         self._forces = MultibodyForces(arm.plant)
         self._world = arm.plant.world_frame()
-        self.gravity: Array = arm.plant.gravity_field().gravity_vector()
+        self.gravity: Array = arm.plant.gravity_field().gravity_vector()  # in W, shape (3,), [m/s^2]
         self._origin = np.zeros(3)
         self.set_payload(np.zeros(10))
 
@@ -144,11 +140,11 @@ class HeldTorqueModel(ArmModel):
         # From [q, v, vdot] at the period's start to [q, v] in its middle.
         self._to_middle = np.block([[one, half * one, 0.5 * half**2 * one], [0.0 * one, one, half * one]])
         self._damping = period * np.array([actuator.joint().default_damping_vector()[0] for actuator in actuators])
-        self._is_damped = bool(self._damping.any())
+        self.is_damped = bool(self._damping.any())
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:
         """Computes the torques that, held for a control period, give mean accelerations, (num_joints,), [N m]."""
-        if not self._is_damped:
+        if not self.is_damped:
             return super().compute_inverse_dynamics(vdot)
         held: Array = super().compute_inverse_dynamics(np.zeros_like(vdot)) + self.compute_mass_matrix() @ vdot
         return held
@@ -160,28 +156,21 @@ class HeldTorqueModel(ArmModel):
         """
         self.set_state(self._to_middle @ np.concatenate([x, vdot]))
         tau = self.compute_inverse_dynamics(vdot)
-        if self._is_damped:  # the held mass matrix includes damping of the change of rates
+        if self.is_damped:  # the held mass matrix includes damping of the change of rates
             tau = tau - 0.5 * self._damping * vdot
         return tau
 
-    def compute_fastest_decay(self) -> float:
-        """Computes the control period over the shortest time constant, the largest eigenvalue of h M^-1 D, [1]."""
-        if not self._is_damped:
-            return 0.0
-        x, _ = self._decompose()[1:]
-        return float(x[-1])
-
     def compute_mass_matrix(self) -> Array:
         """Computes held torque per mean acceleration, M phi(h M^-1 D)^-1, (num_joints, num_joints), [kg m^2]."""
-        if not self._is_damped:
+        if not self.is_damped:
             return super().compute_mass_matrix()
-        L, x, V = self._decompose()
+        L, x, V = self.decompose()
         inverse_phi = np.where(x > 1e-8, x / -np.expm1(-np.maximum(x, 1e-8)), 1.0 + 0.5 * x)
         LV = L @ V
         held: Array = (LV * inverse_phi) @ LV.T
         return held
 
-    def _decompose(self) -> tuple[Array, Array, Array]:
+    def decompose(self) -> tuple[Array, Array, Array]:
         """Computes L, x, V with M = L L^T, L^-1 (h D) L^-T = V diag(x) V^T; x eigenvalues of h M^-1 D, increasing."""
         L = np.linalg.cholesky(super().compute_mass_matrix())
         whitened = np.linalg.solve(L, np.diag(np.sqrt(self._damping)))
@@ -193,4 +182,4 @@ def compute_stiffness(arm: Arm, period: float) -> float:
     """Computes the control period over the shortest time constant of damping, for the empty arm at home, [1]."""
     model = HeldTorqueModel(arm, period)
     model.set_posture(arm.home)
-    return model.compute_fastest_decay()
+    return float(model.decompose()[1][-1]) if model.is_damped else 0.0

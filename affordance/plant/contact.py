@@ -43,16 +43,11 @@ class ContactFace(NamedTuple):
     Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. That with an
     ellipsoid or a mesh is found iteratively, and its normal is the line between the two centres, so that a tool that
     strikes anywhere but right below its centre is pushed aside (docs/decisions/0013-nail.md).
-
-    Attributes:
-        p_TS: Position of S in the tool, shape (3,), [m].
-        normal_T: Outward normal at S, expressed in T, a unit vector, shape (3,).
-        radius: Radius of curvature; infinite for a flat surface, [m].
     """
 
-    p_TS: Array
-    normal_T: Array
-    radius: float
+    p_TS: Array  # position of S in the tool, shape (3,), [m]
+    normal_T: Array  # outward normal at S, expressed in T, a unit vector, shape (3,)
+    radius: float  # radius of curvature; infinite for a flat surface, [m]
 
     def add_to(self, plant: MultibodyPlant, body: RigidBody, name: str) -> None:
         """Adds the collision geometry to the tool's body, in a plant that is not yet finalized."""

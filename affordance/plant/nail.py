@@ -43,27 +43,16 @@ _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 @dataclass(frozen=True)
 class Nail:
-    """Nail in wood, and the demand on one blow.
+    """Nail in wood, and the demand on one blow."""
 
-    Attributes:
-        diameter: Diameter of the shank, [m].
-        length: Length of the shank, [m].
-        density: Density of the nail, [kg/m^3].
-        head_radius: Radius of the round head, [m].
-        wood_specific_gravity: Specific gravity of the wood, dimensionless.
-        depth_set: Depth of the nail before the blow, [m].
-        depth_demanded: Demanded depth of the nail after the blow, [m].
-        yield_force: Resistance independent of depth, instead of skin friction, which grows with depth; None for skin
-            friction, [N].
-    """
-
-    diameter: float
-    length: float
-    density: float
-    head_radius: float
-    wood_specific_gravity: float
-    depth_set: float
-    depth_demanded: float
+    diameter: float  # diameter of the shank, [m]
+    length: float  # length of the shank, [m]
+    density: float  # density of the nail, [kg/m^3]
+    head_radius: float  # radius of the round head, [m]
+    wood_specific_gravity: float  # specific gravity of the wood, dimensionless
+    depth_set: float  # depth of the nail before the blow, [m]
+    depth_demanded: float  # demanded depth of the nail after the blow, [m]
+    # Resistance independent of depth, instead of skin friction, which grows with depth; None for skin friction, [N].
     yield_force: float | None = None
 
     @property
@@ -103,21 +92,13 @@ class Nail:
 
 
 class NailRecord(NamedTuple):
-    """Record of a nail at each of N steps of the integrator.
+    """Record of a nail at each of N steps of the integrator."""
 
-    Attributes:
-        times: Times, (N,), [s].
-        travel: Distance driven since the nail was set, (N,), [m].
-        rate: Rate of the travel, (N,), [m/s].
-        resistance: Resistance of the wood against being driven in, (N,), [N].
-        contact: Force of the tool on the head along the driving direction, (N,), [N].
-    """
-
-    times: Array
-    travel: Array
-    rate: Array
-    resistance: Array
-    contact: Array
+    times: Array  # (N,), [s]
+    travel: Array  # distance driven since the nail was set, (N,), [m]
+    rate: Array  # rate of the travel, (N,), [m/s]
+    resistance: Array  # resistance of the wood against being driven in, (N,), [N]
+    contact: Array  # force of the tool on the head along the driving direction, (N,), [N]
 
     @property
     def time_of_touch(self) -> float:
@@ -131,19 +112,12 @@ class NailRecord(NamedTuple):
 
 
 class NailPlacement(NamedTuple):
-    """Nail with its position and direction.
-
-    Attributes:
-        nail: Nail to be placed.
-        p_WNo: Position of the highest point of the head, shape (3,), [m].
-        direction_W: Direction in which the nail is driven, a unit vector, shape (3,).
-        face: Surface that strikes the nail; None for none.
-    """
+    """Nail with its position and direction."""
 
     nail: Nail
-    p_WNo: Array
-    direction_W: Array
-    face: ContactFace | None = None
+    p_WNo: Array  # position of the highest point of the head, shape (3,), [m]
+    direction_W: Array  # direction in which the nail is driven, a unit vector, shape (3,)
+    face: ContactFace | None = None  # surface that strikes the nail; None for none
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -178,10 +152,7 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not yet finalized; body, joint and model instance have the name.
-
-    Returns: Joint along which the nail slides; its position is the distance driven since the nail was set.
-    """
+    """Adds a nail to a plant not yet finalized; its joint's position is the distance driven since it was set."""
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the driving direction.
     X_WN = RigidTransform(RotationMatrix.MakeFromOneVector(placement.direction_W, 2), placement.p_WNo)

@@ -44,33 +44,23 @@ class SerialChain:
     """Revolute joints and links in series from W to T.
 
     A trajectory of N samples is q, v and vdot, shape (N, num_joints), [rad], [rad/s] and [rad/s^2].
-
-    Attributes:
-        source: File of the robot, for messages.
-        joint_names: Names of the joints from base to tip.
-        tip: Name of the frame T.
-        R_PF: Rotation of each joint's frame F, fixed to the parent, relative to the previous joint's moving frame
-            (to W for the first), shape (num_joints, 3, 3).
-        p_PF: Position of each joint's frame F relative to the same frame as R_PF, shape (num_joints, 3), [m].
-        axes: Joint axes expressed in F, shape (num_joints, 3).
-        R_MT: Rotation of T in the last joint's moving frame, shape (3, 3).
-        p_MT: Position of T in the last joint's moving frame, shape (3,), [m].
-        gravity_W: Gravitational acceleration in W, shape (3,), [m/s^2].
-        link_parameters: Ten inertial parameters of each link about its joint's moving frame M, expressed in M, shape
-            (num_joints, 10); everything fixed to a link is part of it, but for the tool.
-        limits: Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
     """
 
-    source: str
-    joint_names: tuple[str, ...]
-    tip: str
+    source: str  # file of the robot, for messages
+    joint_names: tuple[str, ...]  # names of the joints from base to tip
+    tip: str  # name of the frame T
+    # Rotation of each joint's frame F, fixed to the parent, relative to the previous joint's moving frame (to W for
+    # the first), shape (num_joints, 3, 3).
     R_PF: Array
-    p_PF: Array
-    axes: Array
-    R_MT: Array
-    p_MT: Array
-    gravity_W: Array
+    p_PF: Array  # position of each joint's frame F relative to the same frame as R_PF, shape (num_joints, 3), [m]
+    axes: Array  # joint axes expressed in F, shape (num_joints, 3)
+    R_MT: Array  # rotation of T in the last joint's moving frame, shape (3, 3)
+    p_MT: Array  # position of T in the last joint's moving frame, shape (3,), [m]
+    gravity_W: Array  # gravitational acceleration in W, shape (3,), [m/s^2]
+    # Ten inertial parameters of each link about its joint's moving frame M, expressed in M, shape (num_joints, 10);
+    # everything fixed to a link is part of it, but for the tool.
     link_parameters: Array
+    # Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
     limits: Array
 
     def __repr__(self) -> str:

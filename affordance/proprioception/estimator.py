@@ -17,15 +17,10 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 
 class TorqueStatistics(NamedTuple):
-    """Sufficient statistics of the torques measured in a trial so far.
+    """Sufficient statistics of the torques measured in a trial so far."""
 
-    Attributes:
-        features: Running mean of the noise model's features, shape (num_features,).
-        num_samples: Number of samples in the mean.
-    """
-
-    features: Array
-    num_samples: int
+    features: Array  # running mean of the noise model's features, shape (num_features,)
+    num_samples: int  # number of samples in the mean
 
     def add(self, features: Array) -> "TorqueStatistics":
         """Returns the statistics with one more sample's features, shape (num_features,)."""
@@ -34,18 +29,13 @@ class TorqueStatistics(NamedTuple):
 
 
 class Inference(NamedTuple):
-    """Result of inference from a trial.
+    """Result of inference from a trial."""
 
-    Attributes:
-        posterior: Belief about the object and, in its memory, about all materials.
-        log_evidence: Log probability density of the measurement under the prior, with errors evaluated at the
-            posterior mean as everywhere here; low values mean surprise.
-        p_value: Probability, under the prior, of evidence as low as this.
-    """
-
-    posterior: ObjectBelief
+    posterior: ObjectBelief  # belief about the object and, in its memory, about all materials
+    # Log probability density of the measurement under the prior, with errors evaluated at the posterior mean as
+    # everywhere here; low values mean surprise.
     log_evidence: float
-    p_value: float
+    p_value: float  # probability, under the prior, of evidence as low as this
 
 
 def compute_posterior(

@@ -20,12 +20,7 @@ from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, draw_
 
 
 class StaticHold:
-    """Arm at rest in a posture.
-
-    Attributes:
-        Y: Payload regressor, shape (num_joints, 10).
-        tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
-    """
+    """Arm at rest in a posture."""
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
         """Computes regressor and torque in a posture q, shape (num_joints,), [rad]; None for the arm's home."""
@@ -33,8 +28,8 @@ class StaticHold:
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q
         x = np.concatenate([posture, at_rest])
-        self.Y = compute_payload_regressor(model, x, at_rest)
-        self.tau_arm = model.compute_inverse_dynamics(at_rest)
+        self.Y = compute_payload_regressor(model, x, at_rest)  # (num_joints, 10)
+        self.tau_arm = model.compute_inverse_dynamics(at_rest)  # of the arm alone, (num_joints,), [N m]
         # Increments of both by a unit acceleration of each joint.
         units = np.eye(len(posture))
         self._Y_per_vdot = np.array([compute_payload_regressor(model, x, unit) - self.Y for unit in units])
@@ -80,18 +75,12 @@ class StaticPercept(NamedTuple):
 
     The likelihood equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors of the
     joints are then independent, and no matrix is factorised.
-
-    Attributes:
-        tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
-        regressor: Torque per density, Y Phi, shape (num_joints, M), [N m / (kg/m^3)].
-        residual: Measured torque less that of the arm alone, shape (num_joints,), [N m].
-        noise: Errors of measured torques.
     """
 
-    tau_arm: Array
-    regressor: Array
-    residual: Array
-    noise: WeberNoise
+    tau_arm: Array  # torque of the arm alone, shape (num_joints,), [N m]
+    regressor: Array  # torque per density, Y Phi, shape (num_joints, M), [N m / (kg/m^3)]
+    residual: Array  # measured torque less that of the arm alone, shape (num_joints,), [N m]
+    noise: WeberNoise  # errors of measured torques
 
     def compute_likelihood(self, rho: Array) -> Likelihood:
         """Computes the likelihood of the densities, with errors evaluated at the torque that rho, (M,), predicts."""

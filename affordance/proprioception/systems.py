@@ -125,10 +125,8 @@ class DensityEstimator(SampledSystem):
         return TorqueStatistics(state[:-1], int(state[-1]))
 
     def _compute_inference(self, context: Context) -> Inference:
-        statistics = self.get_statistics(context)
-        return compute_posterior(
-            self._prior.Eval(context), statistics, self._num_joints, self._noise, self._deviation_sd
-        )
+        prior, statistics = self._prior.Eval(context), self.get_statistics(context)
+        return compute_posterior(prior, statistics, self._num_joints, self._noise, self._deviation_sd)
 
     def _calc_posterior(self, context: Context) -> ObjectBelief:
         return self._inference.get(context).posterior

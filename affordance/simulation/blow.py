@@ -41,25 +41,15 @@ _MAX_STEPS = 200_000
 
 @dataclasses.dataclass(frozen=True)
 class Blow:
-    """Outcome of a simulated blow and its cost.
+    """Outcome of a simulated blow and its cost."""
 
-    Attributes:
-        strike: Planned strike.
-        record: Record of the arm's motion, one row per control period.
-        nail: Record of the nail's motion and forces.
-        work: Absolute work of the joints, from rest to the strike, [J].
-        work_raising: Absolute work up to the highest position of the striking point, [J].
-        effort: Integral of |tau|^2 dt from rest to the strike, [N^2 m^2 s].
-        kinetic_energy: Kinetic energy of arm and tool at the planned time of the strike, [J].
-    """
-
-    strike: Strike
-    record: TrialRecord
-    nail: NailRecord
-    work: float
-    work_raising: float
-    effort: float
-    kinetic_energy: float
+    strike: Strike  # as planned
+    record: TrialRecord  # record of the arm's motion, one row per control period
+    nail: NailRecord  # record of the nail's motion and forces
+    work: float  # absolute work of the joints, from rest to the strike, [J]
+    work_raising: float  # absolute work up to the highest position of the striking point, [J]
+    effort: float  # integral of |tau|^2 dt from rest to the strike, [N^2 m^2 s]
+    kinetic_energy: float  # kinetic energy of arm and tool at the planned time of the strike, [J]
 
     @property
     def force(self) -> float:

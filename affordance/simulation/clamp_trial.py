@@ -28,17 +28,11 @@ _ROUNDING = 1e-9
 
 
 class ClampRecord(NamedTuple):
-    """Force at a clamp, and the hand's motion after release.
+    """Force at a clamp, and the hand's motion after release."""
 
-    Attributes:
-        force: Upward force of the hand on the clamp, averaged over the last 10 ms before release, [N].
-        release_time: Time of the release, [s].
-        excursion: Largest vertical displacement of the hand after release, positive upwards, [m].
-    """
-
-    force: float
-    release_time: float
-    excursion: float
+    force: float  # upward force of the hand on the clamp, averaged over the last 10 ms before release, [N]
+    release_time: float  # time of the release, [s]
+    excursion: float  # largest vertical displacement of the hand after release, positive upwards, [m]
 
 
 def run_clamp_and_release(

@@ -22,21 +22,13 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Rollout(NamedTuple):
-    """Simulated motion and its cost.
+    """Simulated motion and its cost."""
 
-    Attributes:
-        work: Absolute work of the joints, [J].
-        effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        path: Positions of the free end, p_WF at every control period, (N, 3), [m].
-        reference: Reference positions of the free end, (N, 3), [m].
-        record: Record of the motion, one row per control period.
-    """
-
-    work: float
-    effort: float
-    path: Array
-    reference: Array
-    record: TrialRecord
+    work: float  # absolute work of the joints, [J]
+    effort: float  # integral of |tau|^2 dt, [N^2 m^2 s]
+    path: Array  # positions of the free end, p_WF at every control period, (N, 3), [m]
+    reference: Array  # reference positions of the free end, (N, 3), [m]
+    record: TrialRecord  # record of the motion, one row per control period
 
     @property
     def error(self) -> float:

@@ -36,22 +36,14 @@ class Lift(NamedTuple):
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts.
+    """Record of N lifts."""
 
-    Attributes:
-        force: Upward force exerted before release, (N,), [N].
-        weight: True weight, (N,), [N].
-        expected: Expected mass, at the most probable densities before each lift, (N,), [kg].
-        memories: Memories before the first lift and after each lift, N + 1 of them.
-        densities: Beliefs about the object before each lift, N of them.
-        likelihoods: Likelihoods of these densities, N of them; None for a lift from which nothing is learned.
-    """
-
-    force: Array
-    weight: Array
-    expected: Array
-    memories: tuple[Memory, ...]
-    densities: tuple[DensityBelief, ...]
+    force: Array  # upward force exerted before release, (N,), [N]
+    weight: Array  # true weight, (N,), [N]
+    expected: Array  # expected mass, at the most probable densities before each lift, (N,), [kg]
+    memories: tuple[Memory, ...]  # memories before the first lift and after each lift, N + 1 of them
+    densities: tuple[DensityBelief, ...]  # beliefs about the object before each lift, N of them
+    # Likelihoods of these densities, N of them; None for a lift from which nothing is learned.
     likelihoods: tuple[Likelihood | None, ...]
 
     def compute_p_values(self) -> Array:
@@ -61,15 +53,11 @@ class LiftRecord(NamedTuple):
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of a tool share: its appearance, Phi of its parts, (10, num_parts), and weight, [N].
-
-    Attributes:
-        tau: True torques of the arm holding the tool, shape (num_joints,), [N m].
-    """
+    """Quantities that all lifts of a tool share; Phi is that of its parts, (10, num_parts), the weight in [N]."""
 
     appearance: tuple[PartAppearance, ...]
     Phi: Array
-    tau: Array
+    tau: Array  # true torques of the arm holding the tool, shape (num_joints,), [N m]
     weight: float
 
 
@@ -128,15 +116,9 @@ class StaticLifter:
             else:
                 memories.append(memories[-1])
                 likelihoods.append(None)
-        weights = [self._tools[lift.tool].weight for lift in lifts]
-        return LiftRecord(
-            np.array(forces),
-            np.array(weights),
-            np.array(expected),
-            tuple(memories),
-            tuple(beliefs),
-            tuple(likelihoods),
-        )
+        weights = np.array([self._tools[lift.tool].weight for lift in lifts])
+        felt = (tuple(memories), tuple(beliefs), tuple(likelihoods))
+        return LiftRecord(np.array(forces), weights, np.array(expected), *felt)
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact

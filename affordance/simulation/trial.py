@@ -22,7 +22,6 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.plant.serial_chain import ArmOwner
-from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, Display, TrialDiagram, build_trial_diagram
@@ -152,16 +151,10 @@ class Observer:
     def __init__(
         self, runner: TrialRunner, memory: Memory, *, duration: float, remembered: tuple[Colour, ...] = ()
     ) -> None:
-        """Sets the memory before the first presentation.
+        """Sets the memory before the first presentation; each lasts a duration of at least one sample period, [s].
 
-        Args:
-            runner: Runner that has the Diagram.
-            memory: Belief about materials.
-            duration: Duration of each presentation, at least one sample period, [s].
-            remembered: Colours that are remembered beyond a presentation; all if empty.
-
-        Raises:
-            BadArgumentError: An argument is of the wrong kind or out of bounds.
+        Colours are remembered beyond a presentation, all if empty. A BadArgumentError is raised where an argument is
+        of the wrong kind or out of bounds.
         """
         check_duration(duration, runner.settings)
         check_kind("memory", memory, Memory, _MEMORIES)
@@ -276,9 +269,7 @@ def _read_percept(trial: TrialDiagram, context: Context, tool: Tool) -> Percept:
     return Percept(
         object_name=tool.name,
         features=trial.feature_sensor.features.get(trial.feature_sensor.GetMyContextFromRoot(context)),
-        statistics=TorqueStatistics(
-            np.array(statistics.features), statistics.num_samples
-        ),  # not a view of the Context
+        statistics=statistics._replace(features=np.array(statistics.features)),  # not a view of the Context
         noise=trial.settings.noise,
         num_joints=trial.arm.num_joints,
         arm=trial.settings.arm,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from affordance.control.carrying import Carrying
+from affordance.control.path_following import Carrying
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.files.model_folder import MODELS
 
