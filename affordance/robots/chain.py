@@ -20,20 +20,13 @@ _OF_A_LIMB, _LISTED = 3, 12
 
 
 class Chain(NamedTuple):
-    """Joints of an arm or limb.
+    """Joints of an arm or limb."""
 
-    Attributes:
-        base: Body at the upper end of the joints, which is fixed to the world.
-        joints: Joints from base to tip, all revolute.
-        tip: Frame at the end.
-        why_base: Reason for this base, in words.
-        obstacle: Unsuitable joint that ends the climb too early, and the reason; None for none.
-    """
-
-    base: RigidBody
-    joints: tuple[RevoluteJoint, ...]
+    base: RigidBody  # body at the upper end of the joints, which is fixed to the world
+    joints: tuple[RevoluteJoint, ...]  # joints from base to tip, all revolute
     tip: Frame
-    why_base: str
+    why_base: str  # reason for this base, in words
+    # Unsuitable joint that ends the climb too early, and the reason; None for none.
     obstacle: tuple[Joint, str] | None = None
 
 
@@ -98,10 +91,11 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
     by its fingers.
     """
     carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
-    frames = [f for f in tree.list_frames() if not f.is_body_frame() or f.body().index() not in carriers]
     found: dict[int, list[tuple[bool, str, int]]] = {}
     beyond: dict[int, int] = {}  # largest number of joints beyond each joint
-    for frame in frames:
+    for frame in tree.list_frames():
+        if frame.is_body_frame() and frame.body().index() in carriers:
+            continue
         hand = _find_hand(tree, frame.body())
         limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
         if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
@@ -150,8 +144,9 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
     for joint in tree.climb(body):
         if base is not None and body.index() == base.index():
             break
-        if base is None and joints and (limb := _find_other_limb(tree, body, joints[0])):
-            return end(f"another limb leaves from it, by {limb}")
+        for other in _list_others(tree, body, joints[0]) if base is None and joints else ():
+            if _count_in_series(tree, other) >= _LIMB:
+                return end(f"another limb leaves from it, by {other.name()}")
         if joint.num_velocities():
             problem = _find_obstacle(tree, joint)
             if problem and base is None and len(joints) >= FEWEST_JOINTS:
@@ -205,12 +200,6 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
     if not isinstance(joint, RevoluteJoint):
         return f"is of type {joint.type_name()}, must be revolute"
     return ""
-
-
-def _find_other_limb(tree: RobotTree, body: RigidBody, down: Joint) -> str:
-    """Finds the first joint of a limb on a body other than a given joint's limb; empty if not found."""
-    limbs = (joint for joint in _list_others(tree, body, down) if _count_in_series(tree, joint) >= _LIMB)
-    return next((str(joint.name()) for joint in limbs), "")
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:

@@ -29,23 +29,14 @@ class Mimic(NamedTuple):
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
+    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps."""
 
-    Attributes:
-        effort: Torque limit, [N m]; None where the file gives none.
-        friction: Coulomb friction, [N m].
-        stiffness: Stiffness of a spring in the joint, [N m/rad].
-        mimic: Coupling to another joint; None for none.
-        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
-        fault: Invalid limits, damping or axis, removed from the text that Drake parses; empty for none.
-    """
-
-    effort: float | None = None
-    friction: float = 0.0
-    stiffness: float = 0.0
-    mimic: Mimic | None = None
-    rotor_inertia: float = 0.0
-    fault: str = ""
+    effort: float | None = None  # torque limit, [N m]; None where the file gives none
+    friction: float = 0.0  # Coulomb friction, [N m]
+    stiffness: float = 0.0  # stiffness of a spring in the joint, [N m/rad]
+    mimic: Mimic | None = None  # coupling to another joint; None for none
+    rotor_inertia: float = 0.0  # reflected inertia of rotor and gears at the joint, [kg m^2]
+    fault: str = ""  # invalid limits, damping or axis, removed from the text that Drake parses; empty for none
 
 
 def find_joint_fault(
@@ -77,98 +68,65 @@ def find_joint_fault(
 
 
 class Inertial(NamedTuple):
-    """Inertia of a link as written in a file.
+    """Inertia of a link as written in a file."""
 
-    Attributes:
-        mass: Mass, [kg].
-        place: Position of the centre of mass in the link's frame, (3,), [m].
-        rpy: Roll, pitch and yaw of the axes that the moments refer to, (3,), [rad].
-        moments: Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of mass, (6,), [kg m^2].
-        in_link: True if place and axes refer to the link's own frame; False where the file names another.
-    """
-
-    mass: float
-    place: tuple[float, ...]
-    rpy: tuple[float, ...]
-    moments: tuple[float, ...]
-    in_link: bool = True
+    mass: float  # [kg]
+    place: tuple[float, ...]  # position of the centre of mass in the link's frame, (3,), [m]
+    rpy: tuple[float, ...]  # roll, pitch and yaw of the axes that the moments refer to, (3,), [rad]
+    moments: tuple[float, ...]  # Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of mass, (6,), [kg m^2]
+    in_link: bool = True  # True if place and axes refer to the link's own frame; False where the file names another
 
     def find_fault(self) -> str:
         """Describes why no solid can have this inertia; empty if one can, by Drake's own check."""
-        Ixx, Iyy, Izz, *products = self.moments
+        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):
             return f"has a mass of {self.mass:g} kg with moments of inertia, must have more than 0"
         if self.mass == 0.0:
             return ""
         try:
-            inertia = RotationalInertia(Ixx, Iyy, Izz, *products)
+            inertia = RotationalInertia(Ixx, Iyy, Izz, Ixy, Ixz, Iyz)
             SpatialInertia.MakeFromCentralInertia(self.mass, np.zeros(3), inertia)
         except (RuntimeError, ValueError):
-            return f"has {self._describe_impossible()}"
+            if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
+                return f"has an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
+            a, b, c = np.linalg.eigvalsh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+            return (
+                f"has products of inertia no solid can have (Ixy, Ixz, Iyz {Ixy:g}, {Ixz:g}, {Iyz:g} kg m^2, which "
+                f"make the principal moments {a:.4g}, {b:.4g}, {c:.4g}; none may be negative or exceed the sum of "
+                "the others)"
+            )
         return ""
-
-    def _describe_impossible(self) -> str:
-        """Describes the impossible moments, or the products where these are at fault."""
-        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
-        if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
-            return f"an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
-        matrix = np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
-        a, b, c = np.linalg.eigvalsh(matrix)
-        return (
-            f"products of inertia no solid can have (Ixy, Ixz, Iyz {Ixy:g}, {Ixz:g}, {Iyz:g} kg m^2, which make the "
-            f"principal moments {a:.4g}, {b:.4g}, {c:.4g}; none may be negative or exceed the sum of the others)"
-        )
 
 
 class Visual(NamedTuple):
-    """Shape that a file draws on a link.
+    """Shape that a file draws on a link."""
 
-    Attributes:
-        shape: ``mesh``, ``box``, ``cylinder``, ``sphere``, ``ellipsoid`` or ``capsule``.
-        sizes: Scale of a mesh, edges of a box, radius and length of a cylinder or capsule, radii, [m].
-        place: Position in the link's frame, (3,), [m].
-        rpy: Roll, pitch and yaw in the link's frame, (3,), [rad].
-        mesh: Name of the mesh in the file; empty for none.
-        colour: Red, green, blue, opacity; None where the file gives none.
-    """
-
-    shape: str
+    shape: str  # ``mesh``, ``box``, ``cylinder``, ``sphere``, ``ellipsoid`` or ``capsule``
+    # Scale of a mesh, edges of a box, radius and length of a cylinder or capsule, radii, [m].
     sizes: tuple[float, ...]
-    place: tuple[float, ...]
-    rpy: tuple[float, ...]
-    mesh: str = ""
-    colour: tuple[float, ...] | None = None
+    place: tuple[float, ...]  # position in the link's frame, (3,), [m]
+    rpy: tuple[float, ...]  # roll, pitch and yaw in the link's frame, (3,), [rad]
+    mesh: str = ""  # name of the mesh in the file; empty for none
+    colour: tuple[float, ...] | None = None  # red, green, blue, opacity; None where the file gives none
 
 
 @dataclass
 class Description:
-    """Contents of a robot's file, which its reader fills in.
-
-    Attributes:
-        path: Path of the file.
-        kind: ``urdf``, ``sdf``, ``mjcf`` or ``directives``.
-        text: Text that Drake parses, without elements that do not concern motion.
-        joints: Data of joints, by name.
-        inertials: Inertias of links, by name, where they are written out.
-        faults: Faults of link inertias that cannot be used, by link; those inertias are removed from the text.
-        visuals: Shapes drawn, by link.
-        dropped: Descriptions of omitted content, one sentence each.
-        undrawn: Links with a shape in the file that is not imported.
-        frames: Names of frames that are declared separately from links.
-        sources: Other files that are included.
-    """
+    """Contents of a robot's file, which its reader fills in."""
 
     path: Path
-    kind: str
-    text: str = ""
-    joints: dict[str, JointNotes] = field(default_factory=dict)
+    kind: str  # ``urdf``, ``sdf``, ``mjcf`` or ``directives``
+    text: str = ""  # text that Drake parses, without elements that do not concern motion
+    joints: dict[str, JointNotes] = field(default_factory=dict)  # data of joints, by name
+    # Inertias of links, by name, where they are written out.
     inertials: dict[str, Inertial] = field(default_factory=dict)
+    # Faults of link inertias that cannot be used, by link; those inertias are removed from the text.
     faults: dict[str, str] = field(default_factory=dict)
-    visuals: dict[str, tuple[Visual, ...]] = field(default_factory=dict)
-    dropped: list[str] = field(default_factory=list)
-    undrawn: set[str] = field(default_factory=set)
-    frames: set[str] = field(default_factory=set)
-    sources: tuple[Path, ...] = ()
+    visuals: dict[str, tuple[Visual, ...]] = field(default_factory=dict)  # shapes drawn, by link
+    dropped: list[str] = field(default_factory=list)  # descriptions of omitted content, one sentence each
+    undrawn: set[str] = field(default_factory=set)  # links with a shape in the file that is not imported
+    frames: set[str] = field(default_factory=set)  # names of frames that are declared separately from links
+    sources: tuple[Path, ...] = ()  # other files that are included
 
     def add_visuals(self, link: str, shapes: Sequence[Visual | None]) -> None:
         """Adds the shapes of a link; None stands for one that is not imported."""

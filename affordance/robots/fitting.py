@@ -57,16 +57,11 @@ class TaskFit(NamedTuple):
 
 
 class Holding(NamedTuple):
-    """Largest static load of the arm in its home posture.
+    """Largest static load of the arm in its home posture."""
 
-    Attributes:
-        load: Largest fraction of a torque limit, that of the joint.
-        object_name: Object that causes it, of that mass, [kg]; empty for the empty hand.
-    """
-
-    load: float
+    load: float  # largest fraction of a torque limit, that of the joint
     joint: str
-    object_name: str
+    object_name: str  # object that causes it, of that mass, [kg]; empty for the empty hand
     mass: float
 
 
@@ -135,11 +130,7 @@ def fit_path(models: Path, simulate: SimulatePath) -> TaskFit:
     settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
-
-    def find_lack(path: TimedPath) -> str:
-        return _find_lack(model, path, tools, settings, simulate)
-
-    return _fit_easier(PATH, asked, _PACES, find_lack)
+    return _fit_easier(PATH, asked, _PACES, lambda path: _find_lack(model, path, tools, settings, simulate))
 
 
 def fit_carry(models: Path) -> TaskFit:
@@ -151,9 +142,8 @@ def fit_carry(models: Path) -> TaskFit:
     model = ArmModel(load_arm(settings.arm))
     tools = list_held(models, ("tools/novel.yaml",))
     # What cannot be borne at rest at the start cannot be carried anywhere.
-    first_lack = _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings)
-    if first_lack:
-        return TaskFit((), first_lack)
+    if lack := _find_lack_of_carrying(model, Keep(asked.duration, asked.path.start), tools, settings):
+        return TaskFit((), lack)
 
     def find_lack(path: TimedPath) -> str:
         return _find_lack_of_carrying(model, replace(asked, path=path), tools, settings)

@@ -5,6 +5,7 @@ reach is free, as the base is turned instead. Frames: H the hand, S the origin o
 """
 
 import itertools
+import operator
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -45,27 +46,16 @@ _ENDLESS = np.pi
 
 
 class HomePosture(NamedTuple):
-    """Home posture for holding objects.
+    """Home posture for holding objects."""
 
-    Attributes:
-        q: Joint angles, (num_joints,), [rad].
-        load: Largest fraction of a torque limit, with TEST_MASS in the hand.
-        empty_load: Largest fraction of a torque limit with an empty hand.
-        payload: Largest mass supported at rest, centred at TEST_DISTANCE, [kg].
-        weakest: Joint that limits the payload.
-        reach: Distance from shoulder to hand, as a fraction of the arm's length.
-        length: Length of the arm from the shoulder, [m].
-        smallest_singular_value: Least singular value of the Jacobian of the hand's position, [m/rad].
-    """
-
-    q: Array
-    load: float
-    empty_load: float
-    payload: float
-    weakest: str
-    reach: float
-    length: float
-    smallest_singular_value: float
+    q: Array  # joint angles, (num_joints,), [rad]
+    load: float  # largest fraction of a torque limit, with TEST_MASS in the hand
+    empty_load: float  # largest fraction of a torque limit with an empty hand
+    payload: float  # largest mass supported at rest, centred at TEST_DISTANCE, [kg]
+    weakest: str  # joint that limits the payload
+    reach: float  # distance from shoulder to hand, as a fraction of the arm's length
+    length: float  # length of the arm from the shoulder, [m]
+    smallest_singular_value: float  # least singular value of the Jacobian of the hand's position, [m/rad]
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
@@ -134,10 +124,9 @@ def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
 
     if not np.isnan(fixed).any():
         return measure(fixed)
-    best: tuple[float, HomePosture] | None = None
-    singular: tuple[float, HomePosture] | None = None
+    found: list[tuple[bool, float, HomePosture]] = []  # each after whether it is nearly singular, and its cost
     for cone, reach in itertools.product(_CONES, _REACHES):
-        if cone > _CONES[0] and (best or singular) is not None:
+        if cone > _CONES[0] and found:
             break
         for start in range(_STARTS):
             guess = middle if start == 0 else rng.uniform(*bounds)
@@ -146,20 +135,16 @@ def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
                 continue
             posture = measure(q)
             cost = posture.load + _OFF_CENTRE * float(np.mean(((q - middle) / half) ** 2))
-            if posture.smallest_singular_value < _LEAST_SINGULAR * length:
-                if singular is None or cost < singular[0]:
-                    singular = cost, posture
-            elif best is None or cost < best[0]:
-                best = cost, posture
-        if best is not None and best[1].load <= _ENOUGH:
+            found.append((posture.smallest_singular_value < _LEAST_SINGULAR * length, cost, posture))
+        found = [min(found, key=operator.itemgetter(0, 1))] if found else []
+        if found and not found[0][0] and found[0][2].load <= _ENOUGH:
             break
-    best = best or singular
-    if best is None:
+    if not found:
         joints = f"its {arm.num_joints} joints ({', '.join(arm.joint_names)})"
         problem = f"finds no posture of {joints} with the hand level and pointing away from the shoulder"
         more = "" if arm.num_joints >= _FEWEST_FREE else ", or more joints with --base or another --tip"
         raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis{more}")
-    return best[1]
+    return found[0][2]
 
 
 def _measure_reach(model: ArmModel, shoulder: Frame, q: Array) -> float:

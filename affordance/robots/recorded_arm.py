@@ -18,7 +18,7 @@ from affordance.robots.chain import find_chain, group_bodies
 from affordance.robots.description import Description
 from affordance.robots.frozen import freeze
 from affordance.robots.reader import read_robot
-from affordance.robots.tree import RobotTree, build_tree, list_joints_above
+from affordance.robots.tree import RobotTree, build_tree
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> SerialChain:
@@ -54,7 +54,7 @@ def _build_directives(path: Path) -> RobotTree:
     plant = MultibodyPlant(0.0)
     parse_arm(plant, path)
     plant.Finalize()
-    return RobotTree(Description(path, "directives"), plant, list_joints_above(plant), ())
+    return RobotTree(Description(path, "directives"), plant)
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:

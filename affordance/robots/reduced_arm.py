@@ -60,64 +60,38 @@ class ImportOptions:
 
 @dataclass(frozen=True)
 class ReducedLink:
-    """Link of the arm, and the joint that carries it.
+    """Link of the arm, and the joint that carries it."""
 
-    Attributes:
-        name: Name of the joint's own link.
-        joint: Name of the joint.
-        X_PL: Pose of L in the previous link, B for the first, with the joint at zero.
-        axis: Axis of the joint, in L, (3,).
-        lower: Lower position limit, [rad].
-        upper: Upper position limit, [rad].
-        velocity: Velocity limit, [rad/s].
-        effort: Torque limit, [N m].
-        damping: Damping, [N m s/rad].
-        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
-        inertial: Inertia of all that moves with the link, in L.
-        bodies: Names of the merged links, the joint's own first, with their poses in L.
-    """
-
-    name: str
+    name: str  # name of the joint's own link
     joint: str
-    X_PL: RigidTransform
-    axis: tuple[float, ...]
-    lower: float
-    upper: float
-    velocity: float
-    effort: float
-    damping: float
-    rotor_inertia: float
-    inertial: Inertial
+    X_PL: RigidTransform  # pose of L in the previous link, B for the first, with the joint at zero
+    axis: tuple[float, ...]  # axis of the joint, in L, (3,)
+    lower: float  # position limit, [rad]
+    upper: float  # position limit, [rad]
+    velocity: float  # velocity limit, [rad/s]
+    effort: float  # torque limit, [N m]
+    damping: float  # [N m s/rad]
+    rotor_inertia: float  # reflected inertia of rotor and gears at the joint, [kg m^2]
+    inertial: Inertial  # inertia of all that moves with the link, in L
+    # Names of the merged links, the joint's own first, with their poses in L.
     bodies: tuple[tuple[str, RigidTransform], ...]
 
 
 @dataclass(frozen=True)
 class ReducedArm:
-    """Arm fixed to the world.
-
-    Attributes:
-        tree: Robot.
-        chain: Joints of the arm in the robot.
-        options: Options of the import.
-        X_WB: Pose of the base, as read with the robot's root upright at the world's origin.
-        links: Links from base to tip.
-        X_LT: Pose of the tip's frame of the file in the last link.
-        X_LH: Pose of the hand in the last link: the tip's, turned so that Hx points out of the hand.
-        out_axis: Axis of the tip's frame that points out of the hand, such as ``-z``.
-        base_bodies: Names of the base and the links above it, with their poses in B.
-        frozen: Values of the frozen joints, [rad] or [m].
-    """
+    """Arm fixed to the world."""
 
     tree: RobotTree
-    chain: Chain
+    chain: Chain  # joints of the arm in the robot
     options: ImportOptions
-    X_WB: RigidTransform
-    links: tuple[ReducedLink, ...]
-    X_LT: RigidTransform
-    X_LH: RigidTransform
-    out_axis: str
+    X_WB: RigidTransform  # pose of the base, as read with the robot's root upright at the world's origin
+    links: tuple[ReducedLink, ...]  # links from base to tip
+    X_LT: RigidTransform  # pose of the tip's frame of the file in the last link
+    X_LH: RigidTransform  # pose of the hand in the last link: the tip's, turned so that Hx points out of the hand
+    out_axis: str  # axis of the tip's frame that points out of the hand, such as ``-z``
+    # Names of the base and the links above it, with their poses in B.
     base_bodies: tuple[tuple[str, RigidTransform], ...]
-    frozen: Mapping[str, float]
+    frozen: Mapping[str, float]  # values of the frozen joints, [rad] or [m]
 
     @property
     def base(self) -> str:

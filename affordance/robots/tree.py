@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from logging.handlers import BufferingHandler
 from pathlib import Path
 
@@ -21,17 +22,17 @@ _DRAKE_NAMES = {"urdf": "urdf", "sdf": "sdf", "mjcf": "xml"}
 
 @dataclass(frozen=True)
 class RobotTree:
-    """Bodies and joints of a robot as Drake parses it, with its warnings as remarks.
-
-    Attributes:
-        plant: Finalized plant, without geometry, every root welded to the world.
-        joints_above: Joint that carries each body, by body.
-    """
+    """Bodies and joints of a robot as Drake parses it, with its warnings as remarks."""
 
     description: Description
-    plant: MultibodyPlant
-    joints_above: dict[BodyIndex, Joint]
-    remarks: tuple[str, ...]
+    plant: MultibodyPlant  # finalized plant, without geometry, every root welded to the world
+    remarks: tuple[str, ...] = ()
+
+    @cached_property
+    def joints_above(self) -> dict[BodyIndex, Joint]:
+        """Joint that carries each body, by body."""
+        joints = map(self.plant.get_joint, self.plant.GetJointIndices())
+        return {joint.child_body().index(): joint for joint in joints}
 
     def climb(self, body: RigidBody) -> Iterator[Joint]:
         """Lists the joints from a body up to the world."""
@@ -100,24 +101,19 @@ def build_tree(description: Description) -> RobotTree:
     with _collect_remarks() as collector:
         try:
             Parser(plant).AddModelsFromString(description.text, _DRAKE_NAMES[description.kind])
-            _check_is_tree(description.path, plant)
-            joints = [plant.get_joint(index) for index in plant.GetJointIndices()]
-            hanging = {joint.child_body().index() for joint in joints}
-            for index in map(BodyIndex, range(1, plant.num_bodies())):
-                if index not in hanging:
-                    plant.WeldFrames(plant.world_frame(), plant.get_body(index).body_frame())
+            for root in _list_roots(description.path, plant):
+                plant.WeldFrames(plant.world_frame(), root.body_frame())
             plant.Finalize()
         except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits where its own checks fail
             raise ModelFileError(description.path, f"cannot be parsed: {_clean(str(error))}") from error
-    joints_above = list_joints_above(plant)
-    if not any(joint.num_velocities() for joint in joints_above.values()):
+    if not any(plant.get_joint(index).num_velocities() for index in plant.GetJointIndices()):
         raise ModelFileError(description.path, "has no joint that moves")
     remarks = dict.fromkeys(_clean(record.getMessage()) for record in collector.buffer)
-    return RobotTree(description, plant, joints_above, tuple(remarks))
+    return RobotTree(description, plant, tuple(remarks))
 
 
-def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
-    """Rejects a link with two parent joints, and loops of joints."""
+def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
+    """Lists the links that no joint carries; rejects a link with two parent joints, and loops of joints."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -133,6 +129,8 @@ def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
                 problem = "is part of a loop of joints, must be connected to the robot's root"
                 raise BadValueError(path, f"link {plant.get_body(body).name()}", problem)
             seen.add(body)
+    bodies = map(plant.get_body, map(BodyIndex, range(1, plant.num_bodies())))
+    return [body for body in bodies if body.index() not in above]
 
 
 def _clean(text: str) -> str:
@@ -143,12 +141,6 @@ def _clean(text: str) -> str:
     return re.sub(
         r"(<(literal|data)-string>)?(\.(urdf|sdf|xml))?(:\d+)?: (?=error|warning)|(error|warning): ", "", text
     )
-
-
-def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:
-    """Lists the joint that carries each body of a finalized plant."""
-    joints = map(plant.get_joint, plant.GetJointIndices())
-    return {joint.child_body().index(): joint for joint in joints}
 
 
 @contextmanager
