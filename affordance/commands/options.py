@@ -17,8 +17,7 @@ from affordance.named_settings import change_settings, list_settings, parse_chan
 from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
-from affordance.robots.frozen import parse_values
-from affordance.robots.importer import AXES, ImportOptions, parse_spread
+from affordance.robots.importer import AXES, ImportOptions, parse_values
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
@@ -214,8 +213,8 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         base=arguments.base,
         out_axis=arguments.out_axis,
         posture=parse_values("--posture", arguments.posture),
-        rotor_inertia=parse_spread("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2", may_be_zero=True),
-        effort=parse_spread("--effort", arguments.effort, unit="N m", may_be_zero=False),
+        rotor_inertia=parse_values("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2"),
+        effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),
         damping=arguments.damping == "file",
         height=arguments.base_height,
         up=arguments.up,

@@ -1,8 +1,7 @@
 """Positions at which joints outside the arm are frozen."""
 
 import difflib
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint
@@ -11,28 +10,6 @@ from pydrake.systems.framework import Context
 from affordance.exceptions import BadValueError
 from affordance.robots.chain import Chain
 from affordance.robots.tree import RobotTree
-
-
-def parse_values(option: str, words: Sequence[str], *, may_be_all: bool = False) -> dict[str, float]:
-    """Parses words such as ``elbow=0.3``, or if ``may_be_all`` a number alone, for every joint (the empty name).
-
-    A word of another form, or a joint that is named twice, raises a BadValueError of the option.
-    """
-    values: dict[str, float] = {}
-    for word in words:
-        name, equals, text = word.rpartition("=")
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        is_named = bool(equals) or not may_be_all
-        if not math.isfinite(value) or (is_named and not name):
-            form = "JOINT=VALUE" if is_named else "a number or JOINT=VALUE"
-            raise BadValueError(option, "", f"is {word!r}, must be {form}")
-        if name in values:
-            raise BadValueError(option, "", f"gives {name or '*'} twice")
-        values[name] = value
-    return values
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:

@@ -1,5 +1,7 @@
-"""Extraction of an arm from a robot's file, with a home posture; nothing is written here."""
+"""Extraction of an arm from a robot's file, by the options of an import; nothing is written here."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +11,7 @@ from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import turn_base
 from affordance.robots.chain import find_chain
-from affordance.robots.frozen import check_posture, freeze, parse_values
+from affordance.robots.frozen import check_posture, freeze
 from affordance.robots.home import HomePosture, find_home, plant_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
@@ -56,17 +58,29 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     return replace(arm, X_WB=turn_base(arm.X_WB, R_WH, options.height)), home
 
 
-def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
-    """Parses ``0.1``, which applies to every joint (the empty name), or words such as ``elbow=0.1``.
+def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_zero: bool = True) -> dict[str, float]:
+    """Parses words such as ``elbow=0.3``, or with a unit a number alone, for every joint (the empty name).
 
-    Another form, a negative value, or zero where it is not allowed, raises a BadValueError with the unit.
+    Another form, a joint named twice, or with a unit a negative value or a zero that may not be, is a BadValueError.
     """
-    values = parse_values(option, words, may_be_all=True)
-    for name, value in values.items():
-        if value < 0.0 or (value == 0.0 and not may_be_zero):
+    values: dict[str, float] = {}
+    for word in words:
+        name, equals, text = word.rpartition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        is_named = bool(equals) or not unit
+        if not math.isfinite(value) or (is_named and not name):
+            form = "JOINT=VALUE" if is_named else "a number or JOINT=VALUE"
+            raise BadValueError(option, "", f"is {word!r}, must be {form}")
+        if name in values:
+            raise BadValueError(option, "", f"gives {name or '*'} twice")
+        if unit and (value < 0.0 or (value == 0.0 and not may_be_zero)):
             bound = "at least 0" if may_be_zero else "more than 0"
             where = f" for {name}" if name else ""
             raise BadValueError(option, "", f"is {value:g}{where}, must be {bound} {unit}")
+        values[name] = value
     return values
 
 

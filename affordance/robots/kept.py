@@ -88,14 +88,8 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     the file.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    program = sorted(_PROGRAM.glob("*.py"))
-    for file in (
-        path,
-        *read_robot(path).sources,
-        *program,
-        *list_model_files(MODELS),
-        *sorted((MODELS / "tasks").glob("*.yaml")),
-    ):
+    files = [path, *read_robot(path).sources, *sorted(_PROGRAM.glob("*.py")), *list_model_files(MODELS)]
+    for file in (*files, *sorted((MODELS / "tasks").glob("*.yaml"))):
         digest.update(file.name.encode())
         digest.update(read_bytes(file, MESH))
     folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")

@@ -32,7 +32,8 @@ _THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
 # Significant digits of positions: a hundredth of a millimetre on a link of a metre.
 _DIGITS = 5
 _FOLDER = "meshes"
-_PACKAGE = "package://"
+
+type _Part = tuple[Any, tuple[float, ...]]  # mesh, and its colour
 
 
 @dataclass
@@ -53,7 +54,7 @@ def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
     groups = [(BASE, arm.base_bodies), *zip(name_links(arm), (link.bodies for link in arm.links), strict=True)]
     for (name, bodies), X_next in zip(groups, ends, strict=True):
         drawn: list[Visual] = []
-        meshed: list[tuple[Any, tuple[float, ...]]] = []
+        meshed: list[_Part] = []
         for body, X_LB in bodies:
             for shape in shapes.get(body, ()):
                 X_LV = X_LB @ RigidTransform(RollPitchYaw(np.array(shape.rpy)), np.array(shape.place))
@@ -81,21 +82,15 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
     ``package://`` and ``model://`` names are searched for in every folder above the file, with and without the
     package's own name; other names in the file's folder.
     """
-    for scheme in (_PACKAGE, "model://", "file://"):
-        if name.startswith(scheme):
-            inside = name.removeprefix(scheme)
-            tails = [inside, inside.partition("/")[2]]
-            candidates = [folder / tail for folder in path.absolute().parents for tail in tails if tail]
-            candidates.insert(0, Path(inside))
-            break
-    else:
-        candidates = [path.parent / name]
+    candidates = [path.parent / name]
+    scheme, separator, inside = name.partition("://")
+    if separator and scheme in ("package", "model", "file"):
+        tails = [tail for tail in (inside, inside.partition("/")[2]) if tail]
+        candidates = [Path(inside), *(folder / tail for folder in path.absolute().parents for tail in tails)]
     return next((candidate for candidate in candidates if candidate.is_file()), None)
 
 
-def _load_mesh(
-    shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
-) -> list[tuple[Any, tuple[float, ...]]]:
+def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[_Part]:
     """Loads the triangles of a mesh in the link's frame, each part with its colour; adds remarks on failures."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
@@ -117,11 +112,7 @@ def _load_mesh(
     if not parts:
         appearance.remarks.append(f"the mesh {file.name} cannot be read (it holds no triangles)")
     X = X_LV.GetAsMatrix4() @ np.diag([*shape.sizes, 1.0])
-    found = []
-    for part in parts:
-        part.apply_transform(X)
-        found.append((part, shape.colour or _find_colour(part)))
-    return found
+    return [(part.apply_transform(X), shape.colour or _find_colour(part)) for part in parts]
 
 
 def _find_colour(part: Any) -> tuple[float, ...]:
@@ -138,11 +129,11 @@ def _find_colour(part: Any) -> tuple[float, ...]:
     return red, green, blue, 1.0
 
 
-def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appearance: Appearance) -> list[Visual]:
+def _write_meshes(link: str, parts: list[_Part], appearance: Appearance) -> list[Visual]:
     """Writes the triangles of a link, one file per colour."""
     import trimesh
 
-    groups: dict[tuple[int, ...], list[tuple[Any, tuple[float, ...]]]] = {}
+    groups: dict[tuple[int, ...], list[_Part]] = {}
     for part, colour in parts:
         key = tuple(int(value / _COLOUR_STEP) for value in colour)
         groups.setdefault(key, []).append((part, colour))

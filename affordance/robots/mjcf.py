@@ -139,9 +139,9 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
 def _list_dropped(root: Element, shifted: list[str]) -> list[str]:
     """Lists the parts of the model that are not imported."""
     sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
-    said = (
-        [f"sections {', '.join(sections)} of the file, but for torques and couplings of joints"] if sections else []
-    )
+    said = []
+    if sections:
+        said.append(f"sections {', '.join(sections)} of the file, but for torques and couplings of joints")
     if shifted:
         said.append(f"the reference angle of {', '.join(shifted)}: angles count from the pose that the file draws")
     changed = [name for name in _OF_MASSES if root.find(f"compiler[@{name}]") is not None]

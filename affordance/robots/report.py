@@ -79,27 +79,21 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
-        tasks = ReportPart("Tasks", ["not adapted"])
-    elif not fitted.changes:
-        tasks = ReportPart(
-            "Tasks", ["paths, blow and objects are feasible" if not fitted.lacks else "nothing was changed"]
-        )
+        adapted = "not adapted"
+    elif fitted.changes:
+        adapted = "changed to what is feasible:"
     else:
-        table = [
-            (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes
-        ]
-        tasks = ReportPart(
-            "Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table]
-        )
-    lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
+        adapted = "nothing was changed" if fitted.lacks else "paths, blow and objects are feasible"
+    changes, lacks = fitted or ((), {})
+    table = [(each.file, each.key, show(each.old), show(each.new), each.why) for each in changes]
     parts = [
         ReportPart("Imported", [*_list_taken(arm)], [head, *rows]),
         ReportPart("Home posture", holding),
         ReportPart("Assumed", [*_list_assumed(arm)]),
         ReportPart("Left out", [*list_dropped(arm)]),
         ReportPart("Warnings", [*list_warnings(arm, home)]),
-        tasks,
-        ReportPart("Infeasible", lacks),
+        ReportPart("Tasks", [adapted], [("file", "value", "old", "new", "why"), *table] if table else ()),
+        ReportPart("Infeasible", [f"{name}: {why}" for name, why in lacks.items()]),
         ReportPart("Shapes", looks),
     ]
     return [part for part in parts if part.sentences]
@@ -125,13 +119,12 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
         f"the base is fixed to the world, {options.up} of the robot's root pointing up, and turned so that the hand "
         "points forward"
     )
-    frozen = arm.frozen
-    if frozen:
-        listed = [f"{name} at {value:.4g}" for name, value in frozen.items() if value or name in options.posture]
-        rest = len(frozen) - len(listed)
+    if arm.frozen:
+        listed = [f"{name} at {value:.4g}" for name, value in arm.frozen.items() if value or name in options.posture]
         shown = ", ".join([*listed[:_MANY], *([f"{len(listed) - _MANY} more"] if len(listed) > _MANY else [])])
-        zero = f"{rest} at 0" if rest else ""
-        yield f"{len(frozen)} other joints are frozen: {'; '.join(part for part in (shown, zero) if part)}"
+        rest = len(arm.frozen) - len(listed)
+        parts = filter(None, (shown, f"{rest} at 0" if rest else ""))
+        yield f"{len(arm.frozen)} other joints are frozen: {'; '.join(parts)}"
     free = [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]
     if free:
         yield f"no position limit: {', '.join(free)}"

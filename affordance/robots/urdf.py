@@ -52,9 +52,7 @@ def read_urdf(path: Path, root: Element) -> Description:
         if dynamics is not None:
             for attribute in set(dynamics.attrib) - {"damping"}:
                 del dynamics.attrib[attribute]
-    for child in list(root):
-        if child.tag not in ("link", "joint"):
-            root.remove(child)
+    remove_children(root, {child.tag for child in root} - {"link", "joint"})
     if others:
         robot.dropped.append(f"elements {', '.join(sorted(others))} of the file, which do not concern motion")
     root.attrib.setdefault("name", path.stem)  # which Drake insists on

@@ -7,7 +7,7 @@ from helpers.refusals import refuse
 from helpers.robot_files import SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
-from affordance.robots.importer import ImportOptions, extract_arm, parse_spread
+from affordance.robots.importer import ImportOptions, extract_arm, parse_values
 from affordance.robots.report import list_dropped
 
 TIP = ImportOptions("right_tool")
@@ -61,8 +61,8 @@ def test_mimic_and_prismatic_end_a_chain(tmp_path: Path) -> None:
 
 
 def test_values_for_joints_are_of_one_or_of_all() -> None:
-    assert parse_spread("--option", ["0.1", "elbow=0.2"], unit="N m", may_be_zero=True) == {"": 0.1, "elbow": 0.2}
-    assert parse_spread("--option", ["0"], unit="N m", may_be_zero=True) == {"": 0.0}
+    assert parse_values("--option", ["0.1", "elbow=0.2"], unit="N m") == {"": 0.1, "elbow": 0.2}
+    assert parse_values("--option", ["0"], unit="N m") == {"": 0.0}
 
 
 def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Path) -> None:
