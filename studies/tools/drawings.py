@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
 
@@ -14,11 +13,10 @@ from affordance.reporting.formatting import fold
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from studies.tools.data_set import Half
-from studies.tools.first_touch import Prediction
-from studies.tools.numbers import BELIEFS
+from studies.tools.pictures import draw_intervals
 from studies.tools.seen import Source
 from studies.tools.study import Choices, ToolsResult
-from studies.tools.which_end import TRUE
+from studies.tools.which_end import AFTER, BEFORE, ONE_DENSITY
 
 _SOURCE_NAMES = {
     Source.CAD: "drawing",
@@ -38,16 +36,17 @@ _METHOD_NAMES = {
 _SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
 # Colours of right and wrong choices.
 _RIGHT, _WRONG = "#D5EBDD", "#F6D9CC"
+_BELIEF_NAMES = {BEFORE: "before", AFTER: "after", ONE_DENSITY: "one density"}
 _TASK_NAMES = {"hammer": "driving a nail", "reach": "reaching"}
 
 
 def save_figures(result: ToolsResult, folder: Path) -> None:
     """Draws all figures for which there are results into a folder."""
-    save_figure(draw_grips(result.own), folder, "grips")
-    save_figure(draw_holding(result.own, result.config.models / ARM.name), folder, "holding")
+    save_figure(draw_grips(result.choices["own"]), folder, "grips")
+    save_figure(draw_holding(result.choices["own"], result.config.models / ARM.name), folder, "holding")
     write_blows(result, folder / "blows.html")
-    if result.hammers is not None:
-        save_figure(draw_grips(result.hammers), folder, "grips_data_set")
+    if "data set" in result.choices:
+        save_figure(draw_grips(result.choices["data set"]), folder, "grips_data_set")
     if result.scores:
         save_figure(draw_first_touch(result), folder, "first_touch")
         save_figure(draw_measures(result), folder, "measures")
@@ -57,8 +56,8 @@ def save_figures(result: ToolsResult, folder: Path) -> None:
 def write_blows(result: ToolsResult, path: Path) -> None:
     """Writes the simulated blows as an animated page, slower and enlarged around the strike."""
     scenes = []
-    for choices in (result.own, result.hammers):
-        for checked in () if choices is None else choices.blows:
+    for choices in result.choices.values():
+        for checked in choices.blows:
             blow, times = checked.blow, checked.blow.record.times
             strike = blow.strike.time_of_strike
             scenes.append(
@@ -84,8 +83,11 @@ def draw_first_touch(result: ToolsResult) -> Figure:
     for axes, source in zip(all_axes, sources, strict=True):
         for half, colour in ((Half.LEARNING, OBJECT_COLOURS[3]), (Half.TEST, OBJECT_COLOURS[0])):
             if (source, 1, half) in shown:
-                names = "left out of the learning half" if half is Half.LEARNING else "test half"
-                _draw_masses(axes, shown[source, 1, half], result, colour, names)
+                predictions = shown[source, 1, half]
+                true = [result.truths[name].mass for name in predictions]
+                masses = np.array([each.mass for each in predictions.values()])
+                label = "left out of the learning half" if half is Half.LEARNING else "test half"
+                draw_intervals(axes, true, masses, colour, label, markersize=4.0, linewidth=1.0, capsize=2.0)
         low, high = 0.005, 1.5
         axes.plot([low, high], [low, high], color="#888888", linewidth=1.0, zorder=0)
         axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(low, 2.0 * high))
@@ -95,25 +97,6 @@ def draw_first_touch(result: ToolsResult) -> Figure:
     all_axes[0].set_ylabel("mass predicted before it is touched (kg)")
     tidy(*all_axes)
     return figure
-
-
-def _draw_masses(
-    axes: Axes, predictions: dict[str, Prediction], result: ToolsResult, colour: str, label: str
-) -> None:
-    names = list(predictions)
-    true = np.array([result.truths[name].mass for name in names])
-    low, middle, high = np.array([predictions[name].mass for name in names]).T
-    axes.errorbar(
-        true,
-        middle,
-        yerr=[middle - low, high - middle],
-        fmt="o",
-        color=colour,
-        markersize=4.0,
-        linewidth=1.0,
-        capsize=2.0,
-        label=label,
-    )
 
 
 def draw_measures(result: ToolsResult) -> Figure:
@@ -171,31 +154,28 @@ def draw_grips(choices: Choices) -> Figure:
     """Draws a table of the grip that is chosen, right or wrong, by task, tool, geometry and belief."""
     tasks = list(dict.fromkeys(task for task, _, _ in choices.rankings))
     rows = [(task, tool.name) for task in tasks for tool in choices.tools]
-    columns = [(geometry, belief) for geometry in ("drawing", "pictures") for belief in BELIEFS]
+    columns = [(geometry, belief) for geometry in ("drawing", "pictures") for belief in _BELIEF_NAMES]
     figure = Figure(figsize=(11.0, 0.6 + 0.5 * (len(rows) + 1)))
     axes = figure.subplots()
     axes.axis("off")
     texts, colours = [], []
     for task, tool in rows:
-        right = choices.rankings[task, "drawing", TRUE].find_best_grip(tool)
-        ranked = [choices.rankings[task, geometry, belief] for geometry, belief in columns]
-        chosen = [ranking.find_best_grip(tool) for ranking in ranked]
-        shares = [
-            {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool)}[grip]
-            for ranking, grip in zip(ranked, chosen, strict=True)
-        ]
-        signs = ["✓" if grip == right else "✗" for grip in chosen]
+        right = choices.find_right(task, tool)
+        chosen = [choices.rankings[task, geometry, belief].list_of(tool)[0] for geometry, belief in columns]
+        hits = [each.option.grip == right for each in chosen]
         texts.append(
-            [fold(f"{sign} {grip}, {share:.2f}", 20) for sign, grip, share in zip(signs, chosen, shares, strict=True)]
+            [
+                fold(f"{'✓' if hit else '✗'} {each.option.grip}, {each.p_best_of_tool:.2f}", 20)
+                for hit, each in zip(hits, chosen, strict=True)
+            ]
         )
-        colours.append([_RIGHT if grip == right else _WRONG for grip in chosen])
-    words = dict(zip(BELIEFS, ("before", "after", "one density"), strict=True))
+        colours.append([_RIGHT if hit else _WRONG for hit in hits])
     table = axes.table(
         cellText=texts,
         cellColours=colours,
         cellLoc="center",
         rowLabels=[f"{tool.replace('_', ' ')}, {_TASK_NAMES[task]}" for task, tool in rows],
-        colLabels=[f"by {geometry}:\n{words[belief]}" for geometry, belief in columns],
+        colLabels=[f"by {geometry}:\n{_BELIEF_NAMES[belief]}" for geometry, belief in columns],
         bbox=Bbox.unit(),
     )
     table.auto_set_font_size(False)
@@ -205,9 +185,8 @@ def draw_grips(choices: Choices) -> Figure:
 
 def draw_holding(choices: Choices, directives: Path) -> Figure:
     """Renders the arm in its home posture with each tool in the correct grip for driving a nail."""
-    right = choices.rankings["hammer", "drawing", TRUE]
     home = load_arm(directives).home
-    held = [tool.list_gripped()[right.find_best_grip(tool.name)] for tool in choices.tools]
+    held = [tool.list_gripped()[choices.find_right("hammer", tool.name)] for tool in choices.tools]
     pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
     figure = Figure(figsize=(4.6 * len(held), 2.6))
     for axes, tool, picture in zip(figure.subplots(1, len(held), squeeze=False)[0], held, pictures, strict=True):

@@ -1,29 +1,31 @@
 """Numbers of the study: metrics.json, details for each tool, and further facts that the section names."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from studies.tools.data_set import LEARNING, Half
 from studies.tools.observer import HOLDS
-from studies.tools.seen import Outcome, Source
+from studies.tools.seen import Source
 from studies.tools.study import Choices, ToolsResult
-from studies.tools.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
+from studies.tools.which_end import AFTER, ONE_DENSITY, TRUE
 
 _MM = 1e3
 # Names of the four measures of a score that a floor has too.
 _MEASURES = ("ade_g", "alde", "ape", "mnre")
+# Owners of hammers, by the key of the choices about them, as the section names them.
+_WHOSE = {"own": "our own", "data set": "the data set's"}
 
 
 def list_metrics(result: ToolsResult) -> dict[str, Any]:
     """Returns the content of metrics.json; keys that need the data set are empty without it."""
     return {
         "parity": {
-            "mass": _find_largest(each.mass for each in result.parity.values()),
-            "com_mm": _find_largest(_MM * each.com for each in result.parity.values()),
-            "inertia": _find_largest(each.inertia for each in result.parity.values()),
+            "mass": max((each.mass for each in result.parity.values()), default=None),
+            "com_mm": max((_MM * each.com for each in result.parity.values()), default=None),
+            "inertia": max((each.inertia for each in result.parity.values()), default=None),
         },
         "first_touch": [
             {"geometry": source.value, "holds": holds, "half": half.value, **score._asdict()}
@@ -37,12 +39,7 @@ def list_metrics(result: ToolsResult) -> dict[str, Any]:
             for noise, methods in result.records.items()
         },
         "segmented": sum(outcome.made_out for outcome in result.made_out.values()) if result.made_out else None,
-        "grips": [
-            entry
-            for whose, choices in (("own", result.own), ("data set", result.hammers))
-            if choices is not None
-            for entry in _list_grips(whose, choices)
-        ],
+        "grips": [entry for whose, choices in result.choices.items() for entry in _list_grips(whose, choices)],
     }
 
 
@@ -72,12 +69,13 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
             for source, found in (result.predictions[0].at_true_densities.items() if result.predictions else ())
         },
         "not_seen": {name: why for each in result.predictions for name, why in each.not_seen.items()},
-        "made_out": {name: _describe_outcome(outcome) for name, outcome in result.made_out.items()},
-        "made_out_as_painted": {name: _describe_outcome(outcome) for name, outcome in result.painted.items()},
+        **{
+            key: {name: {**each._asdict(), "made_out": each.made_out} for name, each in outcomes.items()}
+            for key, outcomes in (("made_out", result.made_out), ("made_out_as_painted", result.painted))
+        },
         "blows": [
             {name: value for name, value in blow._asdict().items() if name not in ("held", "blow")}
-            for choices in (result.own, result.hammers)
-            if choices is not None
+            for choices in result.choices.values()
             for blow in choices.blows
         ],
         "uncommon": {
@@ -90,8 +88,7 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
 def list_facts(result: ToolsResult) -> dict[str, Any]:
     """Returns what the section names in addition to metrics.json; what was run decides which claims are made."""
     config, has_data = result.config, bool(result.scores)
-    choices = {"our own": result.own, "the data set's": result.hammers if has_data else None}
-    blows = [blow for each in (result.own, result.hammers) if each is not None for blow in each.blows]
+    blows = [blow for choices in result.choices.values() for blow in choices.blows]
     return {
         "records": result.records,  # with NaN where metrics.json has nothing
         "blow_force_error": [abs(blow.force / blow.force_aimed - 1.0) for blow in blows],
@@ -105,7 +102,7 @@ def list_facts(result: ToolsResult) -> dict[str, Any]:
         "lost": [name for name, outcome in result.made_out.items() if not outcome.made_out],
         "num_unsure": sum(len(outcome.unsure) for outcome in result.made_out.values()),
         "made_out_as_painted": [outcome.made_out for outcome in result.painted.values()],
-        "choices": {whose: _count_choices(each) for whose, each in choices.items() if each and each.tools},
+        "choices": {_WHOSE[whose]: _count_choices(each) for whose, each in result.choices.items() if each.tools},
         "motions": [motion._asdict() for motion in result.uncommon.motions],
         "masses": [mass._asdict() for mass in result.uncommon.masses],
     }
@@ -119,22 +116,17 @@ def _list_numbers_of_half(result: ToolsResult, half: Half) -> dict[str, Any]:
         "coverage_mass": [found.coverage_mass for found in drawings],
     }
     if Source.TWO_VIEWS in result.config.sources:
+        of_sight = [each.at_true_densities[Source.TWO_VIEWS] for each in result.predictions]
         names = [name for name in result.truths if (name in LEARNING) == (half is Half.LEARNING)]
+        errors = [each.get(name, np.nan) for each in of_sight for name in names if name in of_sight[0]]
         seen = [result.scores[Source.TWO_VIEWS, holds, half] for holds in HOLDS]
         numbers |= {
-            "sight_error": find_median_error_of_sight(result, Source.TWO_VIEWS, names),
+            "sight_error": float(np.nanmedian(np.abs(np.expm1(errors)))),  # at true densities, relative
             "sight_alde": [found.alde for found in seen],
             "sight_coverage_mass": [found.coverage_mass for found in seen],
             "sight_coverage_com": [found.coverage_com for found in seen],
         }
     return numbers
-
-
-def find_median_error_of_sight(result: ToolsResult, source: Any, names: Iterable[str]) -> float:
-    """Computes the median relative error of mass over tools from sight alone, at true densities."""
-    names = [name for name in names if name in result.predictions[0].at_true_densities[source]]
-    errors = [each.at_true_densities[source].get(name, np.nan) for each in result.predictions for name in names]
-    return float(np.nanmedian(np.abs(np.expm1(errors))))
 
 
 def _collect_predictions(result: ToolsResult) -> dict[Any, dict[str, list[Any]]]:
@@ -152,9 +144,8 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
     for (task, geometry, belief), ranking in choices.rankings.items():
         if belief == TRUE:
             continue
-        right = choices.rankings[task, "drawing", TRUE]
         for tool in choices.tools:
-            chosen = ranking.list_of(tool.name)[0]
+            ranked = ranking.list_of(tool.name)
             entries.append(
                 {
                     "tools": whose,
@@ -162,10 +153,10 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
                     "geometry": geometry,
                     "belief": belief,
                     "tool": tool.name,
-                    "chosen": chosen.option.grip,
-                    "right": right.find_best_grip(tool.name),
-                    "probabilities": {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool.name)},
-                    "p_feasible": {each.option.grip: each.p_feasible for each in ranking.list_of(tool.name)},
+                    "chosen": ranked[0].option.grip,
+                    "right": choices.find_right(task, tool.name),
+                    "probabilities": {each.option.grip: each.p_best_of_tool for each in ranked},
+                    "p_feasible": {each.option.grip: each.p_feasible for each in ranked},
                     "best_tool": ranking.ranked[0].option.object_name == tool.name,
                 }
             )
@@ -174,9 +165,8 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
 
 def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tuple[int, int]:
     """Counts the tools for which the correct grip is chosen; returns that count and the number of tools."""
-    right, ranking = (choices.rankings[task, kind, name] for kind, name in (("drawing", TRUE), (geometry, belief)))
-    hits = sum(ranking.find_best_grip(tool.name) == right.find_best_grip(tool.name) for tool in choices.tools)
-    return hits, len(choices.tools)
+    ranking, names = choices.rankings[task, geometry, belief], [tool.name for tool in choices.tools]
+    return sum(ranking.find_best_grip(name) == choices.find_right(task, name) for name in names), len(names)
 
 
 def _count_choices(choices: Choices) -> list[dict[str, Any]]:
@@ -191,17 +181,6 @@ def _count_choices(choices: Choices) -> list[dict[str, Any]]:
             best_of = {"tool": best.option.object_name, "grip": best.option.grip, "p_best": best.p_best}
             entries.append({"words": words, "geometry": geometry, **known, **best_of})
     return entries
-
-
-BELIEFS = {BEFORE: "before experience", AFTER: "after it", ONE_DENSITY: "one density for everything"}
-
-
-def _describe_outcome(outcome: Outcome) -> dict[str, Any]:
-    return {**outcome._asdict(), "made_out": outcome.made_out}
-
-
-def _find_largest(values: Iterable[float]) -> float | None:
-    return max(values, default=None)
 
 
 def _drop_missing(entries: Mapping[str, Any]) -> dict[str, Any]:

@@ -98,14 +98,12 @@ def run_observer(config: ToolsConfig, data: DataSet, observer: int) -> Predictio
     floors = {
         "one density learned": predict_unfelt(
             judged[last], take_first(felt, 1), alike, one_colour, settings, config.seed + observer
-        ),
-        "all steel": {
-            name: predict_without_experience(drawings[name], STEEL, settings.prior) for name in judged[last]
-        },
-        "all water": {
-            name: predict_without_experience(drawings[name], WATER, settings.prior) for name in judged[last]
-        },
+        )
     }
+    for floor, density in (("all steel", STEEL), ("all water", WATER)):
+        floors[floor] = {
+            name: predict_without_experience(drawings[name], density, settings.prior) for name in judged[last]
+        }
     return Predictions(first_touch, floors, _compare_with_truth(data, features, settings), not_seen)
 
 

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from affordance.objects.array_solids import ColumnSolid
 from affordance.objects.tool import Tool
@@ -26,7 +28,7 @@ _ROOM = 25
 
 def save_pictures(result: ToolsResult, folder: Path) -> None:
     """Draws all pictures of the study into a folder."""
-    tools = [*result.own.tools, *result.uncommon.tools]
+    tools = [*result.choices["own"].tools, *result.uncommon.tools]
     stand = get_turning_stand()
     save_figure(draw_seen(tools, stand, result.config.seed), folder, "seen")
     save_figure(draw_uncommon(result, stand), folder, "uncommon")
@@ -97,20 +99,21 @@ def draw_uncommon(result: ToolsResult, stand: CameraSensor) -> Figure:
     return figure
 
 
+def draw_intervals(
+    axes: Axes, places: ArrayLike, percentiles: ArrayLike, colour: str, label: str | None, **style: Any
+) -> None:
+    """Draws percentiles, (N, 3), of which the middle one is marked and the others are ends of a bar, over places."""
+    low, middle, high = np.transpose(percentiles)
+    axes.errorbar(places, middle, [middle - low, high - middle], fmt="o", color=colour, label=label, **style)
+
+
 def _draw_uncommon_masses(axes: Axes, masses: Sequence[CheckedMass]) -> None:
     for place, mass in enumerate(masses):
-        for offset, (label, (low, middle, high)), colour in zip(
-            (-0.15, 0.15), (("seen", mass.seen), ("held", mass.held)), OBJECT_COLOURS, strict=False
+        for offset, label, interval, colour in (
+            (-0.15, "seen", mass.seen, OBJECT_COLOURS[0]),
+            (0.15, "held", mass.held, OBJECT_COLOURS[1]),
         ):
-            axes.errorbar(
-                [place + offset],
-                [middle],
-                yerr=[[middle - low], [high - middle]],
-                fmt="o",
-                color=colour,
-                capsize=3.0,
-                label=label if place == 0 else None,
-            )
+            draw_intervals(axes, [place + offset], [interval], colour, label if place == 0 else None, capsize=3.0)
         axes.plot([place - 0.3, place + 0.3], [mass.mass] * 2, color="#000000", label=None if place else "true")
     axes.set_xticks(range(len(masses)), [mass.object_name for mass in masses])
     axes.set_xlim(-0.6, len(masses) - 0.4)
@@ -122,17 +125,9 @@ def _draw_uncommon_masses(axes: Axes, masses: Sequence[CheckedMass]) -> None:
 
 def _draw_motions(axes: Axes, motions: Sequence[CheckedMotion]) -> None:
     for place, motion in enumerate(motions):
-        low, middle, high = motion.work
-        if np.isfinite(middle):
-            axes.errorbar(
-                [place],
-                [middle],
-                yerr=[[middle - low], [high - middle]],
-                fmt="o",
-                color=OBJECT_COLOURS[0],
-                capsize=3.0,
-                label="predicted, where the arm can" if place == 0 else None,
-            )
+        if np.isfinite(motion.work).all():
+            label = "predicted, where the arm can" if place == 0 else None
+            draw_intervals(axes, [place], [motion.work], OBJECT_COLOURS[0], label, capsize=3.0)
         label = "simulated, true object" if place == 0 else None
         axes.plot([place], [motion.simulated], "x", color=OBJECT_COLOURS[2], markersize=9.0, label=label)
     names = [f"{each.object_name}\nby {each.grip}\np = {each.p_best:.2f}" for each in motions]

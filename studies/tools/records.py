@@ -5,7 +5,7 @@ bounding box, mean of three; of the rotational inertia about the sensor by that 
 Their program rounds errors of the centre of mass down to whole per cents; here they are not rounded.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -47,7 +47,7 @@ class Errors(NamedTuple):
     mass: float
     com: float
     inertia: float
-    covered: float
+    coverage_mass: float
 
 
 class Subject(NamedTuple):
@@ -102,7 +102,7 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
     return Errors(abs(float(pi[0] / true[0]) - 1.0), float(com.mean()), float(inertia.mean()), covered)
 
 
-def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
+def read_stored(data: DataSet) -> dict[str, dict[str, Errors]]:
     """Reads the errors that the authors stored, by noise and method: means over the tools, as fractions."""
     path, rows = data.stored_results, read_pickle(data.stored_results)
     names = {name.replace(" ", "_") for name in data.tools}
@@ -110,12 +110,8 @@ def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
         rows = [row for row in rows if row[0] in names]
         return {
             noise: {
-                f"{method.lower()}_stored": dict(
-                    zip(
-                        ("mass", "com", "inertia"),
-                        np.mean([row[4] for row in rows if row[1] == method and row[2] == stored], axis=0) / 100.0,
-                        strict=True,
-                    )
+                f"{method.lower()}_stored": _average_stored(
+                    [row[4] for row in rows if row[1] == method and row[2] == stored]
                 )
                 for method in ("HPS", "OLS", "GEO")
             }
@@ -123,6 +119,11 @@ def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
         }
     except (TypeError, IndexError, ValueError) as error:
         raise BadValueError(path, "", f"is no table of results: {error}") from error
+
+
+def _average_stored(percentages: Sequence[Sequence[float]]) -> Errors:
+    mass, com, inertia = np.mean(percentages, axis=0) / 100.0
+    return Errors(mass, com, inertia, float("nan"))
 
 
 def read_parts(path: Path) -> tuple[Array, Array, Array]:

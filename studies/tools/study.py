@@ -33,12 +33,7 @@ from studies.tools.observer import Predictions, ToolsConfig, read_truth_in_hand,
 from studies.tools.records import Errors, compare_methods, read_stored
 from studies.tools.seen import Outcome, Source, examine, paint
 from studies.tools.uncommon import CheckedMass, CheckedMotion, check_mass, check_motions
-from studies.tools.which_end import (
-    AFTER,
-    TRUE,
-    build_beliefs,
-    rank_grips,
-)
+from studies.tools.which_end import AFTER, TRUE, build_beliefs, rank_grips
 
 _LOG = logging.getLogger(__name__)
 
@@ -55,6 +50,10 @@ class Choices(NamedTuple):
     rankings: dict[tuple[str, str, str], Ranking]  # rankings by task, geometry (drawing or pictures) and belief
     blows: list[CheckedBlow]  # simulated blows, with each tool in its best grip at true densities
 
+    def find_right(self, task: str, tool: str) -> str:
+        """Finds the grip of a tool that is best for a task, by its drawing and at true densities."""
+        return self.rankings[task, "drawing", TRUE].find_best_grip(tool)
+
 
 class Uncommon(NamedTuple):
     """Results for the paper's figure 1: two objects, and the predicted and simulated motions and masses."""
@@ -69,9 +68,8 @@ class ToolsResult:
     """Results of the study; those that need the data set are empty without it."""
 
     config: ToolsConfig  # configuration of the study
-    own: Choices  # choices about our own hammers
+    choices: dict[str, Choices]  # choices about our "own" hammers, and about the "data set"'s
     uncommon: Uncommon  # results for the paper's figure 1
-    hammers: Choices | None = None  # choices about the data set's hammers; None without it
     parity: dict[str, Deviation] = field(default_factory=dict)  # errors of inertia from meshes, by tool
     # Scores of first touch, by geometry, holds and half.
     scores: dict[tuple[Source, int, Half], Score] = field(default_factory=dict)
@@ -104,7 +102,7 @@ def run(config: ToolsConfig) -> ToolsResult:
     options = list_seen_options(strange, config.seed)
     motions = check_motions(strange, options, mash, beliefs, settings, config.seed)
     masses = [check_mass(tool.gripped_by(tool.grips[0]), beliefs[AFTER], settings, config.seed) for tool in strange]
-    result = ToolsResult(config, own, Uncommon(strange, motions, masses))
+    result = ToolsResult(config, {"own": own}, Uncommon(strange, motions, masses))
     if data is not None:
         _use_data(result, data, settings)
     return result
@@ -146,7 +144,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
         learned = [data.tools[name] for name in data.list_names(Half.LEARNING)]
         experience = gain_experience(learned, settings, holds=HOLDS_BEFORE_CHOICE, seed=config.seed)
         beliefs = build_beliefs(data.materials, experience, settings)
-        result.hammers = _choose(config, [data.tools[name] for name in HAMMERS], beliefs, settings)
+        result.choices["data set"] = _choose(config, [data.tools[name] for name in HAMMERS], beliefs, settings)
 
 
 def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, Any], settings: Settings) -> Choices:
@@ -156,18 +154,15 @@ def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, An
         "hammer": hammer,
         "reach": Reach(load_path(config.models / "paths" / "reach.yaml")),
     }
-    geometries = {
-        "drawing": list_drawn_options(tools),
-        "pictures": list_seen_options(tools, config.seed),
-    }
+    geometries = {"drawing": list_drawn_options(tools), "pictures": list_seen_options(tools, config.seed)}
     rankings = {}
     for task_name, task in tasks.items():
         for geometry, options in geometries.items():
             ranked = rank_grips(options, task, beliefs, settings, seed=config.seed)
             rankings.update({(task_name, geometry, belief): found for belief, found in ranked.items()})
-    right = rankings["hammer", "drawing", TRUE]
-    blows = check_blows(tools, [right.find_best_grip(tool.name) for tool in tools], hammer, settings)
-    return Choices(tuple(tools), rankings, blows)
+    choices = Choices(tuple(tools), rankings, [])
+    right = [choices.find_right("hammer", tool.name) for tool in tools]
+    return choices._replace(blows=check_blows(tools, right, hammer, settings))
 
 
 def _score(predictions: Sequence[Mapping[str, Prediction]], truths: Mapping[str, Truth]) -> Score:
@@ -177,16 +172,14 @@ def _score(predictions: Sequence[Mapping[str, Prediction]], truths: Mapping[str,
 
 def _average_records(
     found: Sequence[Mapping[str, Mapping[str, Sequence[Errors]]]],
-    stored: Mapping[str, Mapping[str, Mapping[str, float]]],
+    stored: Mapping[str, dict[str, Errors]],
 ) -> dict[str, dict[str, dict[str, float]]]:
     """Averages errors over tools and draws of the noise, by noise and method, and adds the authors' stored errors."""
-    records: dict[str, dict[str, dict[str, float]]] = {}
-    for noise in found[0]:
-        records[noise] = {}
-        for method in found[0][noise]:
-            errors = np.array([each for tool in found for each in tool[noise][method]])
-            mass, com, inertia, covered = (float(value) for value in errors.mean(axis=0))
-            records[noise][method] = {"mass": mass, "com": com, "inertia": inertia, "coverage_mass": covered}
-        for method, means in stored[noise].items():
-            records[noise][method] = {**means, "coverage_mass": float("nan")}
+    records = {}
+    for noise, methods in found[0].items():
+        means = {
+            method: np.mean([each for tool in found for each in tool[noise][method]], axis=0) for method in methods
+        }
+        errors = {method: Errors(*map(float, mean)) for method, mean in means.items()} | stored[noise]
+        records[noise] = {method: each._asdict() for method, each in errors.items()}
     return records

@@ -286,7 +286,8 @@ def time_identification(*, num_samples: int = 300) -> Numbers:
 
 def _list_numbers(config: ToolsConfig | None = None, blows: Sequence[Any] = (), **found: Any) -> Numbers:
     """Lists the numbers that claims of the study of tools are about, where nothing else was found."""
-    result = ToolsResult(config or ToolsConfig(), Choices((), {}, [*blows]), Uncommon((), [], []), **found)
+    own = Choices((), {}, [*blows])
+    result = ToolsResult(config or ToolsConfig(), {"own": own}, Uncommon((), [], []), **found)
     return {**tools_numbers.list_metrics(result), **tools_numbers.list_facts(result)}
 
 

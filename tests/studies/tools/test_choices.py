@@ -99,7 +99,7 @@ def test_objects_that_would_have_felt_otherwise_weigh_little(rng):
 
 
 def make_result(choices, **more):
-    return ToolsResult(ToolsConfig(), choices, Uncommon((), [], []), **more)
+    return ToolsResult(ToolsConfig(), {"own": choices}, Uncommon((), [], []), **more)
 
 
 def test_metrics_have_the_keys_that_are_asked_for(choices):

@@ -1,8 +1,8 @@
 from types import SimpleNamespace
 
 from studies.tools.drawings import draw_grips
-from studies.tools.numbers import BEFORE, BELIEFS
-from studies.tools.which_end import TRUE
+from studies.tools.study import Choices
+from studies.tools.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
 
 
 class Ranking:
@@ -17,7 +17,7 @@ class Ranking:
     def list_of(self, tool):
         return [
             SimpleNamespace(option=SimpleNamespace(grip=grip), p_best_of_tool=0.75 if grip == self.best else 0.25)
-            for grip in ("head", "handle")
+            for grip in sorted(("head", "handle"), key=lambda grip: grip != self.best)
         ]
 
 
@@ -25,9 +25,9 @@ def test_grips_are_a_table_of_right_and_wrong():
     rankings = {
         ("reach", geometry, belief): Ranking("handle" if belief == BEFORE else "head")
         for geometry in ("drawing", "pictures")
-        for belief in (*BELIEFS, TRUE)
+        for belief in (BEFORE, AFTER, ONE_DENSITY, TRUE)
     }
-    choices = SimpleNamespace(rankings=rankings, tools=[SimpleNamespace(name="claw_hammer")])
+    choices = Choices([SimpleNamespace(name="claw_hammer")], rankings, [])
     (table,) = draw_grips(choices).axes[0].tables
     cells = {place: cell.get_text().get_text() for place, cell in table.get_celld().items()}
     assert cells[1, -1] == "claw hammer, reaching"
