@@ -44,12 +44,6 @@ def test_timing_along_a_line_is_that_of_minimum_jerk():
     assert path.value(0.75)[1, 0] == pytest.approx(0.3, rel=1e-12)
 
 
-def test_path_of_the_experiment_is_read():
-    path = load_path(MODELS / "paths" / "reach.yaml")
-    assert path.duration == 2.0
-    assert len(path.points) == 3
-
-
 @pytest.mark.parametrize("num_points", [2, 3])
 def test_path_turns_no_corner(num_points):
     """Velocity is continuous at every inner point, which the path passes at the time of its chord length."""

@@ -108,30 +108,18 @@ def test_momentum_of_the_ram_is_the_impulse_of_the_resistance(nail):
     assert impulse == pytest.approx(mass * speed, rel=0.12)
 
 
-def test_resistance_opposes_motion_either_way(nail):
-    system = NailResistance(nail, num_velocities=3, index=1)
+@pytest.mark.parametrize("yield_force", [None, 300.0])
+def test_resistance_opposes_motion_either_way_until_the_nail_is_out(nail, yield_force):
+    """Resistance grows with depth, or is the same at any depth for a yielding nail."""
+    system = NailResistance(dataclasses.replace(nail, yield_force=yield_force), num_velocities=3, index=1)
     context = system.CreateDefaultContext()
-    for rate in (1.0, -1.0, 0.0):
-        system.GetInputPort("state").FixValue(context, [0.01, rate])
-        expected = np.sign(rate) * nail.stiffness * (nail.depth_set + 0.01)
+    for travel, rate in ((0.01, 1.0), (0.02, 1.0), (0.01, -1.0), (0.01, 0.0), (-2.0 * nail.depth_set, -1.0)):
+        system.GetInputPort("state").FixValue(context, [travel, rate])
+        depth = nail.depth_set + travel
+        resistance = (yield_force or nail.stiffness * depth) if depth > 0.0 else 0.0
+        expected = np.sign(rate) * resistance
         assert system.GetOutputPort("resistance").Eval(context)[0] == pytest.approx(expected, rel=1e-9)
         np.testing.assert_allclose(system.GetOutputPort("force").Eval(context), [0.0, -expected, 0.0], rtol=1e-9)
-
-
-def test_nail_that_is_pulled_out_resists_no_more(nail):
-    system = NailResistance(nail, num_velocities=1, index=0)
-    context = system.CreateDefaultContext()
-    system.GetInputPort("state").FixValue(context, [-2.0 * nail.depth_set, -1.0])
-    assert system.GetOutputPort("resistance").Eval(context)[0] == 0.0
-
-
-def test_yielding_nail_resists_as_much_at_any_depth_until_it_is_out(nail):
-    yielding = dataclasses.replace(nail, yield_force=300.0)
-    assert [yielding.compute_resistance(depth) for depth in (0.02, 1e-6, -1e-6)] == [300.0, 300.0, 0.0]
-    system = NailResistance(yielding, num_velocities=1, index=0)
-    context = system.CreateDefaultContext()
-    system.GetInputPort("state").FixValue(context, [0.01, -1.0])
-    assert system.GetOutputPort("resistance").Eval(context)[0] == pytest.approx(-300.0)
 
 
 def test_nail_is_at_rest_when_it_has_come_its_way(nail):

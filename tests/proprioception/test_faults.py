@@ -32,10 +32,6 @@ def assert_frequency(count, total, probability):
     assert abs(count - total * probability) < 4.5 * np.sqrt(total * probability * (1 - probability))
 
 
-def test_no_fault_reports_what_is_felt():
-    np.testing.assert_array_equal(distort(NO_FAULTS, 5), np.tile(FELT, (5, 1)))
-
-
 def test_dropped_samples_are_nan_at_every_joint_as_often_as_asked():
     missing = np.isnan(distort(Faults(drop_probability=0.3)))
     assert (missing.all(axis=1) == missing.any(axis=1)).all()
@@ -141,9 +137,7 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight, arm, name, us
 @pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
 def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
     """A margin keeps the elbow within its limit for a tool heavier than believed, without faults (decision 0009)."""
-    config = load_hold_experiment(
-        "com",
-    ).experience
+    config = load_hold_experiment("com").experience
     runner = TrialRunner(dataclasses.replace(config.settings, angle_margin=margin))
     record = runner.run_hold(config.tools[0], MaterialMemory(), duration=1.0, seed=(0, 0, 0))
     assert (record.q >= runner.get_diagram(1.0).arm.limits.q_lower).all() == keeps

@@ -10,7 +10,6 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
-from affordance.simulation.diagram import END_MARGIN
 from affordance.simulation.trial import Observer, TrialRunner, present
 from affordance.vision.features import ComponentFeatures
 
@@ -42,7 +41,7 @@ def recall(trial, simulator):
     return trial.memory.get_memory(trial.memory.GetMyContextFromRoot(simulator.get_context()))
 
 
-def test_memory_changes_by_an_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
+def test_memory_changes_by_one_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
     """Memory changes by an event of the Diagram at the end, with the Simulator advanced by hand."""
     before = MaterialMemory().add_colours(weight.colours, weight.settings.prior)
     trial, simulator = set_up(runner, before, weight.tools[2])
@@ -55,33 +54,8 @@ def test_memory_changes_by_an_event_of_the_diagram_at_the_end_and_by_nothing_els
     assert after.belief.precision[0, 0] > 2.0 * before.belief.precision[0, 0]
     expected = runner.run_hold(weight.tools[2], before, duration=DURATION, seed=(0,)).memory
     assert list_numbers(after) == list_numbers(expected)
-
-
-def test_event_comes_once_in_a_presentation(runner, weight):
-    trial, simulator = set_up(runner, MaterialMemory(), weight.tools[2])
-    simulator.AdvanceTo(DURATION + END_MARGIN)
-    simulator.AdvancePendingEvents()
-    learned = recall(trial, simulator)
-    assert learned.colours == (weight.colours[0],)
     simulator.AdvanceTo(1.9 * DURATION)
-    assert recall(trial, simulator) is learned
-
-
-def test_evidence_is_counted_once(runner, weight):
-    """Evidence that the memory has learned from is removed from the statistic of the estimator."""
-    trial, simulator = set_up(runner, MaterialMemory(), weight.tools[2])
-    estimator = trial.estimator.GetMyContextFromRoot(simulator.get_context())
-    simulator.AdvanceTo(DURATION)
-    simulator.AdvancePendingEvents()  # the last sample
-    before = trial.estimator.GetOutputPort("log_evidence").Eval(estimator)[0]
-    assert before != 0.0
-    simulator.AdvanceTo(DURATION + END_MARGIN)
-    simulator.AdvancePendingEvents()
-    memory = recall(trial, simulator)
-    posterior = trial.estimator.GetOutputPort("posterior").Eval(estimator).memory
-    assert list_numbers(posterior) == list_numbers(memory)
-    assert trial.estimator.GetOutputPort("log_evidence").Eval(estimator)[0] == 0.0
-    assert trial.estimator.get_evidence(estimator)[0] == before
+    assert recall(trial, simulator) is after
 
 
 def test_every_presentation_adds_what_it_taught_alone(weight):
@@ -105,27 +79,18 @@ def test_every_presentation_adds_what_it_taught_alone(weight):
 
 @pytest.mark.parametrize("faults", [Faults(), Faults(delay_samples=2, drop_probability=0.3, bias_sd=1.0)])
 def test_presentations_in_one_context_are_separate_trials_with_the_memory_handed_on(weight, faults):
-    """Motions, torques, evidence, counts and memories are those of separate trials to the last bit."""
+    """Records, which stay as they are when the next object is held, are those of separate trials to the last bit."""
     runner = TrialRunner(dataclasses.replace(weight.settings, faults=faults))
     tools = (FIRST, DECOY, SECOND, FIRST)
     observer = Observer(runner, MaterialMemory(), duration=DURATION)
+    records = [observer.hold(tool, (7, number)) for number, tool in enumerate(tools)]
     memory = MaterialMemory()
-    for number, tool in enumerate(tools):
-        record = observer.hold(tool, (7, number))
+    for number, (tool, record) in enumerate(zip(tools, records, strict=True)):
         alone = runner.run_hold(tool, memory, duration=DURATION, seed=(7, number))
         assert list_numbers(record) == list_numbers(alone)
-        assert list_numbers(observer.memory) == list_numbers(record.memory)
         memory = alone.memory
+    assert list_numbers(observer.memory) == list_numbers(memory)
     assert np.abs(record.q - record.q[0]).max() > 0.0
-
-
-def test_record_stays_what_it_was_when_the_next_object_is_held(runner):
-    """A record keeps its numbers when logs are cleared and filled anew."""
-    observer = Observer(runner, MaterialMemory(), duration=0.2)
-    first = observer.hold(FIRST, (1,))
-    before = list_numbers(first)
-    observer.hold(SECOND, (2,))
-    assert list_numbers(first) == before
 
 
 def test_two_observers_of_one_runner_do_not_disturb_each_other(runner):

@@ -52,14 +52,6 @@ def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
     np.testing.assert_allclose(compute_sd(record), 1.0 / np.sqrt(prior + counts * says), rtol=1e-3)
 
 
-def test_one_percept_says_all_with_the_first_sample(weight):
-    record = run(weight, know(weight, precision=1e-6), duration=1.0, tool=3)
-    sd = compute_sd(record)
-    np.testing.assert_allclose(sd[:2], sd[0])
-    assert sd[2] < 0.8 * sd[0]
-    np.testing.assert_allclose(sd[2:], sd[2], rtol=0.02)
-
-
 def test_control_uses_the_logged_posterior_if_it_is_told_to(weight):
     """Motions differ from the first sample on; the arm that uses its posterior comes back, the other stays low."""
     believing, learning = (

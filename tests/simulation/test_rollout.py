@@ -4,25 +4,16 @@ import numpy as np
 import pytest
 from helpers.two_tools import REACH, STEEL, STICK, WOOD
 
-from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import measure_cost
-from affordance.control.systems import ControlCounts
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.rollout import Rollout, roll_out
-from affordance.simulation.trial_record import TrialRecord
-
-
-def make_record(v, tau):
-    v, tau = np.array(v), np.array(tau)
-    times = np.arange(len(v), dtype=float)
-    return TrialRecord(times, v, v, tau, times, times, times, MaterialMemory(), 0.0, ControlCounts(0, 0))
 
 
 def test_error_is_the_largest_distance_at_any_one_time():
     """The error is 5 m of distances 0, 5 and 3 m, though the second point lies on the reference at another time."""
     path = np.array([[1.0, 2.0, 3.0], [4.0, 6.0, 3.0], [4.0, 6.0, 6.0]])
     reference = np.array([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [4.0, 6.0, 3.0]])
-    rollout = Rollout(0.0, 0.0, path, reference, make_record([[0.0]], [[0.0]]))
+    rollout = Rollout(0.0, 0.0, path, reference, None)
     assert rollout.error == 5.0
 
 

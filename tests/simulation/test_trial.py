@@ -33,15 +33,6 @@ def test_arm_that_knows_the_density_does_not_move(runner, weight):
         assert np.abs(record.q - record.q[0]).max() < 1e-6
 
 
-def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight):
-    tool = weight.tools[2]
-    light, heavy = (
-        runner.run_hold(tool, know(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
-    )
-    assert light.height_centre[-1] < -0.005
-    assert heavy.height_centre[-1] > 0.005
-
-
 @pytest.mark.parametrize("ratio", [2.0, 4.0, 8.0, 16.0])
 def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, ratio):
     """The longest object comes to rest within its limits with its inertia divided by the ratio."""
@@ -88,17 +79,8 @@ def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, capl
         assert part in text
 
 
-def test_arm_that_is_overloaded_falls_whatever_it_believes(runner, weight):
-    tool = weigh(weight.tools[3], 6.7)
-    density = tool.components[0].material.density
-    record = runner.run_hold(tool, know(weight, density), duration=2.0, seed=(0,))
-    assert record.overloaded == ("shoulder_elevation", "wrist_flexion")
-    assert record.height_centre.min() < -0.1
-
-
 def test_logged_motion_is_consistent(runner, weight):
     record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
-    np.testing.assert_allclose(record.times, np.arange(101) * 0.01, atol=1e-12)
     assert record.height_centre[0] == record.height_grip[0] == record.height_com[0] == 0.0
     # Rates are the derivatives of angles, by central differences of second order.
     slopes = (record.q[2:] - record.q[:-2]) / 0.02
@@ -156,16 +138,6 @@ def test_heights_are_those_of_geometric_centre_grip_and_true_centre_of_mass(runn
         assert np.abs(expected[one] - expected[other]).max() > 0.005
 
 
-def test_trial_teaches_what_was_held(runner, weight):
-    memory = MaterialMemory()
-    record = runner.run_hold(weight.tools[3], memory, duration=1.0, seed=(3,))
-    assert memory.colours == ()
-    assert record.memory.colours == (weight.colours[0],)
-    sd = np.sqrt(record.memory.belief.covariance[0, 0])
-    assert abs(record.memory.belief.untruncated_mean[0] - 8500.0) < 4 * sd
-    assert sd < 2000.0
-
-
 def test_what_was_felt_without_error_gives_the_density_exactly(weight):
     """The density is learned to 0.1 % from torques, rates and accelerations of the moving arm."""
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd=1e-6))
@@ -174,26 +146,6 @@ def test_what_was_felt_without_error_gives_the_density_exactly(weight):
     # The object's own deviation from its material is all that remains uncertain.
     assert record.memory.belief.untruncated_mean[0] == pytest.approx(8500.0, rel=1e-3)
     assert np.sqrt(record.memory.belief.covariance[0, 0]) == pytest.approx(100.0, rel=1e-3)
-
-
-def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
-    """Felt torques have the SDs of threshold and Weber fraction, without bias or correlation, over 5000 seeds."""
-    trial = runner.get_diagram(weight.duration)
-    context = trial.diagram.CreateDefaultContext()
-    tau = np.array([0.0, 20.0, -1.0, 5.0, 0.5, -2.0, 0.1])
-    trial.controller.GetMyMutableContextFromRoot(context).SetDiscreteState(0, tau)
-    joints = trial.proprioception.GetMyMutableContextFromRoot(context)
-    felt = []
-    for seed in range(5000):
-        trial.proprioception.draw_errors(joints, (seed,))
-        felt.append(trial.proprioception.GetOutputPort("measurement").Eval(joints)[:7].copy())
-    noise = weight.settings.noise
-    expected = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
-    errors = (np.array(felt) - tau) / expected
-    # Means, standard deviations and correlations are 0, 1 and 0, to four and a half standard errors.
-    np.testing.assert_allclose(errors.mean(axis=0), 0.0, atol=4.5 / np.sqrt(5000))
-    np.testing.assert_allclose(errors.std(axis=0), 1.0, atol=4.5 / np.sqrt(2 * 5000))
-    np.testing.assert_allclose(np.corrcoef(errors.T), np.eye(7), atol=4.5 / np.sqrt(5000))
 
 
 @pytest.mark.parametrize("duration", [0.1, 0.15, 0.25, 1.0, 3.0])
@@ -259,15 +211,6 @@ def test_log_evidence_is_that_of_the_belief_before_the_trial(weight, hold):
     assert record.log_evidence == pytest.approx(expected, abs=1e-6)
 
 
-def test_controller_that_uses_the_posterior_corrects_itself_within_the_trial(weight):
-    tool = weight.tools[3]
-    believing = TrialRunner(weight.settings).run_hold(tool, MaterialMemory(), duration=3.0, seed=(1,))
-    settings = dataclasses.replace(weight.settings, uses_posterior=True)
-    learning = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=3.0, seed=(1,))
-    assert believing.height_centre[-1] < -0.05
-    assert abs(learning.height_centre[-1]) < 0.2 * abs(believing.height_centre[-1])
-
-
 def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
     tool, memory = weight.tools[1], MaterialMemory()
     first = runner.run_hold(tool, memory, duration=0.5, seed=(5, 6))
@@ -283,21 +226,17 @@ def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
     assert (different.memory.belief.information_vector != first.memory.belief.information_vector).all()
 
 
-def test_tools_of_one_appearance_share_a_diagram(runner, weight):
+def test_tools_of_one_appearance_share_a_diagram_and_all_holds_one_without_shapes(runner, weight):
     *_, last, decoy = weight.tools
+    runner.run_hold(last, MaterialMemory(), duration=0.15, seed=(0,))
+    without_shapes = runner.get_diagram(0.15)
+    runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.15, seed=(0,))
+    assert runner.get_diagram(0.15) is without_shapes
+    assert not without_shapes.diagram.HasSubsystemNamed("scene_graph")
+    assert runner.get_diagram(0.15, last).diagram.HasSubsystemNamed("scene_graph")
     assert runner.get_diagram(1.0, last) is runner.get_diagram(1.0, decoy)
     assert runner.get_diagram(1.0, last) is not runner.get_diagram(1.0, weight.tools[0])
     assert runner.get_diagram(1.0, last) is not runner.get_diagram(2.0, last)
-
-
-def test_one_diagram_serves_all_holds_of_a_duration(runner, weight):
-    built = {id(runner.get_diagram(0.15))}
-    for tool in weight.tools:
-        runner.run_hold(tool, MaterialMemory(), duration=0.15, seed=(0,))
-        built.add(id(runner.get_diagram(0.15)))
-    assert len(built) == 1
-    assert not runner.get_diagram(0.15).diagram.HasSubsystemNamed("scene_graph")
-    assert runner.get_diagram(0.15, weight.tools[0]).diagram.HasSubsystemNamed("scene_graph")
 
 
 def test_diagrams_used_last_are_kept(weight):
