@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 from helpers.refusals import refuse
-from helpers.robot_files import SDF, write_urdf
+from helpers.robot_files import write_urdf
 
 from affordance.exceptions import AffordanceError
 from affordance.robots.importer import ImportOptions, extract_arm, parse_values
@@ -56,28 +56,13 @@ def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> 
     assert not any("limits of the joint" in note for note in list_dropped(imported))
 
 
-def test_mimic_and_prismatic_end_a_chain(tmp_path: Path) -> None:
-    assert extract_arm(write_urdf(tmp_path), TIP)[0].base == "torso"
-
-
 def test_values_for_joints_are_of_one_or_of_all() -> None:
     assert parse_values("--option", ["0.1", "elbow=0.2"], unit="N m") == {"": 0.1, "elbow": 0.2}
     assert parse_values("--option", ["0"], unit="N m") == {"": 0.0}
 
 
-def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Path) -> None:
-    path = tmp_path / "twins.sdf"
-    model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
-    twin = model.replace('name="swinger"', 'name="other"')
-    path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
-    text = refuse(extract_arm, path, ImportOptions("grip"), error=AffordanceError)
-    assert "has more than once: other::grip, swinger::grip" in text
-    assert extract_arm(path, ImportOptions("other::grip"))[0].joint_names == ["pan", "tilt", "bend"]
-
-
 def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
-    massless = {'<joint name="right_j4" type="continuous">': '<joint name="right_j4" type="continuous">'}
-    text = write_urdf(tmp_path, changes=massless).read_text()
+    text = write_urdf(tmp_path).read_text()
     for name in ("right_4", "right_finger", "right_thumb"):
         start = text.index(f'<link name="{name}">')
         end = text.index("</inertial>", start) + len("</inertial>")

@@ -32,10 +32,10 @@ def models(tmp_path: Path) -> Path:
 
 
 def change_joint(models: Path, joint: str, old: str, new: str) -> None:
-    """Changes a text of a joint in our arm's file."""
-    text = (models / "arm.sdf").read_text()
-    start = text.index(old, text.index(f'joint name="{joint}"'))
-    (models / "arm.sdf").write_text(text[:start] + new + text[start + len(old) :])
+    """Changes a text of a joint in our arm's file, given as a pattern."""
+    before, name, after = (models / "arm.sdf").read_text().partition(f'joint name="{joint}"')
+    assert re.search(old, after)
+    (models / "arm.sdf").write_text(before + name + re.sub(old, new, after, count=1))
 
 
 def test_objects_that_a_weak_wrist_cannot_hold_are_made_smaller_until_it_can(models: Path) -> None:
@@ -106,23 +106,16 @@ def test_a_motion_that_the_controller_finds_no_plan_for_is_no_path(
 
     monkeypatch.setattr(fitting, "_find_lack_of_plan", lambda *arguments: "")
     monkeypatch.setattr(rollout, "roll_out", stop)
-    assert (
-        "no plan keeps the joints' position and velocity limits at t = 0.300 s"
-        in fit_path(models, describe_path_fault).lack
-    )
+    said = "no plan keeps the joints' position and velocity limits at t = 0.300 s"
+    assert said in fit_path(models, describe_path_fault).lack
 
 
 def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hold_one_object(monkeypatch)
-    for joint, limit in (
-        ("shoulder_azimuth", 10.8),
-        ("shoulder_elevation", 10.8),
-        ("shoulder_rotation", 42.2),
-        ("elbow_flexion", 26.4),
-    ):
-        change_joint(models, joint, f"<velocity>{limit}", "<velocity>0.35")
+    for joint in ("shoulder_azimuth", "shoulder_elevation", "shoulder_rotation", "elbow_flexion"):
+        change_joint(models, joint, r"<velocity>[\d.]+", "<velocity>0.35")
     fit = fit_path(models, describe_path_fault)
     assert "duration" in [change.key for change in fit.changes]
     apply_changes(models, fit.changes)
@@ -173,7 +166,6 @@ def test_what_is_carried_too_far_is_carried_less_far(models: Path) -> None:
     (models / CARRY).write_text(text.replace("[-0.15, 0.3, 0]", "[0.1, 0.45, 0]").replace("3.0", "1.0"))
     fit = fit_carry(models)
     assert fit.lack == ""
-    assert fit.changes
     assert {change.file for change in fit.changes} == {CARRY}
     assert "as it is " in fit.changes[0].why
     apply_changes(models, fit.changes)

@@ -50,18 +50,12 @@ def test_the_payload_loads_the_weakest_joint_to_its_limit_and_no_other_beyond(tm
 def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
     arm = load_arm()
     model = ArmModel(arm)
-    model.set_payload(
-        np.array([0.7, 0.7 * TEST_DISTANCE, 0, 0, 0, 0.7 * TEST_DISTANCE**2, 0.7 * TEST_DISTANCE**2, 0, 0, 0])
-    )
-    q = np.linspace(0.1, 0.6, arm.num_joints)
+    m, x, q = 0.7, TEST_DISTANCE, np.linspace(0.1, 0.6, arm.num_joints)
+    model.set_payload(np.array([m, m * x, 0, 0, 0, m * x**2, m * x**2, 0, 0, 0]))
     model.set_state(np.concatenate([q, np.zeros(arm.num_joints)]))
     imported = ArmModel(plant_arm(extract_arm(MODELS / "arm.sdf", OURS)[0]))
-    np.testing.assert_allclose(
-        compute_static_torques(imported, q, 0.7),
-        model.compute_inverse_dynamics(np.zeros(arm.num_joints)),
-        rtol=0.0,
-        atol=1e-12,
-    )
+    expected = model.compute_inverse_dynamics(np.zeros(arm.num_joints))
+    np.testing.assert_allclose(compute_static_torques(imported, q, m), expected, rtol=0.0, atol=1e-12)
 
 
 def test_the_base_is_turned_so_that_the_hand_points_forward(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Drawings of an arm: meshes where they are available, as files that Drake draws, else capsules."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +18,6 @@ from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import write_folder
 from affordance.robots.meshes import find_mesh_file
 
-TIP = ImportOptions("right_tool")
-
 
 def write_meshes(folder: Path, **meshes: trimesh.Trimesh) -> None:
     """Writes meshes to where the robot's file looks for them, by the name of its package."""
@@ -27,11 +26,17 @@ def write_meshes(folder: Path, **meshes: trimesh.Trimesh) -> None:
         mesh.export(folder / "nowhere" / "meshes" / f"{name}.stl")
 
 
+def import_into(folder: Path, *, with_meshes: bool = True) -> Sequence[str]:
+    """Imports an arm of four joints into the folder ``models``; returns remarks on its shapes."""
+    imported = extract_arm(write_urdf(folder), ImportOptions("right_tool"))
+    return write_folder(*imported, folder / "models", source="a test", with_meshes=with_meshes)
+
+
 def test_a_mesh_keeps_its_shape_and_place_and_loses_triangles_it_does_not_need(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(subdivisions=5, radius=0.1)
     assert len(ball.faces) > 20000
     write_meshes(tmp_path, right_2=ball.apply_translation([0.1, 0.0, 0.02]))
-    write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    import_into(tmp_path)
     (written,) = (tmp_path / "models" / "meshes").glob("*.obj")
     drawn = trimesh.load_mesh(written)
     assert len(drawn.faces) <= 4000
@@ -41,7 +46,7 @@ def test_a_mesh_keeps_its_shape_and_place_and_loses_triangles_it_does_not_need(t
 
 def test_the_strict_program_draws_what_was_written(tmp_path: Path) -> None:
     write_meshes(tmp_path, right_2=trimesh.creation.box([0.1, 0.05, 0.05]))
-    write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    import_into(tmp_path)
     plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
     parse_arm(plant, tmp_path / "models" / ARM.name)
     inspector = scene_graph.model_inspector()
@@ -54,8 +59,7 @@ def test_the_strict_program_draws_what_was_written(tmp_path: Path) -> None:
 
 def test_without_meshes_every_link_is_a_capsule(tmp_path: Path) -> None:
     write_meshes(tmp_path, right_2=trimesh.creation.box([0.1, 0.05, 0.05]))
-    imported = extract_arm(write_urdf(tmp_path), TIP)
-    write_folder(*imported, tmp_path / "models", source="a test", with_meshes=False)
+    import_into(tmp_path, with_meshes=False)
     assert not (tmp_path / "models" / "meshes").exists()
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<capsule>") == 4
 
@@ -63,7 +67,7 @@ def test_without_meshes_every_link_is_a_capsule(tmp_path: Path) -> None:
 def test_a_damaged_mesh_is_said_and_drawn_as_a_capsule(tmp_path: Path) -> None:
     write_meshes(tmp_path)
     (tmp_path / "nowhere" / "meshes" / "right_3.stl").write_bytes(b"solid broken\nfacet no")
-    remarks = write_folder(*extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
+    remarks = import_into(tmp_path)
     assert any(remark.startswith("the mesh right_3.stl cannot be read") for remark in remarks)
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<capsule>") == 4
 

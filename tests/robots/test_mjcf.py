@@ -29,57 +29,49 @@ def list_efforts(arm: ReducedArm) -> list[float]:
     return [link.effort for link in arm.links]
 
 
+A2 = 'joint="a2" ctrlrange="-9 9"'
+
+
 # Limits of torque of a1 to a4, whose gears are 3, 2, 2, 3; values as found in the dynamics of MuJoCo 3.17.
 @pytest.mark.parametrize(
-    ("changes", "efforts"),
+    ("old", "new", "efforts"),
     [
         # The actuators of a class share their attributes, whatever they are called in it; a class inherits.
-        ([('<motor gear="2"/>', '<general gear="2" forcerange="-3 3"/>')], [9.0, 6.0, 14.0, 9.0]),
-        ([('<motor gear="2"/>', '<position gear="2" forcerange="-3 4" kp="9"/>')], [9.0, 6.0, 14.0, 9.0]),
+        ('<motor gear="2"/>', '<general gear="2" forcerange="-3 3"/>', [9, 6, 14, 9]),
+        ('<motor gear="2"/>', '<position gear="2" forcerange="-3 4" kp="9"/>', [9, 6, 14, 9]),
         # The last of them in a class counts.
-        (
-            [('<motor gear="2"/>', '<motor gear="2" forcerange="-3 3"/><general forcerange="-4 4"/>')],
-            [12.0, 8.0, 14.0, 12.0],
-        ),
+        ('gear="2"/>', 'gear="2" forcerange="-3 3"/><general forcerange="-4 4"/>', [12, 8, 14, 12]),
         # Control and force are both limited.
-        ([('joint="a2" ctrlrange="-9 9"', 'joint="a2" ctrlrange="-9 9" forcerange="-100 100"')], [30, 18, 14, 30]),
-        ([('joint="a2" ctrlrange="-9 9"', 'joint="a2" ctrlrange="-9 9" forcerange="-5 6"')], [30, 10, 14, 30]),
+        (A2, f'{A2} forcerange="-100 100"', [30, 18, 14, 30]),
+        (A2, f'{A2} forcerange="-5 6"', [30, 10, 14, 30]),
         # A limit can be switched off; then the other one holds.
-        (
-            [
-                (
-                    'joint="a2" ctrlrange="-9 9"',
-                    'joint="a2" ctrlrange="-9 9" forcerange="-1 1" forcelimited="false"',
-                )
-            ],
-            [30.0, 18.0, 14.0, 30.0],
-        ),
+        (A2, f'{A2} forcerange="-1 1" forcelimited="false"', [30, 18, 14, 30]),
         # Limit on the sum of all actuators of a joint.
-        ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-500 500"')], [30, 18, 14, 30]),
-        ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-4 5"')], [30, 4, 14, 30]),
+        ('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-500 500"', [30, 18, 14, 30]),
+        ('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-4 5"', [30, 4, 14, 30]),
         # A general actuator multiplies its control, unless it feeds back.
+        (f"<motor {A2}", '<general joint="a2" ctrlrange="-1 1" gainprm="7"', [30, 14, 14, 30]),
         (
-            [('<motor joint="a2" ctrlrange="-9 9"/>', '<general joint="a2" ctrlrange="-1 1" gainprm="7"/>')],
-            [30.0, 14.0, 14.0, 30.0],
-        ),
-        (
-            [
-                (
-                    '<motor joint="a2" ctrlrange="-9 9"/>',
-                    '<general joint="a2" ctrlrange="-1 1" gainprm="7" biastype="affine" biasprm="0 -70" '
-                    'forcerange="-20 20"/>',
-                )
-            ],
-            [30.0, 40.0, 14.0, 30.0],
+            f"<motor {A2}",
+            '<general joint="a2" ctrlrange="-1 1" gainprm="7" biastype="affine" biasprm="0 -70" forcerange="-20 20"',
+            [30, 40, 14, 30],
         ),
         # Two actuators of a joint add up.
-        ([("<actuator>", '<actuator><motor joint="a2" ctrlrange="-1 1"/>')], [30, 20, 14, 30]),
+        ("<actuator>", '<actuator><motor joint="a2" ctrlrange="-1 1"/>', [30, 20, 14, 30]),
     ],
 )
-def test_torque_is_limited_by_all_that_limits_it(
-    tmp_path: Path, changes: list[tuple[str, str]], efforts: list[float]
-) -> None:
-    assert list_efforts(read(tmp_path, *changes)) == efforts
+def test_torque_is_limited_by_all_that_limits_it(tmp_path: Path, old: str, new: str, efforts: list[int]) -> None:
+    assert list_efforts(read(tmp_path, (old, new))) == efforts
+
+
+def test_joint_has_the_torque_of_the_weaker_direction_and_the_armature_of_its_class(tmp_path: Path) -> None:
+    arm = read(tmp_path)
+    # All actuators share the gear of 2 that the main class gives to motors.
+    assert list_efforts(arm) == [30.0, 18.0, 14.0, 30.0]
+    assert [link.rotor_inertia for link in arm.links] == [0.05, 0.05, 0.05, 0.01]
+    assert [link.damping for link in arm.links] == [0.1] * 4
+    assert arm.X_LH.translation()[0] == pytest.approx(0.1)
+    assert {link.velocity for link in arm.links} == {float("inf")}
 
 
 def test_classes_inherit_from_those_they_are_nested_in_and_the_elements_own_class_comes_first(tmp_path: Path) -> None:
@@ -98,18 +90,19 @@ def test_classes_inherit_from_those_they_are_nested_in_and_the_elements_own_clas
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "limits"),
+    ("attribute", "limits"),
     [
-        ('range="-2 2"', 'range="-2 2" limited="false"', (float("-inf"), float("inf"))),
-        ('range="-2 2"', 'range="-2 2" limited="true"', (-2.0, 2.0)),
+        ('limited="false"', (float("-inf"), float("inf"))),
+        ('limited="true"', (-2.0, 2.0)),
         # MuJoCo's angles count from the reference, the arm's from the pose that the file draws.
-        ('range="-2 2"', 'range="-2 2" ref="0.5"', (-2.5, 1.5)),
+        ('ref="0.5"', (-2.5, 1.5)),
     ],
 )
 def test_limits_of_joints_are_those_of_the_compiler(
-    tmp_path: Path, old: str, new: str, limits: tuple[float, float]
+    tmp_path: Path, attribute: str, limits: tuple[float, float]
 ) -> None:
-    assert {(link.lower, link.upper) for link in read(tmp_path, (old, new)).links} == {limits}
+    arm = read(tmp_path, ('range="-2 2"', f'range="-2 2" {attribute}'))
+    assert {(link.lower, link.upper) for link in arm.links} == {limits}
 
 
 def test_a_site_that_is_called_as_its_body_is_told_apart(tmp_path: Path) -> None:
