@@ -1,5 +1,6 @@
 """Writing an arm as an SDF, and its base pose and home posture as Drake model directives."""
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
@@ -49,7 +50,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
 def write_directives(arm: ReducedArm, home: Array) -> str:
     """Writes the directives that load the arm, hold it in a posture, [rad], and weld its base to the world."""
     pairs = zip(arm.joint_names, home.tolist(), strict=True)
-    angles = "\n".join(f"        {_quote(name)}: [{angle!r}]" for name, angle in pairs)
+    angles = "\n".join(f"        {json.dumps(name, ensure_ascii=False)}: [{angle!r}]" for name, angle in pairs)
     (x, y, z), rpy = describe_pose(arm.X_WB)
     turned = f"\n        rotation: !Rpy {{deg: {[float(angle) for angle in np.degrees(rpy)]}}}" if any(rpy) else ""
     return (
@@ -78,10 +79,6 @@ def name_links(arm: ReducedArm) -> list[str]:
             name = f"{name.replace('::', '_')}_link"
         names.append(name)
     return names
-
-
-def _quote(name: str) -> str:
-    return '"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:

@@ -11,12 +11,11 @@ from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import turn_base
 from affordance.robots.chain import find_chain
-from affordance.robots.frozen import check_posture, freeze
 from affordance.robots.home import HomePosture, find_home, plant_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
-from affordance.robots.tree import build_tree
+from affordance.robots.tree import build_tree, check_posture, freeze
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
@@ -32,7 +31,7 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
     tree = build_tree(read_robot(path))
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
-    context, frozen = freeze(tree, chain, options.posture)
+    context, frozen = freeze(tree, chain.joints, options.posture)
     return reduce_arm(tree, chain, context, frozen, options)
 
 

@@ -118,9 +118,8 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
 def _find_colour(part: Any) -> tuple[float, ...]:
     """Finds the main colour of a mesh."""
     try:
-        rgba = np.asarray(
-            part.visual.main_color if hasattr(part.visual, "main_color") else part.visual.material.main_color
-        )
+        coloured = part.visual if hasattr(part.visual, "main_color") else part.visual.material
+        rgba = np.asarray(coloured.main_color)
     except (AttributeError, TypeError, ValueError):
         return _GREY
     if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default, where a file gives no colour

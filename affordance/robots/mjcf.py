@@ -22,7 +22,8 @@ from affordance.robots.mjcf_expansion import (
 )
 from affordance.robots.xml_reader import Numbers, remove_children
 
-_OF_SITES = ("name", "pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")
+# Attributes that turn an element.
+_TURNS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 _KEPT_SECTIONS = ("compiler", "worldbody", "option")
 # Compiler options by which MuJoCo changes masses and inertias, which are ignored here.
 _OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
@@ -162,7 +163,7 @@ def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     """Reads an inertial; one with axes turned from the body's is transformed by Drake, and only checked here."""
-    turned = any(inertial.get(name) for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis"))
+    turned = any(map(inertial.get, _TURNS))
     place = numbers.parse(inertial.get("pos"), f"{key}.pos", 3, (0.0,) * 3)
     if inertial.get("fullinertia"):
         moments = numbers.parse(inertial.get("fullinertia"), f"{key}.fullinertia", 6, (0.0,) * 6)
@@ -187,7 +188,7 @@ def _make_sites_bodies(body: Element, names: set[str]) -> None:
         if name := site.get("name"):
             unique = _find_unused(f"{name}_site", names) if name in names else name
             names.add(unique)
-            place = {str(key): site.attrib[key] for key in _OF_SITES if key in site.attrib}
+            place = {str(key): site.attrib[key] for key in ("pos", *_TURNS) if key in site.attrib}
             ElementTree.SubElement(body, "body", {**place, "name": unique})
         body.remove(site)
 
@@ -197,7 +198,7 @@ def _read_visuals(body: Element, numbers: Numbers) -> list[Visual | None]:
     drawn = list[Visual | None]()
     for geom in body.findall("geom"):
         kind, words = geom.get("type", "sphere"), geom.get("size", "").split()
-        turned = any(name in geom.attrib for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto"))
+        turned = any(name in geom.attrib for name in (*_TURNS, "fromto"))
         counts = {"sphere": 1, "ellipsoid": 3, "box": 3, "capsule": 2, "cylinder": 2}
         if turned or kind not in counts or len(words) < counts[kind]:
             group = numbers.parse_one(geom.get("group"), "geom.group", 0.0)

@@ -16,9 +16,8 @@ from affordance.plant.load import HAND_FRAME, parse_arm
 from affordance.plant.serial_chain import SerialChain, read_chain
 from affordance.robots.chain import find_chain, group_bodies
 from affordance.robots.description import Description
-from affordance.robots.frozen import freeze
 from affordance.robots.reader import read_robot
-from affordance.robots.tree import RobotTree, build_tree
+from affordance.robots.tree import RobotTree, build_tree, freeze
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> SerialChain:
@@ -41,7 +40,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))
     tree = _build_directives(path) if is_directives else build_tree(read_robot(path))
     chain = find_chain(tree, tip, base)
-    context, _ = freeze(tree, chain, {})
+    context, _ = freeze(tree, chain.joints, {})
     root = chain.base if base is not None else _find_root(tree, chain.base)
     groups = [{body.index() for body in bodies} for bodies in group_bodies(tree, chain)]
     return read_chain(path, tree.plant, context, root.body_frame(), chain.joints, chain.tip, tip, groups)

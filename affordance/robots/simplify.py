@@ -6,8 +6,6 @@ finest that respects the bound on triangles. No point moves by more than two cel
 collapsing edges one by one leaves such meshes in pieces, or with many times the demanded number of triangles.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,27 +28,20 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
         return vertices, faces
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     finest, coarsest = _FINEST * diagonal, _COARSEST * diagonal
-    found = _cluster(vertices, faces, coarsest)
+    cells, triangles = _cluster(vertices, faces, coarsest)
     for _ in range(_HALVINGS):
         width = float(np.sqrt(finest * coarsest))
         tried = _cluster(vertices, faces, width)
-        if len(tried.faces) > most:
+        if len(tried[1]) > most:
             finest = width
         else:
-            coarsest, found = width, tried
-    used, kept = np.unique(found.faces, return_inverse=True)
-    return _place(vertices, faces, found.cells, coarsest)[used], kept.reshape(-1, 3)
+            coarsest, (cells, triangles) = width, tried
+    used, kept = np.unique(triangles, return_inverse=True)
+    return _place(vertices, faces, cells, coarsest)[used], kept.reshape(-1, 3)
 
 
-class _Clusters(NamedTuple):
-    """Clusters of vertices: index of the grid cell of each, (N,), and distinct triangles of three cells, (K, 3)."""
-
-    cells: _Indices
-    faces: _Indices
-
-
-def _cluster(vertices: Array, faces: _Indices, width: float) -> _Clusters:
-    """Assigns vertices to the cells of a grid of the given width, [m]."""
+def _cluster(vertices: Array, faces: _Indices, width: float) -> tuple[_Indices, _Indices]:
+    """Finds each vertex's cell, (N,), in a grid of a width, [m], and distinct triangles of three cells, (K, 3)."""
     steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
     keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]
     cells = np.unique(keys, return_inverse=True)[1].ravel()
@@ -60,7 +51,7 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> _Clusters:
     ordered = np.sort(between, axis=1).astype(np.int64)
     count = int(cells.max()) + 1
     _, first = np.unique((ordered[:, 0] * count + ordered[:, 1]) * count + ordered[:, 2], return_index=True)
-    return _Clusters(cells, between[np.sort(first)])
+    return cells, between[np.sort(first)]
 
 
 def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:

@@ -47,12 +47,7 @@ def _parse_undeclared(content: bytes) -> Element:
                 used.append(prefix)
 
     parser.StartElementHandler = note
-    try:
-        parser.Parse(content, True)
-    except expat.ExpatError as error:
-        wrong = ElementTree.ParseError(str(error))
-        wrong.code, wrong.position = error.code, (error.lineno, error.offset)
-        raise wrong from error
+    parser.Parse(content, True)
     missing = [prefix for prefix in used if prefix not in declared and prefix not in _DECLARED]
     declarations = "".join(f' xmlns:{prefix}="{_NAMESPACE}{prefix}"' for prefix in missing).encode()
     return ElementTree.fromstring(content[: place[0]] + declarations + content[place[0] :])
