@@ -71,16 +71,14 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         )
 
     seed, repeats = arguments.seed, arguments.repeats
-    workshop = {
-        rule: run(ActiveConfig(rule, seed, is_simulated=True), run_observer, repeats, f"workshop, {rule}")
-        for rule in RULES
-    }
-    paper = {
-        rule: run(
-            ActiveConfig(rule, seed, (), PAPER_HORIZON), run_observer, arguments.paper, f"the paper's world, {rule}"
-        )
-        for rule in RULES
-    }
+
+    def run_rules(name: str, repeats: int, **config: Any) -> dict[str, Arrays]:
+        return {
+            rule: run(ActiveConfig(rule, seed, **config), run_observer, repeats, f"{name}, {rule}") for rule in RULES
+        }
+
+    workshop = run_rules("workshop", repeats, is_simulated=True)
+    paper = run_rules("the paper's world", arguments.paper, tasks=(), horizon=PAPER_HORIZON)
     stops = {
         name: stopping.describe_stops(run(config, stopping.run_observer, number, name))
         for name, (config, number) in stopping.list_configs(seed, repeats).items()
@@ -101,15 +99,8 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         "ms_per_candidate": time_advice(),
         "has_motions": arguments.data is not None,
     }
-    figures: dict[str, Callable[[], Figure]] = {
-        "active": partial(
-            draw_rules,
-            {
-                "workshop": described["workshop"]["rules"],
-                "the paper's world": described["paper_world"]["rules"],
-            },
-        )
-    }
+    rules = {"workshop": described["workshop"]["rules"], "the paper's world": described["paper_world"]["rules"]}
+    figures: dict[str, Callable[[], Figure]] = {"active": partial(draw_rules, rules)}
     if arguments.data is not None:
         of_motions, drawn = measure_motions(
             arguments.data,

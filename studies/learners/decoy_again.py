@@ -111,26 +111,22 @@ def compute_metrics(
         created a kind, of the objects other than the decoy and the first.
     """
     num_honest = len(weight.tools) - 1
-    brass, excursion, interval, deviation, needless = {}, {}, {}, {}, {}
+    numbers: dict[str, dict[str, Any]] = {}
     for learner, found in arrays.items():
-        medians = np.median(found["density_median"], axis=0)
-        brass[learner.value] = [float(medians[num_honest + 1]), float(medians[num_honest + NUM_DECOYS])]
+        before, after, last = np.median(found["density_median"], axis=0)[num_honest + np.array([0, 1, NUM_DECOYS])]
         estimate = estimate_mean(found["excursion"])
-        excursion[learner.value], interval[learner.value] = estimate.mean, estimate.ci95
-        deviation[learner.value] = np.abs(found["excursion"]).mean(axis=0)
         founded = np.diff(found["num_kinds"][:, 1 : num_honest + 1], axis=1) > 0
-        needless[learner.value] = float(founded.mean())
-    return {
-        "brass_after_decoy": brass,
-        "brass_before_decoy": {
-            learner.value: float(np.median(found["density_median"][:, num_honest]))
-            for learner, found in arrays.items()
-        },
-        "excursion_m": excursion,
-        "excursion_m_ci95": interval,
-        "deviation_m": deviation,
-        "needless_kinds": needless,
-    }
+        of_learner = {
+            "brass_after_decoy": [float(after), float(last)],
+            "brass_before_decoy": float(before),
+            "excursion_m": estimate.mean,
+            "excursion_m_ci95": estimate.ci95,
+            "deviation_m": np.abs(found["excursion"]).mean(axis=0),
+            "needless_kinds": float(founded.mean()),
+        }
+        for name, number in of_learner.items():
+            numbers.setdefault(name, {})[learner.value] = number
+    return numbers
 
 
 def draw(

@@ -21,6 +21,7 @@ from affordance.plant.serial_chain import SerialChain
 
 # A wrong answer is one farther from that of the good pair than this: relative error, standard deviations, [m].
 _RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
+_VERDICTS = ("refused", "not_trusted", "right", "wrong_silent")
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Outcome(NamedTuple):
     """Outcome of an identification with a mistake."""
 
     name: str  # mistake, in words
-    verdict: str  # "refused", "not_trusted", "right" or "wrong_silent"
+    verdict: str  # one of _VERDICTS
     reason: str  # first reason given; empty without one
 
 
@@ -72,8 +73,7 @@ def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: Identificati
 def count_outcomes(outcomes: Sequence[Outcome]) -> dict[str, int]:
     """Counts the verdicts; the keys are those of metrics.json."""
     verdicts = [outcome.verdict for outcome in outcomes]
-    names = ("refused", "not_trusted", "right", "wrong_silent")
-    return {"tried": len(outcomes)} | {name: verdicts.count(name) for name in names}
+    return {"tried": len(outcomes)} | {name: verdicts.count(name) for name in _VERDICTS}
 
 
 def _try(case: Case, mistake: Mistake, good: PayloadBelief, settings: IdentificationSettings) -> Outcome:
@@ -148,9 +148,7 @@ def _permute(order: Sequence[int], names: Sequence[str]) -> Callable[[Run], Run]
 
 
 def _swap(i: int, j: int, n: int = 6) -> list[int]:
-    order = list(range(n))
-    order[i], order[j] = j, i
-    return order
+    return [{i: j, j: i}.get(k, k) for k in range(n)]
 
 
 def _change_joint(joint: int, change: Callable[[Array], Array]) -> Callable[[Run], Run]:
@@ -226,12 +224,11 @@ def _drop_load(case: Case) -> Case:
     return replace(case, loaded=replace(run, signal=signal))
 
 
-def _touch_table(run: Run) -> Run:
+def _touch_table(signal: Array) -> Array:
     """Something is touched for a fifth of the run: a signal of the size of the load's on the first three joints."""
-    signal = run.signal.copy()
     rows = slice(2 * len(signal) // 5, 3 * len(signal) // 5)
     signal[rows, :3] += np.ptp(signal[:, :3], axis=0) * np.array([0.5, -0.5, 0.5])
-    return replace(run, signal=signal)
+    return signal
 
 
 def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
@@ -240,8 +237,8 @@ def _other_robot(lengths: float, mass: float) -> Callable[[Case], Case]:
     def make(case: Case) -> Case:
         chain = case.robot
         links = chain.link_parameters * mass * np.array([1.0, *[lengths] * 3, *[lengths**2] * 6])
-        smaller = replace(chain, p_PF=lengths * chain.p_PF, p_MT=lengths * chain.p_MT, link_parameters=links)
-        return replace(case, robot=smaller)
+        other = replace(chain, p_PF=lengths * chain.p_PF, p_MT=lengths * chain.p_MT, link_parameters=links)
+        return replace(case, robot=other)
 
     return make
 
@@ -261,22 +258,18 @@ def _weigh(factor: float) -> Callable[[Case], Case]:
     def make(case: Case) -> Case:
         if case.reference_mass is not None:
             return replace(case, reference_mass=factor * case.reference_mass)
-        if case.gains is not None:  # the gains come from such a weighing
-            gains = case.gains
-            return replace(
-                case,
-                gains=replace(gains, mean=gains.mean / factor, covariance=gains.covariance / factor**2),
-            )
+        if (gains := case.gains) is not None:  # the gains come from such a weighing
+            wrong = replace(gains, mean=gains.mean / factor, covariance=gains.covariance / factor**2)
+            return replace(case, gains=wrong)
         return replace(case, reference_mass=factor * case.mass)
 
     return make
 
 
 def _permute_gains(case: Case) -> Case:
-    if case.gains is None:
+    if (gains := case.gains) is None:
         return _of_runs(_permute(_swap(1, 4), ["signal"]))(case)
-    order = _swap(1, 4, len(case.gains.joint_names))
-    gains = case.gains
+    order = _swap(1, 4, len(gains.joint_names))
     return replace(case, gains=replace(gains, mean=gains.mean[order], covariance=gains.covariance[order]))
 
 
@@ -297,12 +290,8 @@ def _forget_gripper(case: Case) -> Case:
     return replace(case, loaded=replace(run, signal=run.signal + gain * torque))
 
 
-def _exchange(case: Case) -> Case:
-    return replace(case, empty=case.loaded, loaded=case.empty)
-
-
-def _rows_of_another(run: Run) -> Run:
-    return replace(run, signal=np.roll(run.signal, len(run.signal) // 3, axis=0))
+def _take_other_rows(signal: Array) -> Array:
+    return np.roll(signal, len(signal) // 3, axis=0)
 
 
 _JOINTS = ("joint 1", "joint 2", "joint 3", "joint 4", "joint 5", "joint 6")
@@ -343,8 +332,8 @@ MISTAKES: tuple[Mistake, ...] = (
     Mistake("signal 0.2 s late, loaded run", _of_runs(_shift(0.2), "loaded")),
     Mistake("signal 1 s late, both runs", _of_runs(_shift(1.0))),
     Mistake("signal 1 s early, loaded run", _of_runs(_shift(-1.0), "loaded")),
-    Mistake("signals of other rows, both runs", _of_runs(_rows_of_another)),
-    Mistake("signals of other rows, loaded run", _of_runs(_rows_of_another, "loaded")),
+    Mistake("signals of other rows, both runs", _of_runs(_of_signal(_take_other_rows))),
+    Mistake("signals of other rows, loaded run", _of_runs(_of_signal(_take_other_rows), "loaded")),
     Mistake("signals backwards in time", _of_runs(_of_signal(lambda signal: signal[::-1]))),
     Mistake("4 s missing from the loaded run", _of_runs(_cut(0.4, 4.0), "loaded")),
     Mistake("4 s missing from the empty run", _of_runs(_cut(0.4, 4.0), "empty")),
@@ -352,7 +341,7 @@ MISTAKES: tuple[Mistake, ...] = (
     Mistake("4 s missing and the clock going on, loaded run", _of_runs(_close_gap(4.0), "loaded")),
     Mistake("4 s missing and the clock going on, both runs", _of_runs(_close_gap(4.0))),
     # Runs exchanged
-    Mistake("empty and loaded run exchanged", _exchange),
+    Mistake("empty and loaded run exchanged", lambda case: replace(case, empty=case.loaded, loaded=case.empty)),
     Mistake("the loaded run twice", lambda case: replace(case, empty=case.loaded)),
     Mistake("the empty run twice", lambda case: replace(case, loaded=case.empty)),
     # Signs
@@ -404,6 +393,6 @@ MISTAKES: tuple[Mistake, ...] = (
     Mistake("weighed in grams", _weigh(1000.0)),
     Mistake("weighed a tenth too heavy", _weigh(1.1), can_be_seen=False),
     Mistake("the load lost half-way", _drop_load),
-    Mistake("a table touched in the loaded run", _of_runs(_touch_table, "loaded")),
+    Mistake("a table touched in the loaded run", _of_runs(_of_signal(_touch_table), "loaded")),
     Mistake("a gripper forgotten in the empty run", _forget_gripper, can_be_seen=False),
 )

@@ -21,7 +21,7 @@ from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.marginals import describe_bodies
 from affordance.identification.posterior.payload_belief import PayloadBelief
-from affordance.identification.recording.preparation import PreparedRun, prepare
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from studies.recorded.clones import PandaData
 from studies.recorded.peers import TO_90, solve_least_squares
@@ -113,7 +113,7 @@ class _PandaStudy:
 
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
         """Identifies random payloads in windows of a length, [s]."""
-        truths, means, sds, inside, phantoms, claims = [], [], [], [], [], []
+        found = []
         drawn = self._draw(length, settings, num_injections, seed)
         for payload, evidence, phantom in tqdm(
             drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections
@@ -123,14 +123,10 @@ class _PandaStudy:
             belief = infer(evidence, self._gains, settings=settings)
             marginals = belief.marginals
             truth = describe_bodies(payload[None])[0]
-            truths.append(truth)
-            means.append(marginals.mean)
-            sds.append(marginals.sd)
-            inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
-            phantoms.append(phantom)
-            claims.append(_judge_settings(belief, PayloadSetting(truth[0], truth[1:4], truth[4:])))
-        kinds = (truths, means, sds, inside, phantoms, claims)
-        return Injections(*(np.array(each, dtype=float) for each in kinds))
+            inside = (marginals.low90 <= truth) & (truth <= marginals.high90)
+            claims = _judge_settings(belief, PayloadSetting(truth[0], truth[1:4], truth[4:]))
+            found.append((truth, marginals.mean, marginals.sd, inside, phantom, claims))
+        return Injections(*(np.array(each, dtype=float) for each in zip(*found, strict=True)))
 
     def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
         """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval holds the truth.
@@ -160,7 +156,7 @@ class _PandaStudy:
         cells = round(length / CELL)
         arm = self._fit_outside(first, cells, settings)
         rows = slice(first * self._length, (first + cells) * self._length)
-        part: PreparedRun = self._prepared.select(rows)
+        part = self._prepared.select(rows)
         part = part._replace(signal=part.signal + self._regressors[rows] @ payload)
         return subtract_arm(self._robot, arm, self._run, part, settings), arm.phantom_mass
 

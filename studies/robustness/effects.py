@@ -52,8 +52,7 @@ def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Eff
     """
     judged = np.isfinite(outcomes)
     y, levels = outcomes[judged], levels[judged]
-    count = len(y)
-    if not count:
+    if not (count := len(y)):
         return Effects(0, float("nan"), (0.0, 1.0), np.zeros(levels.shape[1]), 1.0)
     estimate = estimate_proportion(np.array(y.sum()), count)
     ci95 = (float(estimate.low), float(estimate.high))

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -21,30 +22,16 @@ from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import Claim
 from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from studies.robustness.assumptions import (
-    Assumption,
-    list_defaults,
-    load_assumptions,
-    sample_places,
-    sample_settings,
-)
+from studies.robustness.assumptions import Assumption, list_defaults, load_assumptions, sample_places, sample_settings
 from studies.robustness.choosing import MOMENTS
 from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
-from studies.robustness.effects import (
-    Effects,
-    find_levels,
-    measure_effects,
-    name_levels,
-    share_by_level,
-)
+from studies.robustness.effects import Effects, find_levels, measure_effects, name_levels, share_by_level
 from studies.robustness.evaluate import PARTS, Outcome, evaluate_setting
 from studies.robustness.figure import draw_multiverse
 from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"
 _CHOOSING = ("reach", "hammer")
-# Where a claim was not judged, in settings.csv.
-_BLANK = ""
 # Reasons why an experiment could not be run, by what they contain.
 _KINDS = {
     "worst direction": "the path comes too near rank loss",
@@ -242,13 +229,12 @@ class Robustness(Experiment):
         names = [each.name for each in self.assumptions]
         writer.writerow(["setting", *names, *self.claims, *measured, "not run"])
         settings = sample_settings(self.assumptions, len(arrays["outcomes"]), self.seed)
-        for index, (setting, row, reasons) in enumerate(
-            zip(settings, arrays["outcomes"], arrays["reasons"], strict=True)
-        ):
+        columns = (arrays[name] for name in ("outcomes", "p_correct", "work_ratio", "reasons"))
+        for index, (setting, row, p_correct, ratios, reasons) in enumerate(zip(settings, *columns, strict=True)):
             values = [f"{value:.6g}" if isinstance(value, float) else value for value in setting.values()]
-            held = [_BLANK if np.isnan(outcome) else int(outcome) for outcome in row]
-            numbers = np.append(arrays["p_correct"][index].ravel(), arrays["work_ratio"][index])
-            shown = [_BLANK if np.isnan(number) else f"{number:.6g}" for number in numbers]
+            # Blank where a claim was not judged.
+            held = ["" if np.isnan(outcome) else int(outcome) for outcome in row]
+            shown = ["" if np.isnan(number) else f"{number:.6g}" for number in (*p_correct.ravel(), *ratios)]
             writer.writerow([index, *values, *held, *shown, "; ".join(str(reason) for reason in reasons if reason)])
         write_text(folder / "settings.csv", text.getvalue())
 
@@ -266,12 +252,9 @@ def _list_quantiles(values: Array) -> dict[str, Any]:
 
 
 def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
-    counts: dict[str, int] = {}
-    for reason in map(str, reasons):
-        if reason:
-            kind = next((words for part, words in _KINDS.items() if part in reason), reason)
-            counts[kind] = counts.get(kind, 0) + 1
-    return dict(sorted(counts.items(), key=lambda entry: -entry[1]))
+    given = [str(reason) for reason in reasons if reason]
+    kinds = (next((words for part, words in _KINDS.items() if part in reason), reason) for reason in given)
+    return dict(Counter(kinds).most_common())
 
 
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> Robustness:
