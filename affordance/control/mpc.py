@@ -156,16 +156,7 @@ class MinimumAccelerationMpc:
         return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
-        """Returns the gain from [x, d_q, d_v] to the trajectory, (3 num_steps n, 2 n + m_q + m_v), for n joints."""
-        gain = self._compute_gain(goal)
-        joints = np.arange(len(gain) // 2)
-        by_joint = np.tensordot(self._trajectory_map[:, 2:], gain.reshape(2, len(joints), -1), 1)
-        by_joint[:, joints, joints] += self._trajectory_map[:, :1]
-        by_joint[:, joints, len(joints) + joints] += self._trajectory_map[:, 1:2]
-        return by_joint.reshape(-1, gain.shape[1])
-
-    def _compute_gain(self, goal: TerminalGoal) -> Array:
-        """Returns the gain from [x, d_q, d_v] to y, shape (2 n, 2 n + m_q + m_v), for n joints.
+        """Returns the gain from [x, d_q, d_v] to the trajectory, (3 num_steps n, 2 n + m_q + m_v), for n joints.
 
         With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
@@ -184,7 +175,12 @@ class MinimumAccelerationMpc:
         gain = C.T @ (np.linalg.inv(gram) * units_of_e)
         coasted = C.copy()  # C [q + T v, v]
         coasted[:m_q, n:] = T * goal.C_q
-        return np.hstack([-gain @ coasted, gain])
+        gain = np.hstack([-gain @ coasted, gain])  # from [x, d_q, d_v] to y
+        joints = np.arange(n)
+        by_joint = np.tensordot(self._trajectory_map[:, 2:], gain.reshape(2, n, -1), 1)
+        by_joint[:, joints, joints] += self._trajectory_map[:, :1]
+        by_joint[:, joints, n + joints] += self._trajectory_map[:, 1:2]
+        return by_joint.reshape(-1, gain.shape[1])
 
 
 def _is_all(flags: NDArray[np.bool_]) -> bool:

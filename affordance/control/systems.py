@@ -74,16 +74,13 @@ class MpcController(SampledSystem):
         # Time of the plan, and its horizon.
         self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
         self._counts = int(self.DeclareDiscreteState(2))  # control periods limited, and failed
-        self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
+        # Seed of the density that is drawn if the point estimate is a sample.
+        self.seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
-            "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
+            "payload", self._calc_payload, {self.input_ticket("belief"), self.seed.ticket}
         )
         self.DeclareStateOutputPort("tau", tau)
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
-
-    def set_seed(self, context: Context, seed: tuple[int, ...]) -> None:
-        """Sets the seed of the density that is drawn if the point estimate is a sample."""
-        self._seed.set(context, seed)
 
     def get_counts(self, context: Context) -> ControlCounts:
         """Returns the numbers of control periods so far that were limited and that failed."""
@@ -93,7 +90,7 @@ class MpcController(SampledSystem):
     def _calc_payload(self, context: Context) -> Array:
         """Computes the inertial parameters at the point estimate of the belief, once per belief."""
         belief = self._belief.Eval(context)
-        rng = np.random.default_rng(self._seed.get(context))
+        rng = np.random.default_rng(self.seed.get(context))
         return belief.compute_parameters(belief.densities.compute_point_estimate(self._point_estimate, rng))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
@@ -154,9 +151,5 @@ class TaskSystem(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._task: ObjectParameter[Task] = self.declare_object_parameter()
-        self.declare_object_output("goal", self._task.get, {self._task.ticket})
-
-    def set_task(self, context: Context, task: Task) -> None:
-        """Sets the task to be done."""
-        self._task.set(context, task)
+        self.task: ObjectParameter[Task] = self.declare_object_parameter()
+        self.declare_object_output("goal", self.task.get, {self.task.ticket})

@@ -42,11 +42,9 @@ type ComputeLikelihood = Callable[[Array], Likelihood]
 def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:
     """Finds the likelihood whose errors are evaluated at the posterior mean, (M,), [kg/m^3], that it leads to.
 
-    Among several fixed points, the plain iteration from the mean of the belief selects one if it converges.
-
-    Raises:
-        AffordanceError: The descent does not converge; possible only for several densities with errors that are
-            dependent between joints.
+    Among several fixed points, the plain iteration from the mean of the belief selects one if it converges. A descent
+    that does not converge is an AffordanceError, possible only for several densities with errors that are dependent
+    between joints.
     """
     rho = belief.untruncated_mean
     for _ in range(_PLAIN_STEPS):
@@ -76,15 +74,22 @@ def descend(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Lik
 
     Arguments and errors are those of find_fixed_point.
     """
+
+    def compute_gradient(rho: Array) -> Array:
+        likelihood = compute_likelihood(rho)
+        gradient: Array = belief.precision @ (rho - belief.untruncated_mean)
+        gradient += likelihood.precision @ rho - likelihood.information_vector
+        return gradient
+
     rho = belief.untruncated_mean
     for _ in range(_DESCENT_STEPS):
         likelihood = compute_likelihood(rho)
         step = _compute_mean(belief, likelihood) - rho
-        g = _compute_gradient(belief, compute_likelihood, rho)
+        g = compute_gradient(rho)
         if np.abs(step).max() <= TOLERANCE * np.abs(rho + step).max() or -g @ step <= _NEGLIGIBLE:
             return likelihood
-        step = _try_newton(belief, compute_likelihood, rho, g, step)
-        length = _find_length(belief, compute_likelihood, rho, step, float(g @ step))
+        step = _try_newton(compute_gradient, rho, g, step)
+        length = _find_length(compute_gradient, rho, step, float(g @ step))
         if length == 0.0:  # g is zero to rounding
             return likelihood
         rho = rho + length * step
@@ -101,24 +106,10 @@ def _compute_mean(belief: DensityBelief, likelihood: Likelihood) -> Array:
     return b / A[0] if len(b) == 1 else np.linalg.solve(A, b)
 
 
-def _compute_gradient(belief: DensityBelief, compute_likelihood: ComputeLikelihood, rho: Array) -> Array:
-    """Computes g at rho, shape (M,)."""
-    likelihood = compute_likelihood(rho)
-    gradient: Array = belief.precision @ (rho - belief.untruncated_mean)
-    gradient += likelihood.precision @ rho - likelihood.information_vector
-    return gradient
-
-
-def _try_newton(
-    belief: DensityBelief, compute_likelihood: ComputeLikelihood, rho: Array, g: Array, plain: Array
-) -> Array:
+def _try_newton(compute_gradient: Callable[[Array], Array], rho: Array, g: Array, plain: Array) -> Array:
     """Returns the Newton step towards g = 0 if it is a sufficient descent, else the plain step, shape (M,)."""
     shifts = _DIFFERENCE * max(float(np.abs(rho).max()), 1.0) * np.eye(len(rho))
-    columns = [
-        _compute_gradient(belief, compute_likelihood, rho + shift)
-        - _compute_gradient(belief, compute_likelihood, rho - shift)
-        for shift in shifts
-    ]
+    columns = [compute_gradient(rho + shift) - compute_gradient(rho - shift) for shift in shifts]
     try:
         newton = np.linalg.solve(np.array(columns).T / (2.0 * shifts[0, 0]), -g)
     except np.linalg.LinAlgError:
@@ -127,13 +118,11 @@ def _try_newton(
     return newton if descends and np.linalg.norm(newton) <= _LONGEST_NEWTON * np.linalg.norm(plain) else plain
 
 
-def _find_length(
-    belief: DensityBelief, compute_likelihood: ComputeLikelihood, rho: Array, step: Array, slope: float
-) -> float:
+def _find_length(compute_gradient: Callable[[Array], Array], rho: Array, step: Array, slope: float) -> float:
     """Finds the largest of 1, 1/2, 1/4, ... that decreases Phi enough; 0 if no decrease exceeds rounding."""
     length = 1.0
     while length >= _SHORTEST_STEP and slope < 0.0:
-        slopes = [step @ _compute_gradient(belief, compute_likelihood, rho + length * t * step) for t in _NODES]
+        slopes = [step @ compute_gradient(rho + length * t * step) for t in _NODES]
         if float(_WEIGHTS @ slopes) <= _ARMIJO * slope:
             return length
         length *= 0.5

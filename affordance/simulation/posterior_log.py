@@ -32,18 +32,15 @@ class PosteriorLog(SampledSystem):
         """Declares events at the beginning, every period, and at the end of a presentation; both arguments in [s]."""
         super().__init__()
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
-        self._entries: ObjectParameter[tuple[LoggedPosterior, ...]] = self.declare_object_parameter(())
+        # Entries so far, in the order of time.
+        self.entries: ObjectParameter[tuple[LoggedPosterior, ...]] = self.declare_object_parameter(())
         self.DeclareInitializationPublishEvent(self._log)
         # Starting at the first period, as the samples do: times that are summed differently differ by rounding.
         self.DeclarePeriodicPublishEvent(period, period, self._log)
         self.DeclarePeriodicPublishEvent(duration, duration, self._log)
 
-    def get_entries(self, context: Context) -> tuple[LoggedPosterior, ...]:
-        """Returns the entries so far, in the order of time."""
-        return self._entries.get(context)
-
     def _log(self, context: Context) -> None:
         entry = LoggedPosterior(context.get_time(), self._posterior.Eval(context))
         # A change of the integrator during a trial publishes that moment twice: the last entry counts.
-        earlier = [each for each in self._entries.get(context) if each.time < entry.time]
-        self._entries.set(context, (*earlier, entry))
+        earlier = [each for each in self.entries.get(context) if each.time < entry.time]
+        self.entries.set(context, (*earlier, entry))

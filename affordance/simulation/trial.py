@@ -208,8 +208,8 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     features = trial.eye(tool, np.random.default_rng([*seed, 0]))
     trial.feature_sensor.features.set(trial.feature_sensor.GetMyMutableContextFromRoot(context), features)
     trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
-    trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
-    trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
+    trial.controller.seed.set(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
+    trial.task.task.set(trial.task.GetMyMutableContextFromRoot(context), task)
     trial.arm.set_posture(plant_context, task.q_start)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(trial.simulator, simulator)
@@ -236,7 +236,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         _LOG.info("%d of %d samples were rejected: %s", samples.rejected, sum(samples), samples)
     if p_value < OUTLIER_P_VALUE:
         _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, p_value)
-    posteriors = trial.posterior_log and trial.posterior_log.get_entries(
+    posteriors = trial.posterior_log and trial.posterior_log.entries.get(
         trial.posterior_log.GetMyContextFromRoot(context)
     )
     log = trial.state_log.FindLog(context)

@@ -240,7 +240,7 @@ def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
     system, context = controller(PointEstimate.SAMPLE)
     torques = []
     for seed in ((1,), (2,), (1,)):
-        system.set_seed(context, seed)
+        system.seed.set(context, seed)
         update(system, context)
         torques.append(evaluate(system, context, "tau").copy())
         update(system, context)
@@ -255,7 +255,7 @@ def test_sampled_densities_are_distributed_as_believed(controller, hold):
     per_density = hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).geometry.Phi[:, 0]
     drawn = []
     for seed in range(500):
-        system.set_seed(context, (seed,))
+        system.seed.set(context, (seed,))
         update(system, context)
         load = evaluate(system, context, "tau") - hold.tau_arm
         drawn.append(load @ per_density / (per_density @ per_density))
