@@ -7,16 +7,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
-from affordance.robots.description import (
-    MOMENTS,
-    SHAPES,
-    Description,
-    Inertial,
-    JointNotes,
-    Mimic,
-    Visual,
-    find_joint_fault,
-)
+from affordance.robots.description import MOMENTS, Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
 from affordance.robots.xml_reader import Numbers, find_text, list_new, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
@@ -158,10 +149,5 @@ def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:
     if colour is not None and len(colour) == 3:
         colour = (*colour, 1.0)
     shape, (place, rpy) = geometry[0], pose
-    if shape.tag == "mesh":
-        scale = numbers.parse(find_text(shape, "scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
-        return Visual("mesh", scale, place, rpy, (find_text(shape, "uri") or "").strip(), colour)
-    if shape.tag not in SHAPES:
-        return None
     sizes = numbers.parse_sizes(shape.tag, lambda name: find_text(shape, name), key)
-    return Visual(shape.tag, sizes, place, rpy, "", colour)
+    return Visual(shape.tag, sizes, place, rpy, (find_text(shape, "uri") or "").strip(), colour) if sizes else None

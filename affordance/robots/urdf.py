@@ -7,16 +7,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice, suggest
-from affordance.robots.description import (
-    MOMENTS,
-    SHAPES,
-    Description,
-    Inertial,
-    JointNotes,
-    Mimic,
-    Visual,
-    find_joint_fault,
-)
+from affordance.robots.description import MOMENTS, Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
 from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
 # Xacro has been declared by several addresses, or by its prefix alone.
@@ -154,9 +145,5 @@ def _read_visual(
     colour = colours.get(get_attribute(material, "name") or "")
     if material is not None and material.find("color") is not None:
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
-    if shape.tag == "mesh":
-        scale = numbers.parse(shape.get("scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
-        return Visual("mesh", scale, place, rpy, shape.get("filename", ""), colour)
-    if shape.tag not in SHAPES or shape.tag == "ellipsoid":  # which URDF has not
-        return None
-    return Visual(shape.tag, numbers.parse_sizes(shape.tag, shape.get, key), place, rpy, "", colour)
+    sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # URDF has none
+    return Visual(shape.tag, sizes, place, rpy, shape.get("filename", ""), colour) if sizes else None

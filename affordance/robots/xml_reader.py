@@ -77,11 +77,12 @@ class Numbers:
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses the sizes of a simple shape, whose texts are found by name; 1 cm where there are none."""
+        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for other shapes."""
+        names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
-        for name in SHAPES[shape]:
-            count = 3 if name in ("size", "radii") else 1
-            sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (0.01,) * count)
+        for name in names:
+            count = 3 if name in ("size", "radii", "scale") else 1
+            sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (default,) * count)
         return sizes
 
     def parse_bound(self, text: str | None, key: str) -> float | None:

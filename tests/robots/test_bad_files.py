@@ -3,11 +3,12 @@
 import math
 from pathlib import Path
 
+import pytest
 from helpers.refusals import refuse
 from helpers.robot_files import write_urdf
 
 from affordance.exceptions import AffordanceError
-from affordance.robots.importer import ImportOptions, extract_arm, parse_values
+from affordance.robots.importer import ImportOptions, extract_arm, parse_values, read_arm
 from affordance.robots.report import list_dropped
 
 TIP = ImportOptions("right_tool")
@@ -27,18 +28,19 @@ def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_pa
     assert any(note.startswith(said) for note in list_dropped(imported))
 
 
-def test_a_joint_without_end_has_no_limits_whatever_its_file_says(tmp_path: Path) -> None:
-    """A continuous joint has infinite limits; a bound that another joint's file leaves out is 0, as in URDF."""
-    path = write_urdf(tmp_path, changes={'lower="-2.5" upper="2.4"': 'upper="2.4"'})
-    *others, last = extract_arm(path, TIP)[0].links
+@pytest.mark.parametrize(
+    ("written", "limits"),
+    [
+        ('upper="2.4" velocity="3"', (0.0, 2.4, 3.0)),  # a bound that is left out is 0, as in URDF
+        ('lower="-inf" upper="inf" velocity="inf"', (-math.inf, math.inf, math.inf)),
+    ],
+)
+def test_limits_may_be_infinite_or_left_out(tmp_path: Path, written: str, limits: tuple[float, ...]) -> None:
+    """A continuous joint, the last one, has no position limits whatever its file says."""
+    path = write_urdf(tmp_path, changes={'lower="-2.5" upper="2.4" velocity="3"': written})
+    *others, last = read_arm(path, TIP).links
     assert (last.lower, last.upper) == (-math.inf, math.inf)
-    assert [(link.lower, link.upper) for link in others] == [(0.0, 2.4)] * 3
-
-
-def test_infinite_limits_are_none(tmp_path: Path) -> None:
-    limits = {'lower="-2.5" upper="2.4" velocity="3"': 'lower="-inf" upper="inf" velocity="inf"'}
-    for link in extract_arm(write_urdf(tmp_path, changes=limits), TIP)[0].links:
-        assert (link.lower, link.upper, link.velocity) == (-math.inf, math.inf, math.inf)
+    assert [(link.lower, link.upper, link.velocity) for link in others] == [limits] * 3
 
 
 def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
