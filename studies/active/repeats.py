@@ -32,10 +32,8 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import predict_object
-from studies.active.world import make_stock
+from studies.active.world import deviate, make_stock
 
-# A deviation leaves at least this share of a density.
-_LEAST = 0.3
 # Function from all holds of one object to the belief about its material.
 type _Learn = Callable[[Sequence[TrialEvidence], Sequence[ComponentFeatures], Settings], DensityBelief]
 
@@ -59,8 +57,8 @@ def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
         material, features = piece.components[0].material, measure_drawing(piece)
         for observer in range(config.num_observers):
             rng = np.random.default_rng([config.seed, number, config.num_observers * block + observer, 41])
-            rho = material.density + settings.prior.deviation_sd * rng.standard_normal()
-            trials = hold(piece, max(rho, _LEAST * material.density), static, settings, config.num_holds, rng)
+            (rho,) = deviate([material.density], settings.prior.deviation_sd, rng)
+            trials = hold(piece, float(rho), static, settings, config.num_holds, rng)
             for name, learn in _LEARNERS.items():
                 belief = learn(trials, features, settings)
                 sd = np.sqrt(belief.covariance[0, 0])

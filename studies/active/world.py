@@ -12,6 +12,7 @@ from affordance.belief.object_belief import FeltObject, Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_advice import HoldAdvice
 from affordance.choice.hold_worth import Decision
+from affordance.choice.inner_simulation import Choice
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import plan_options, price_options
@@ -28,6 +29,7 @@ from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import measure_geometry, predict_object
 
 TASKS = ("hammer", "reach", "mash")
@@ -114,30 +116,48 @@ def draw_world(
     means = means or {each.colour: each.density for each in load_materials().values()}
     densities: dict[str, dict[Colour, float]] = {}
     for name, tool in workshop.candidates.items():
-        densities[name] = {}
-        for colour in dict.fromkeys(part.looks_like.colour for part in tool.components):
-            densities[name][colour] = max(means[colour] + sd * rng.standard_normal(), _LEAST * means[colour])
+        colours = list(dict.fromkeys(part.looks_like.colour for part in tool.components))
+        drawn = deviate([means[colour] for colour in colours], sd, rng)
+        densities[name] = dict(zip(colours, drawn.tolist(), strict=True))
     costs = {}
     for question in workshop.questions:
         true: dict[str, Array] = {}
         for option in question.choice.options:
             if option.object_name not in true:
-                colours = list(dict.fromkeys(part.colour for part in option.features))
-                geometry = measure_geometry(
-                    option.features, [colours.index(part.colour) for part in option.features], len(colours)
-                )
-                of_parts = np.array([means[colour] for colour in colours])
-                rho = np.maximum(of_parts + sd * rng.standard_normal(len(colours)), _LEAST * of_parts)
-                true[option.object_name] = geometry.Phi @ rho
-        pi = np.array(
-            [
-                build_transform_map(np.linalg.inv(each.X_TG)) @ true[each.object_name]
-                for each in question.choice.options
-            ]
-        )
-        found, _ = price_options(question.choice, pi[:, None])
-        costs[question.name] = np.where(found.feasible, found.cost, np.inf)[:, 0]
+                materials = [part.colour for part in option.features]
+                true[option.object_name] = draw_parameters(option.features, materials, means, sd, rng)
+        costs[question.name] = find_true_costs(question.choice, true)
     return TrueWorld(densities, costs)
+
+
+def draw_parameters[K](
+    features: Sequence[ComponentFeatures],
+    materials: Sequence[K],
+    means: Mapping[K, float],
+    deviation_sd: float,
+    rng: np.random.Generator,
+) -> Array:
+    """Draws the true parameters, (10,), of an object by the material of each part and materials' mean densities."""
+    kinds = list(dict.fromkeys(materials))
+    geometry = measure_geometry(features, [kinds.index(each) for each in materials], len(kinds))
+    pi: Array = geometry.Phi @ deviate([means[kind] for kind in kinds], deviation_sd, rng)
+    return pi
+
+
+def deviate(means: Sequence[float], sd: float, rng: np.random.Generator) -> Array:
+    """Draws the densities of an object that deviates once from the mean of each of its materials, (M,), [kg/m^3]."""
+    mean = np.array(means)
+    return np.maximum(mean + sd * rng.standard_normal(len(mean)), _LEAST * mean)
+
+
+def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Criterion = Criterion.WORK) -> Array:
+    """Computes the costs of all options, infinite where infeasible, (options,), by tools' true parameters, (10,)."""
+    pi = np.array(
+        [build_transform_map(np.linalg.inv(option.X_TG)) @ truths[option.object_name] for option in choice.options]
+    )
+    costs, _ = price_options(choice, pi[:, None], criterion)
+    true_costs: Array = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
+    return true_costs
 
 
 def start_memory(workshop: Workshop, memory: Memory) -> Memory:

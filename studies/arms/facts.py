@@ -49,8 +49,14 @@ def list_verdicts(found: Found) -> tuple[Table, ...]:
     return (Table(caption, ["claim", *known], rows),) if rows else ()
 
 
-def _get_excess(one: Mapping[str, Any], task: str) -> float:
+def get_excess(one: Mapping[str, Any], task: str) -> float:
+    """Returns the extra work of the more costly grip, over that of the other."""
     return float(one[task]["energy_ratio_true"]) - 1.0
+
+
+def get_mass_ratio(sag: Mapping[str, Any]) -> float:
+    """Returns the effective mass of an arm over that of the object that it holds."""
+    return float(sag["arm_mass"] / sag["object_mass"])
 
 
 def _compare_works(loaded: Found, task: str) -> dict[str, Any] | None:
@@ -58,8 +64,8 @@ def _compare_works(loaded: Found, task: str) -> dict[str, Any] | None:
     arms = [one for one in loaded.values() if task in one]
     if len(arms) < 3:
         return None
-    masses = [one["sag"]["arm_mass"] / one["sag"]["object_mass"] for one in arms]
-    works = [_get_excess(one, task) for one in arms]
+    masses = [get_mass_ratio(one["sag"]) for one in arms]
+    works = [get_excess(one, task) for one in arms]
     rho = float(spearmanr(masses, works).statistic)
     return {"task": _TASKS[task], "low": min(works), "high": max(works), "rho": rho}
 
@@ -79,6 +85,6 @@ def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
         *("ok" if metrics["experiments"][each] == OK else metrics["experiments"][each] for each in EXPERIMENTS),
         f"{metrics['real_time_factor']:.1f}",
         f"{100.0 * one['weight']['drop_m'][0]:.1f}" if "weight" in one else "-",
-        ", ".join(f"{100.0 * _get_excess(one, task):.1f}" if task in one else "-" for task in _TASKS),
+        ", ".join(f"{100.0 * get_excess(one, task):.1f}" if task in one else "-" for task in _TASKS),
         f"{sum(verdicts)} of {len(verdicts)}",
     ]

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
-from studies.arms.facts import FREE
+from studies.arms.facts import FREE, get_excess, get_mass_ratio
 
 _FONT = 7.5
 _FALL = "fall of the first object, simulated (cm)"
@@ -48,10 +48,10 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
 def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
     """Draws the fall of the first object over the ratio of the arm's effective mass to the object's."""
     for name, one in {**known, "ours": ours}.items():
-        _mark(axes, name, _get_mass_ratio(one["sag"]), 100.0 * one["sag"]["simulated"])
+        _mark(axes, name, get_mass_ratio(one["sag"]), 100.0 * one["sag"]["simulated"])
     for one in known.values():
         path = [one["sag"], *one["sag_with_rotors"].values()]
-        x, y = [_get_mass_ratio(sag) for sag in path], [100.0 * sag["simulated"] for sag in path]
+        x, y = [get_mass_ratio(sag) for sag in path], [100.0 * sag["simulated"] for sag in path]
         axes.plot(x, y, "-", color=OBJECT_COLOURS[1], linewidth=0.7)
     axes.plot([], [], "-", color=OBJECT_COLOURS[1], label="the same arm with rotors up to 0.3 kg m²")
     _finish(axes, f"{_MASS}\nover the mass of the object", _FALL)
@@ -62,7 +62,7 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
     for task, colour, marker in (("reach", OBJECT_COLOURS[0], "o"), ("hammer", OBJECT_COLOURS[4], "^")):
         able = {name: one for name, one in {**known, "ours": ours}.items() if task in one}
         for name, one in able.items():
-            x, y = _get_mass_ratio(one["sag"]), 100.0 * (one[task]["energy_ratio_true"] - 1.0)
+            x, y = get_mass_ratio(one["sag"]), 100.0 * get_excess(one, task)
             _mark(axes, name if task == "reach" else "", x, y, marker, colour)
         if able:
             axes.plot([], [], marker, color=colour, markersize=6.0, label=task)
@@ -70,10 +70,6 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
         axes, f"{_MASS}\nover the mass of the first object of Simulation I", "extra cost of the more costly grip (%)"
     )
     axes.legend(frameon=False, fontsize=_FONT)
-
-
-def _get_mass_ratio(sag: Mapping[str, Any]) -> float:
-    return float(sag["arm_mass"] / sag["object_mass"])
 
 
 def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: str = "") -> None:

@@ -11,26 +11,22 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.pricing import price_options
 from affordance.choice.ranking import rank_draws
 from affordance.identification.identify import identify, see_tool
 from affordance.identification.settings import DEFAULT_SETTINGS
 from affordance.memory.identified_trial import build_identified_trial
 from affordance.memory.ledger import open_memory
-from affordance.objects.inertia import build_transform_map
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
-from affordance.vision.systems import measure_geometry
+from studies.active.world import draw_parameters, find_true_costs
 from studies.loop.recordings import Recorder
 
 # Numbers of pieces after which choices are judged, by their name in metrics.json.
 LEVELS: Mapping[str, int] = {"before": 0, "after_1": 1, "after_2": 2, "after_5": 5}
 # Sizes of stock are measured with a rule, relative standard deviation [1].
 _SIZE_ERROR = 0.02
-# Deviations leave a density of at least this share of the material's.
-_LEAST = 0.3
 # Stock is solid: little of its mass is unseen. Chosen after a first run with the default, a fifth, by which a density
 # is known to a fifth and no better.
 _IDENTIFICATION = replace(DEFAULT_SETTINGS, num_samples=500, unseen_share=0.02)
@@ -50,14 +46,9 @@ type Truths = Mapping[str, Array]
 def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> Array:
     """Draws the true parameters, (10,), of a tool; each of its materials has one deviation from its mean there."""
     features = measure_features(tool, VisionError(), rng)
-    materials = list(dict.fromkeys(part.material.name for part in tool.components))
-    geometry = measure_geometry(
-        features, [materials.index(part.material.name) for part in tool.components], len(materials)
-    )
-    means = np.array([next(p.material.density for p in tool.components if p.material.name == m) for m in materials])
-    densities = np.maximum(means + deviation_sd * rng.standard_normal(len(means)), _LEAST * means)
-    pi: Array = geometry.Phi @ densities
-    return pi
+    materials = [part.material.name for part in tool.components]
+    means = {part.material.name: part.material.density for part in tool.components}
+    return draw_parameters(features, materials, means, deviation_sd, rng)
 
 
 def live(
@@ -103,16 +94,6 @@ def judge(
     # Where nothing is usable under the belief, one takes what is ranked first.
     chosen = float(costs[names.index(ranking.ranked[0].option.name)])
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
-
-
-def find_true_costs(choice: Choice, truths: Truths, criterion: Criterion) -> Array:
-    """Computes the costs of all options with true inertias, infinite where infeasible, (options,)."""
-    pi = np.array(
-        [build_transform_map(np.linalg.inv(option.X_TG)) @ truths[option.object_name] for option in choice.options]
-    )
-    costs, _ = price_options(choice, pi[:, None], criterion)
-    true_costs: Array = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
-    return true_costs
 
 
 def is_mass_covered(choice: Choice, memory: Memory, truths: Truths, rng: np.random.Generator) -> list[bool]:

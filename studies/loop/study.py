@@ -28,7 +28,8 @@ from affordance.reporting.statistics import estimate_proportion
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor
-from studies.loop.lives import LEVELS, Truths, draw_truth, find_true_costs, is_mass_covered, judge, live
+from studies.active.world import find_true_costs
+from studies.loop.lives import LEVELS, Truths, draw_truth, is_mass_covered, judge, live
 from studies.loop.recordings import MOTORS, TORQUE_SENSORS, build_recorder
 from studies.loop.specimens import draw_things
 

@@ -137,13 +137,6 @@ def simulate_and_fit(
     jobs: int,
 ) -> KappaFit:
     """Simulates both groups at each kappa, and fits it; arguments are those of the functions above."""
-    found = np.array(
-        [
-            [
-                simulate_fraction(experiment, learner, float(kappa), repeats=repeats, jobs=jobs)
-                for experiment in experiments
-            ]
-            for kappa in kappas
-        ]
-    )
+    simulate = partial(simulate_fraction, learner=learner, repeats=repeats, jobs=jobs)
+    found = np.array([[simulate(experiment, kappa=float(kappa)) for experiment in experiments] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

@@ -17,11 +17,12 @@ from affordance.identification.identify import identify
 from affordance.memory.ledger import open_memory
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
+from studies.active.world import find_true_costs
 from studies.loop import study
 from studies.loop.execution import execute
 from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import count_double, make_trials
-from studies.loop.lives import LEVELS, draw_truth, find_true_costs, judge, live
+from studies.loop.lives import LEVELS, draw_truth, judge, live
 from studies.loop.record import STOCK, record_stock
 from studies.loop.recordings import MOTORS, build_recorder, draw_errors, move
 
