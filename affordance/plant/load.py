@@ -113,22 +113,21 @@ def _finish_plant(
         plant.set_stiction_tolerance(STICTION_TOLERANCE)
     num_joints = plant.num_velocities() - (joint is not None)
     _check_fitness(plant, directives, num_joints)
-    tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
+    actuators = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
     limits = JointLimits(
         plant.GetPositionLowerLimits()[:num_joints],
         plant.GetPositionUpperLimits()[:num_joints],
         plant.GetVelocityUpperLimits()[:num_joints],
-        tau_max,
+        np.array([actuator.effort_limit() for actuator in actuators]),
     )
     home = plant.GetPositions(plant.CreateDefaultContext())[:num_joints]
-    for index, joint_of in enumerate(plant.GetJointActuatorIndices()):
-        name = plant.get_joint_actuator(joint_of).joint().name()
-        low, high = limits.q_lower[index], limits.q_upper[index]
-        if not low <= home[index] <= high:
-            problem = f"has {name} at {home[index]:g} rad in the home posture, must be from {low:g} to {high:g}"
+    for actuator, angle, low, high, v_max in zip(actuators, home, *limits[:3], strict=True):
+        name = actuator.joint().name()
+        if not low <= angle <= high:
+            problem = f"has {name} at {angle:g} rad in the home posture, must be from {low:g} to {high:g}"
             raise ModelFileError(directives, problem)
-        if not limits.v_max[index] > 0.0:
-            problem = f"has {name} with a velocity limit of {limits.v_max[index]:g} rad/s, must be more than 0"
+        if not v_max > 0.0:
+            problem = f"has {name} with a velocity limit of {v_max:g} rad/s, must be more than 0"
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)

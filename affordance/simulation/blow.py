@@ -65,11 +65,10 @@ class Blow:
         """Describes the error of the peak resistance, [N], and possible remedies; empty within the tolerance."""
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
-        joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         ways = []
         # If damping brings a light wrist to rest within a control period, the wrist does not yield to the nail.
-        if any(joint.default_damping_vector().any() for joint in joints):
+        if any(rotor.joint().default_damping_vector().any() for rotor in rotors):
             ways.append("an arm without damping (import-arm --damping none)")
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
             ways.append("the inertia of its rotors (import-arm --rotor-inertia)")

@@ -8,15 +8,6 @@ from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
 
 
-def test_goal_is_the_posture_at_rest_whatever_the_state(model, arm, rng):
-    hold = Hold(arm.home)
-    for x in rng.normal(size=(3, 14)):
-        model.set_state(x)
-        goal = hold.compute_goal(model, x, 1.0, 0.24)
-        np.testing.assert_array_equal(goal.C_q @ arm.home, goal.d_q)
-        np.testing.assert_array_equal(goal.d_v, np.zeros(7))
-
-
 def test_arm_comes_back_as_optimal_control_in_continuous_time_says(model, arm, rng):
     """A displaced arm returns as q'' = -6 d / T^2 - 4 d' / T has it in closed form, to 3 % of the displacement.
 

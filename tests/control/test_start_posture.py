@@ -92,15 +92,6 @@ def test_start_is_the_home_posture_unless_said_otherwise(tmp_path, arm, file, lo
     np.testing.assert_array_equal(arm.find_posture(dict(load(path))), expected)
 
 
-def test_task_begins_where_its_start_says(model):
-    reach = Reach(load_path(REACH))
-    task = reach.begin(model, P_TF)
-    q_start = model.arm.find_posture(dict(reach.path.start))
-    np.testing.assert_array_equal(task.q_start, q_start)
-    model.set_posture(q_start)
-    np.testing.assert_allclose(task.compute_reference(0.0)[0], model.compute_point_position(P_TF), atol=1e-12)
-
-
 def test_reaching_from_an_outstretched_arm_is_refused_with_the_joint_to_bend(model):
     """Reaching from an outstretched arm is refused in one line that names a joint to bend."""
     outstretched = Reach(dataclasses.replace(load_path(REACH), start=()))

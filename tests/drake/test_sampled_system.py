@@ -30,8 +30,3 @@ def test_no_override_is_searched_for_at_every_evaluation():
         call = lambda s=system, c=context, d=derivatives: s.CalcTimeDerivatives(c, d)  # noqa: E731
         times.append(min(timeit.repeat(call, number=500, repeat=15)))
     assert times[0] < 0.5 * times[1]
-
-
-def test_method_is_bound_from_cpp():
-    """The method is bound from C++, as only such a method is cached as being no override."""
-    assert type(SampledSystem.__dict__["DoCalcTimeDerivatives"]) is type(LeafSystem.AllocateContext)

@@ -58,10 +58,6 @@ def test_words_name_the_joint_that_leads_away_and_the_measure(model):
     assert raised[index] > float(measured)
 
 
-def test_nothing_is_said_of_a_posture_that_is_free(model):
-    assert describe_rank_loss(model, model.arm.find_posture(dict(PATH.start)), P_TQ) == ""
-
-
 def test_path_that_leads_near_rank_loss_is_named_with_place_joint_and_measure(model):
     """A path to an all but outstretched arm, still within tolerance, is refused with place, joint and mobility."""
     outward = Reach(TimedPath(((0.19, 0.26, 0.12),), duration=2.0, tolerance=0.02, start=PATH.start))

@@ -31,13 +31,6 @@ def test_motion_of_the_tool_agrees_with_drake(arm, chain, rng):
         np.testing.assert_allclose(motion.a_WT[k], A_WT[3:], atol=1e-11)
 
 
-def test_positions_of_a_point_agree_with_the_whole_motion(chain, rng):
-    q = rng.normal(size=(10, 7))
-    p_TQ = np.array([0.1, -0.2, 0.3])
-    motion = chain.compute_motion(q, 0 * q, 0 * q)
-    np.testing.assert_allclose(chain.compute_positions(q, p_TQ), motion.p_WT + motion.R_WT @ p_TQ, atol=1e-14)
-
-
 def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng):
     q, v, vdot = rng.normal(size=(3, 5, 7))
     model = ArmModel(arm)

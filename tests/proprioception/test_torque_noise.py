@@ -125,3 +125,16 @@ def test_uncertain_geometry_scatters_the_percept_as_looking_again_does(model, rn
     variances = np.diag(expected)
     standard_error = np.sqrt((np.outer(variances, variances) + expected**2) / len(measured))
     assert (np.abs(actual - expected) < 5 * standard_error).all()
+
+
+@pytest.mark.parametrize("num_samples", [1, 4, 30])
+def test_every_independent_sample_counts(num_samples, hold):
+    """Precision for n independent samples is n times that of one, as the mean has an nth of the variance."""
+    belief = detect_parts(TWO_MATERIALS, PRIOR)
+    statistics = hold.measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
+    rho = np.array([800.0, 7000.0])
+    one = WeberNoise(0.07, 0.1).compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
+    noise = WeberNoise(0.07, 0.1, independent_samples=True)
+    many = noise.compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
+    np.testing.assert_allclose(many.precision, num_samples * one.precision, rtol=1e-12)
+    np.testing.assert_allclose(many.information_vector, num_samples * one.information_vector, rtol=1e-12)

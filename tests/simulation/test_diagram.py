@@ -49,10 +49,6 @@ def test_every_system_and_port_has_a_name_of_its_own(trial):
         assert not any(re.fullmatch(r"[uy]\d+", name) for name in connection)
 
 
-def test_plant_is_continuous(trial):
-    assert trial.arm.plant.time_step() == 0.0
-
-
 def test_belief_of_the_controller_is_another_connection(weight):
     settings = dataclasses.replace(weight.settings, uses_posterior=True)
     connections = list_connections(build_trial_diagram(settings, weight.duration).diagram)
