@@ -39,20 +39,14 @@ class Experiment(ABC):
 
     A run calls ``plan``, ``run_observer`` for every observer, ``compute_metrics`` and ``show``. By default observers
     share nothing, learn nothing before they are tested, and are one repeat each.
-
-    Attributes:
-        unit: Noun for one repeat in progress bars.
-        name: Name on the command line and of the folder of results.
-        section: Section file or, for a protocol, the protocol's file.
-        report: Report that a protocol describes; None for an experiment with a section file of the program.
-        seed: Root of every random draw.
     """
 
-    unit: ClassVar[str] = "observer"
-    name: str
-    section: Path
+    unit: ClassVar[str] = "observer"  # noun for one repeat in progress bars
+    name: str  # name on the command line and of the folder of results
+    section: Path  # section file or, for a protocol, the protocol's file
+    # Report that a protocol describes; None for an experiment with a section file of the program.
     report: PlainReport | None = None
-    seed: int
+    seed: int  # root of every random draw
     settings: Settings
 
     @property

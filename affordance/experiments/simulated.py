@@ -37,17 +37,11 @@ _PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a t
 
 @dataclass(frozen=True)
 class Simulated(Means):
-    """Presentations by simulation of the Diagram.
+    """Presentations by simulation of the Diagram."""
 
-    Attributes:
-        expects: True to store the inertial parameters that an observer predicts from sight.
-        paths: Paths of reaches, by the index of their block.
-        chooser: Chooser of what is held next; None if no order is chosen.
-    """
-
-    expects: bool = False
-    paths: Mapping[int, TimedPath] = field(default_factory=dict)
-    chooser: ChosenHolds | None = None
+    expects: bool = False  # True to store the inertial parameters that an observer predicts from sight
+    paths: Mapping[int, TimedPath] = field(default_factory=dict)  # paths of reaches, by the index of their block
+    chooser: ChosenHolds | None = None  # chooser of what is held next; None if no order is chosen
 
     is_closed_form = False
     drawn = ("objects", "heights", "heights of points", "density and drop", "lifts")

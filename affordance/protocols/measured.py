@@ -25,19 +25,15 @@ _COMPUTE_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
 
 
 class MeasuredObservers(NamedTuple):
-    """Measurements of R observers in K presentations of a protocol's objects.
-
-    Attributes:
-        presented: Indices of the presented objects, (R, K).
-        get: Function that returns a measure in all presentations, (R, K), or at the moments between them, (R, K + 1),
-            given the quantile of a belief; DENSITIES of all M colours, (R, M).
-        find_measured: Function that returns a mask of the presentations in which a measure is taken, (K,); None if
-            every measure is taken in all.
-    """
+    """Measurements of R observers in K presentations of a protocol's objects."""
 
     objects: ProtocolObjects
-    presented: NDArray[np.intp]
+    presented: NDArray[np.intp]  # indices of the presented objects, (R, K)
+    # Function that returns a measure in all presentations, (R, K), or at the moments between them, (R, K + 1), given
+    # the quantile of a belief; DENSITIES of all M colours, (R, M).
     get: Callable[[Measure, float], Array]
+    # Function that returns a mask of the presentations in which a measure is taken, (K,); None if every measure is
+    # taken in all.
     find_measured: Callable[[Measure], NDArray[np.bool_]] | None = None
 
 

@@ -23,24 +23,16 @@ _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as
 
 
 class AdviceQuestion(NamedTuple):
-    """Question that an advice answers, with the names that its text uses.
-
-    Attributes:
-        see: Source of the tools' form, "drawing", "features" or "pictures".
-        memory: Name of the memory; empty without one.
-        unknown: Names of the tools' materials without evidence in the memory.
-        num_other_arms: Number of the memory's trials of this robot that were made with another arm.
-        reasons: Reasons of the choice; None if no other option is usable.
-    """
+    """Question that an advice answers, with the names that its text uses."""
 
     task: str
     robot: str
-    see: str
-    memory: str
-    unknown: tuple[str, ...]
+    see: str  # source of the tools' form, "drawing", "features" or "pictures"
+    memory: str  # name of the memory; empty without one
+    unknown: tuple[str, ...]  # names of the tools' materials without evidence in the memory
     names: Callable[[Colour], str]
-    num_other_arms: int = 0
-    reasons: Reasons | None = None
+    num_other_arms: int = 0  # number of the memory's trials of this robot that were made with another arm
+    reasons: Reasons | None = None  # reasons of the choice; None if no other option is usable
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:

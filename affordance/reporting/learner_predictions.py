@@ -40,24 +40,17 @@ class PeopleSpread(NamedTuple):
 
 
 class Contrast(NamedTuple):
-    """Separation of two learners by one measure.
-
-    Attributes:
-        difference: Mean of the second learner minus that of the first.
-        effect: Difference over the standard deviation between people or, where that is unknown, between observers.
-        superiority: Probability that of two people, one of each learner, the second's value is larger; ties count
-            half.
-        num_people: Size of each of two groups for a test of significance 0.05 and power 0.9; at least 2.
-        is_of_people: True if the spread between people is known.
-    """
+    """Separation of two learners by one measure."""
 
     measure: str
     learners: tuple[Learner, Learner]
-    difference: float
+    difference: float  # mean of the second learner minus that of the first
+    # Difference over the standard deviation between people or, where that is unknown, between observers.
     effect: float
+    # Probability that of two people, one of each learner, the second's value is larger; ties count half.
     superiority: float
-    num_people: float
-    is_of_people: bool = False
+    num_people: float  # size of each of two groups for a test of significance 0.05 and power 0.9; at least 2
+    is_of_people: bool = False  # True if the spread between people is known
 
 
 def summarise(values: Array) -> Prediction:

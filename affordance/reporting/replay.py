@@ -42,21 +42,15 @@ _ZOOMING = 0.7
 
 
 class Scene(NamedTuple):
-    """Motion of the arm with one tool in its hand, and a nail if there is one.
-
-    Attributes:
-        times: Times, (N,), starting at 0, [s].
-        q: Joint angles, (N, num_joints), [rad].
-        travel: Travel of the nail, (N,), [m]; None for a nail that stays where it was set.
-        slow: Begin and end of slow motion, [s], and its factor, for a strike; None for none.
-    """
+    """Motion of the arm with one tool in its hand, and a nail if there is one."""
 
     tool: Tool
-    times: Array
-    q: Array
+    times: Array  # times, (N,), starting at 0, [s]
+    q: Array  # joint angles, (N, num_joints), [rad]
     caption: str
     placement: NailPlacement | None = None
-    travel: Array | None = None
+    travel: Array | None = None  # travel of the nail, (N,), [m]; None for a nail that stays where it was set
+    # Begin and end of slow motion, [s], and its factor, for a strike; None for none.
     slow: tuple[float, float, float] | None = None
 
 

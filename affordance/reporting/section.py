@@ -163,28 +163,19 @@ def _protect(value: Any) -> Any:
 
 @dataclass(frozen=True)
 class PlainReport:
-    """Report settings of a protocol, before there are numbers.
+    """Report settings of a protocol, before there are numbers."""
 
-    Attributes:
-        source: Protocol file, for error messages.
-        prose: Section file of the program that provides prose, figures and tables; None for none.
-        title: Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands
-            alone where it is of the same name.
-        question: Question of the protocol; the summary where there is no other.
-        figures: Figures where neither ``given`` nor ``prose`` has any.
-        meanings: Description of each number, by its name; empty where the protocol gives none.
-        given: Plain texts that replace others: ``order``, ``title``, ``summary``, ``figures``, ``remarks``.
-        claims: Claims as plain texts and expressions.
-    """
-
-    source: Path
-    prose: Path | None
+    source: Path  # protocol file, for error messages
+    prose: Path | None  # section file of the program that provides prose, figures and tables; None for none
+    # Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands alone where
+    # it is of the same name.
     title: str
-    question: str
-    figures: tuple[ReportFigure, ...]
-    meanings: Mapping[str, str]
+    question: str  # question of the protocol; the summary where there is no other
+    figures: tuple[ReportFigure, ...]  # figures where neither ``given`` nor ``prose`` has any
+    meanings: Mapping[str, str]  # description of each number, by its name; empty where the protocol gives none
+    # Plain texts that replace others: ``order``, ``title``, ``summary``, ``figures``, ``remarks``.
     given: Mapping[str, Any]
-    claims: tuple[Claim, ...]
+    claims: tuple[Claim, ...]  # claims as plain texts and expressions
 
 
 def check_names(report: PlainReport, known: Collection[str]) -> None:

@@ -15,42 +15,26 @@ from affordance.settings import Settings
 
 
 class ChoicePlan(NamedTuple):
-    """Plan that all observers share.
+    """Plan that all observers share."""
 
-    Attributes:
-        choices: Choice of a grip by tool, with features as they are observed.
-        costs: Costs planned for the true tools, by tool and grip, if the task plans them; else for those observed.
-        simulated: Simulations of the task under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
-    """
-
-    choices: Mapping[str, Choice]
+    choices: Mapping[str, Choice]  # choice of a grip by tool, with features as they are observed
+    # Costs planned for the true tools, by tool and grip, if the task plans them; else for those observed.
     costs: Mapping[str, Mapping[str, Any]]
-    simulated: Mapping[str, Mapping[str, Any]]
-    off_axis: Mapping[str, float]
+    simulated: Mapping[str, Mapping[str, Any]]  # simulations of the task under the true densities, by tool and grip
+    off_axis: Mapping[str, float]  # largest relative change of the work if a part is shifted by 2 mm, by tool
 
 
 class ChoiceTask(ABC):
-    """Task for which a grip is chosen; derived classes are frozen dataclasses.
-
-    Attributes:
-        simulations: Noun for its simulations in progress bars.
-        key: Key of the task's file that is blamed if the task cannot be done.
-        failure: Words for a task that cannot be done.
-        figure: Name of the figure of proportions, and its title.
-        names: Names of the numbers and facts that the task adds to those of every choice.
-        names_of_second_tool: Names of the numbers that it adds about a second tool.
-        plans_truth: True to plan with the true features too, where others are observed.
-    """
+    """Task for which a grip is chosen; derived classes are frozen dataclasses."""
 
     name: ClassVar[str]
-    simulations: ClassVar[str]
-    key: ClassVar[str]
-    failure: ClassVar[str]
-    figure: ClassVar[tuple[str, str]]
-    names: ClassVar[tuple[str, ...]]
-    names_of_second_tool: ClassVar[tuple[str, ...]] = ()
-    plans_truth: ClassVar[bool] = False
+    simulations: ClassVar[str]  # noun for its simulations in progress bars
+    key: ClassVar[str]  # key of the task's file that is blamed if the task cannot be done
+    failure: ClassVar[str]  # words for a task that cannot be done
+    figure: ClassVar[tuple[str, str]]  # name of the figure of proportions, and its title
+    names: ClassVar[tuple[str, ...]]  # names of the numbers and facts that the task adds to those of every choice
+    names_of_second_tool: ClassVar[tuple[str, ...]] = ()  # names of the numbers that it adds about a second tool
+    plans_truth: ClassVar[bool] = False  # True to plan with the true features too, where others are observed
     task: TaskCostModel
 
     @abstractmethod

@@ -46,27 +46,20 @@ class ExperienceConfig:
 
 @dataclass(frozen=True)
 class Experience:
-    """Memories of many observers.
+    """Memories of many observers."""
 
-    Attributes:
-        colours: Colours of the M materials.
-        precision: Precision of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
-        information_vector: Information vector of the same beliefs, (repeats, K + 1, M).
-        order: Index of the object held in each trial, (repeats, K).
-        rejected: Number of samples rejected in each trial, (repeats, K); empty if rejection was impossible.
-        outlier: 1 where a trial was a 5-sigma outlier, (repeats, K); empty if outliers were impossible.
-        memories: Memories at the same moments, with the objects that were held, as JSON text, (repeats, K + 1); empty
-            if only the beliefs about materials are known.
-        p_value: P-value of the torques measured in each trial, (repeats, K); empty if unknown.
-    """
-
-    colours: tuple[Colour, ...]
-    precision: Array
-    information_vector: Array
-    order: NDArray[np.intp]
+    colours: tuple[Colour, ...]  # colours of the M materials
+    precision: Array  # precision of the belief before the first and after each of K trials, (repeats, K + 1, M, M)
+    information_vector: Array  # information vector of the same beliefs, (repeats, K + 1, M)
+    order: NDArray[np.intp]  # index of the object held in each trial, (repeats, K)
+    # Number of samples rejected in each trial, (repeats, K); empty if rejection was impossible.
     rejected: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    # 1 where a trial was a 5-sigma outlier, (repeats, K); empty if outliers were impossible.
     outlier: NDArray[np.intp] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.intp))
+    # Memories at the same moments, with the objects that were held, as JSON text, (repeats, K + 1); empty if only the
+    # beliefs about materials are known.
     memories: NDArray[np.bytes_] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.bytes_))
+    # P-value of the torques measured in each trial, (repeats, K); empty if unknown.
     p_value: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property

@@ -57,29 +57,21 @@ class Presented(NamedTuple):
 
 
 class PresentationRow(NamedTuple):
-    """Presentation of an object to an observer.
-
-    Attributes:
-        cycle: Number of the repetition within the block, from 1.
-        mass: Mass of the object in this presentation, [kg].
-        force: Upward force before release from a clamp, [N]; NaN where there is no clamp.
-        expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
-        believed_density: Most probable density of an object never lifted with the colour of this one's first part,
-            before it is held, [kg/m^3].
-        kind: Number of the kind of that colour to which the object is assigned after it was held, from 1, the oldest;
-            0 without kinds.
-        p_value: P-value of the measured torques under the belief before; NaN if nothing is measured.
-    """
+    """Presentation of an object to an observer."""
 
     tool: int
     block: int
-    cycle: int
-    mass: float
-    force: float
-    expected: float
+    cycle: int  # number of the repetition within the block, from 1
+    mass: float  # mass of the object in this presentation, [kg]
+    force: float  # upward force before release from a clamp, [N]; NaN where there is no clamp
+    expected: float  # mass at the most probable densities, before the object is held, [kg]; NaN if unknown
+    # Most probable density of an object never lifted with the colour of this one's first part, before it is held,
+    # [kg/m^3].
     believed_density: float
+    # Number of the kind of that colour to which the object is assigned after it was held, from 1, the oldest; 0
+    # without kinds.
     kind: int
-    p_value: float
+    p_value: float  # p-value of the measured torques under the belief before; NaN if nothing is measured
 
 
 def describe_presentation(presented: Presented, prior: Prior) -> PresentationRow:
