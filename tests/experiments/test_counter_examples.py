@@ -28,16 +28,12 @@ type Run = Callable[[], Numbers]
 
 
 class CounterExamples(NamedTuple):
-    """Simulations that contradict the claims of a section.
+    """Simulations that contradict the claims of a section."""
 
-    Attributes:
-        as_shipped: Small run in which nothing is changed.
-        changed: Small runs by what is changed in them, each with the keys of the claims that it contradicts.
-        not_met: Keys of claims that even the program as shipped does not meet, with so few observers or at all.
-    """
-
-    as_shipped: Run
+    as_shipped: Run  # small run in which nothing is changed
+    # Small runs by what is changed in them, each with the keys of the claims that it contradicts.
     changed: Mapping[str, tuple[Run, str]]
+    # Keys of claims that even the program as shipped does not meet, with so few observers or at all.
     not_met: str = ""
 
 
@@ -66,12 +62,7 @@ ALL = {
     ),
     "com": CounterExamples(
         partial(runs.hold, "com"),
-        {
-            "no samples": (
-                partial(runs.hold, "com", NO_SAMPLES),
-                "mass_and_com inertia accurate_stay decoy_lifted",
-            )
-        },
+        {"no samples": (partial(runs.hold, "com", NO_SAMPLES), "mass_and_com inertia accurate_stay decoy_lifted")},
         "mass_and_com",  # with two observers the error of the centre of mass is 10.2 mm
     ),
     "reach": CounterExamples(
@@ -182,10 +173,7 @@ ALL = {
             excite_runs.move,
         ),
         {
-            "what tells nothing is held first": (
-                partial(active_runs.choose_actively, is_perverse=True),
-                "few_holds",
-            ),
+            "what tells nothing is held first": (partial(active_runs.choose_actively, is_perverse=True), "few_holds"),
             "what tells nothing is held first in the paper's world": (
                 partial(active_runs.choose_in_paper_world, is_perverse=True),
                 "paper_world",
@@ -220,10 +208,7 @@ ALL = {
             *(studies.time_identification, studies.judge_itself),
         ),
         {
-            "nothing makes it doubt": (
-                partial(studies.judge_itself, is_blind=True, only=("mistakes",)),
-                "mistakes",
-            ),
+            "nothing makes it doubt": (partial(studies.judge_itself, is_blind=True, only=("mistakes",)), "mistakes"),
             "noise of thirty times, few samples": (
                 partial(
                     studies.judge_itself, noise_sd=3.0, num_samples=200, only=("false_alarms", "seed_shift_over_sd")
@@ -238,10 +223,7 @@ ALL = {
                 partial(studies.inject, believes_white=True),
                 "panda_coverage claimed",
             ),
-            "errors are large and independent": (
-                partial(studies.inject, is_white=True),
-                "panda_error panda_control",
-            ),
+            "errors are large and independent": (partial(studies.inject, is_white=True), "panda_error panda_control"),
             "a scale that errs": (partial(studies.weigh, scale=0.8), "lbipe"),
             "errors are taken for half as large": (
                 partial(studies.cover, overconfident=2.0),
@@ -266,10 +248,7 @@ ALL = {
                 partial(studies.strike_with_tools, aim=0.9, arm_mass_factor=1.3),
                 "blows_force blows_work",
             ),
-            "other tools than their meshes": (
-                partial(studies.compare_meshes, denser=1.01, longer=0.001),
-                "meshes",
-            ),
+            "other tools than their meshes": (partial(studies.compare_meshes, denser=1.01, longer=0.001), "meshes"),
             "nothing is felt, pictures out of scale": (
                 partial(studies.use_tools, is_numb=True, seen_scale=2.5),
                 " ".join(f"{half}_{key}" for half in HALVES for key in ("masses", "intervals", "volumes"))
