@@ -103,12 +103,9 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
     options = arm.options
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
     yield f"base: {arm.base}, as {arm.chain.why_base}"
-    how = (
-        "as given" if options.out_axis else "the axis nearest to the line from the last joints; --out-axis overrides"
-    )
-    yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({how})"
-    merged = [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]
-    if merged:
+    found = "the axis nearest to the line from the last joints; --out-axis overrides"
+    yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({'as given' if options.out_axis else found})"
+    if merged := [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]:
         yield f"links that move with another were added to it: {', '.join(merged)}"
     yield f"mass of the arm: {arm.mass:.3g} kg"
 
@@ -125,23 +122,18 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
         rest = len(arm.frozen) - len(listed)
         parts = filter(None, (shown, f"{rest} at 0" if rest else ""))
         yield f"{len(arm.frozen)} other joints are frozen: {'; '.join(parts)}"
-    free = [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]
-    if free:
+    if free := [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]:
         yield f"no position limit: {', '.join(free)}"
-    fast = [link.joint for link in arm.links if not np.isfinite(link.velocity)]
-    if fast:
+    if fast := [link.joint for link in arm.links if not np.isfinite(link.velocity)]:
         yield f"no velocity limit: {', '.join(fast)}"
-    bare = [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]
-    if bare:
+    if bare := [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
         gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
         yield f"no inertia of rotors and gears, for {some}; {gives}"
     if options.effort:
-        yield "limits of torque are those that were given, not the file's" + (
-            "" if "" in options.effort else f", for {', '.join(options.effort)}"
-        )
-    light = [link.name for link in arm.links if link.inertial.mass == 0.0]
-    if light:
+        some = "" if "" in options.effort else f", for {', '.join(options.effort)}"
+        yield f"limits of torque are those that were given, not the file's{some}"
+    if light := [link.name for link in arm.links if link.inertial.mass == 0.0]:
         yield f"no mass: {', '.join(light)}, as the file has it"
 
 
@@ -149,16 +141,13 @@ def list_dropped(arm: ReducedArm) -> Iterator[str]:
     """Lists contents of the file that the arm lacks."""
     tree, description = arm.tree, arm.tree.description
     of_arm = {joint.name(): tree.note(joint) for joint in arm.chain.joints}
-    friction = [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]
-    if friction:
+    if friction := [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]:
         yield f"Coulomb friction (N m), which Drake's joints do not know: {', '.join(friction)}"
-    springs = [f"{name} {notes.stiffness:g}" for name, notes in of_arm.items() if notes.stiffness]
-    if springs:
+    if springs := [f"{name} {notes.stiffness:g}" for name, notes in of_arm.items() if notes.stiffness]:
         yield f"springs (N m/rad): {', '.join(springs)}"
     if not arm.options.damping:
         yield "damping of all joints, as requested"
-    couplers = [name for name, notes in description.joints.items() if notes.mimic is not None]
-    if couplers:
+    if couplers := [name for name, notes in description.joints.items() if notes.mimic is not None]:
         yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}"
     yield "collision shapes: only the object that is held touches anything, the nail"
     yield from description.dropped

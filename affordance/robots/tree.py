@@ -20,8 +20,6 @@ from pydrake.systems.framework import Context
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.robots.description import Description, JointNotes
 
-_DRAKE_NAMES = {"urdf": "urdf", "sdf": "sdf", "mjcf": "xml"}
-
 
 @dataclass(frozen=True)
 class RobotTree:
@@ -103,7 +101,8 @@ def build_tree(description: Description) -> RobotTree:
     plant = MultibodyPlant(0.0)
     with _collect_remarks() as collector:
         try:
-            Parser(plant).AddModelsFromString(description.text, _DRAKE_NAMES[description.kind])
+            kind = "xml" if description.kind == "mjcf" else description.kind
+            Parser(plant).AddModelsFromString(description.text, kind)
             for root in _list_roots(description.path, plant):
                 plant.WeldFrames(plant.world_frame(), root.body_frame())
             plant.Finalize()
