@@ -177,8 +177,21 @@ def describe_blows(study: HammerStudy, experiment: ChoiceExperiment) -> Findings
     numbers = {
         "force_demanded_N": task.force,
         **measure_crossovers(study.crossovers, study.checked, study.map.forces),
-        "swings": measure_swings(study.swings),
-        "yielding_nail": measure_yielding(study.yielding),
+        "swings": {
+            grip: {
+                kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
+                for kind, swing in swings._asdict().items()
+            }
+            for grip, swings in study.swings.items()
+        },
+        "yielding_nail": {
+            grip: {
+                "travel_m": blow.travel,
+                "force_measured_N": blow.force,
+                "contact_peak_N": float(blow.nail.contact.max()),
+            }
+            for grip, blow in study.yielding.items()
+        },
     }
     facts = {"tool": tool.name, "nail_stiffness": task.nail.stiffness, "depth_set": task.nail.depth_set}
     figures = {"map": partial(draw_work_map, study.map, study.densities, tool, task.force, study.compared)}
@@ -208,27 +221,4 @@ def measure_crossovers(
         "force_crossover_checked": [
             {"force_demanded_N": force, **measure_blows(blows)} for force, blows in checked.items()
         ],
-    }
-
-
-def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]:
-    """Computes cost and convergence of swings to the same strike under other criteria."""
-    return {
-        grip: {
-            kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
-            for kind, swing in swings._asdict().items()
-        }
-        for grip, swings in comparisons.items()
-    }
-
-
-def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """Computes travel and forces of blows on a nail of constant resistance."""
-    return {
-        grip: {
-            "travel_m": blow.travel,
-            "force_measured_N": blow.force,
-            "contact_peak_N": float(blow.nail.contact.max()),
-        }
-        for grip, blow in blows.items()
     }

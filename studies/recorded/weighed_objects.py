@@ -42,34 +42,28 @@ class WeighedResult(NamedTuple):
 
 def study_weighed_objects(objects: dict[str, WeighedObject], settings: IdentificationSettings) -> WeighedResult:
     """Identifies each object with gains from the others."""
-    beliefs, errors, inside, com, floors = {}, {}, [], {}, {}
+    beliefs, inside = {}, []
+    details: dict[str, dict[str, Any]] = {}
     for name, weighed in objects.items():
         evidence, gains = calibrate_by_others(objects, name, settings)
-        floor = evidence.phantom_covariance
-        belief = infer(evidence, gains, settings=settings)
-        floors[name] = 1e3 * float(np.sqrt(floor[0, 0]))
+        belief = beliefs[name] = infer(evidence, gains, settings=settings)
         low, high = belief.mass_interval90
-        beliefs[name] = belief
-        errors[name] = 1e3 * (belief.mass - weighed.mass)
         inside.append(low <= weighed.mass <= high)
         first_moment = belief.bodies.pi[:, 1:4]
         mean = belief.bodies.weights @ first_moment
         sd = np.sqrt(belief.bodies.weights @ (first_moment - mean) ** 2)
-        com[name] = {
-            "mean_g_cm": 1e5 * mean,
-            "sd_g_cm": 1e5 * sd,
-            "true_g_cm": 1e5 * weighed.first_moment,
+        of_object = {
+            "mass_g": 1e3 * belief.mass,
+            "mass_sd_g": 1e3 * belief.mass_sd,
+            "true_g": 1e3 * weighed.mass,
+            "error_g": 1e3 * (belief.mass - weighed.mass),
+            "floor_g": 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0])),
+            "first_moment": {"mean_g_cm": 1e5 * mean, "sd_g_cm": 1e5 * sd, "true_g_cm": 1e5 * weighed.first_moment},
+            "load_friction": belief.load_friction,
         }
-    numbers = {"inside": sum(inside), "rmse_g": float(np.sqrt(np.mean(np.square(list(errors.values())))))}
-    details = {
-        "mass_g": {name: 1e3 * belief.mass for name, belief in beliefs.items()},
-        "mass_sd_g": {name: 1e3 * belief.mass_sd for name, belief in beliefs.items()},
-        "true_g": {name: 1e3 * weighed.mass for name, weighed in objects.items()},
-        "error_g": errors,
-        "floor_g": floors,
-        "first_moment": com,
-        "load_friction": {name: belief.load_friction for name, belief in beliefs.items()},
-    }
+        for key, value in of_object.items():
+            details.setdefault(key, {})[name] = value
+    numbers = {"inside": sum(inside), "rmse_g": float(np.sqrt(np.mean(np.square(list(details["error_g"].values())))))}
     return WeighedResult(numbers, details, beliefs)
 
 

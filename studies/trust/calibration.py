@@ -7,7 +7,7 @@ uniform (Talts et al. 2018, arXiv:1804.06788) and intervals have their nominal c
 """
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -231,14 +231,10 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
     }
     for name, config in configs.items():
         arrays[name] = run_kept(config, run_draw, folder, MODELS, repeats=draws, jobs=jobs, description=name)
-    find: dict[str, Callable[[], Array]] = {name: functools.partial(find_positions, arrays[name]) for name in configs}
-    at_rest = configs[AT_REST]
-    exact = functools.partial(find_exact_positions, at_rest, draws)
-    find[EXACT] = exact
-    ignoring = functools.partial(find_unrestricted_positions, arrays[WEBER])
-    find[IGNORING] = ignoring
-    calibrations = {name: assess(positions()) for name, positions in find.items()}
-    moved, still = (find_positions(arrays[name]) for name in (WEBER, AT_REST))
+    positions = {name: find_positions(arrays[name]) for name in configs}
+    positions[EXACT] = find_exact_positions(configs[AT_REST], draws)
+    positions[IGNORING] = find_unrestricted_positions(arrays[WEBER])
+    calibrations = {name: assess(each) for name, each in positions.items()}
     efficiency, against_error = {}, {}
     for name in configs:
         bounds = arrays[name]["bound"].mean(axis=0)
@@ -259,7 +255,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         },
         "efficiency": efficiency,
         "efficiency_of_squared_error": against_error,
-        "position_shift_by_moving": float(np.abs(moved - still).max()),
+        "position_shift_by_moving": float(np.abs(positions[WEBER] - positions[AT_REST]).max()),
         "improbable_by_chance": {name: int((arrays[name]["p_value"] < 1e-3).sum()) for name in LOOPS},
         "sbc_draws": draws,
     }

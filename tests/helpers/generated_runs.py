@@ -27,7 +27,6 @@ _JOINTS = (
 # A body of 1.2 kg, some centimetres off the tip: theta of log_cholesky.
 THETA = np.array([np.log(1.2), 0.03, -0.02, 0.08, *np.log([0.05, 0.04, 0.06]), 0.005, -0.003, 0.002])
 PAYLOAD = parameters_from_theta(THETA)
-JOINT_NAMES = tuple(f"joint_{i + 1}" for i in range(len(_JOINTS)))
 
 
 def write_urdf(folder: Path, name: str = "robot.urdf") -> Path:

@@ -44,12 +44,12 @@ def choices():
     beliefs = build_beliefs(MATERIALS, experience, SETTINGS)
     found = rank_grips(list_drawn_options(tools), REACH, beliefs, SETTINGS, seed=0, num_samples=300)
     rankings = {
-        ("reach", geometry, name): each for geometry in ("drawing", "pictures") for name, each in found.items()
+        (task, geometry, name): each
+        for task in ("hammer", "reach")
+        for geometry in ("drawing", "pictures")
+        for name, each in found.items()
     }
-    hammer = {
-        ("hammer", geometry, name): each for geometry in ("drawing", "pictures") for name, each in found.items()
-    }
-    return Choices(tools, {**hammer, **rankings}, [])
+    return Choices(tools, rankings, [])
 
 
 def test_heavy_head_is_held_by_who_knows_and_by_who_does_not_with_less_certainty(choices):
