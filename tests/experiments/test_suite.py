@@ -210,22 +210,15 @@ def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path, models):
 
 
 @pytest.mark.parametrize("name", suite.EXPERIMENTS)
-def test_all_experiments_share_arm_noise_prior_and_controller(name):
+def test_experiments_share_their_settings_and_can_be_pickled_and_given_others(name):
+    """All have the arm, noise, prior and controller of the defaults; a copy with others is known by its key."""
     experiment = suite.load_experiment(name, MODELS, 5, DEFAULT_SETTINGS)
-    assert experiment.name == name
-    assert experiment.settings == DEFAULT_SETTINGS
-    assert experiment.seed == 5
     assert experiment.section.exists()
     assert experiment.count_repeats(2) >= 2
-
-
-@pytest.mark.parametrize("name", suite.EXPERIMENTS)
-def test_experiment_can_be_pickled_and_given_other_settings(name):
-    experiment = suite.load_experiment(name, MODELS, 5, DEFAULT_SETTINGS)
     finer = dataclasses.replace(DEFAULT_SETTINGS, control_period=0.004)
     other = with_settings(experiment, finer)
     assert other.settings == finer
-    assert experiment.settings == DEFAULT_SETTINGS
+    assert (experiment.name, experiment.seed, experiment.settings) == (name, 5, DEFAULT_SETTINGS)
     again = pickle.loads(pickle.dumps(other))
     assert (again.name, again.seed, again.settings) == (name, 5, finer)
     assert compute_key(again, MODELS) == compute_key(other, MODELS) != compute_key(experiment, MODELS)

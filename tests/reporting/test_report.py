@@ -94,6 +94,9 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "data:image/png;base64,iVBORw==" in page
     assert 'href="./weight/replay.html"' in page
     assert "com/replay.html" not in page  # there is none
+    # The criterion that is not met is marked.
+    assert page.count("✗") == 1
+    assert re.search(r"0\.012</b> \(at most 0\.25\) <span[^>]*>✗", page)
 
 
 def test_report_opens_with_what_it_is_and_each_section_with_badge_finding_and_figure(folder):
@@ -146,12 +149,6 @@ def test_contents_point_to_every_section(folder):
     assert page.ids == ["weight", "com"]
     assert [link for link in page.links if link.startswith("#")] == ["#weight", "#com"]
     assert "<nav>" in (folder / "report.html").read_text(encoding="utf-8")
-
-
-def test_criterion_that_is_not_met_is_marked(folder):
-    page = write_both(folder)
-    assert page.count("✗") == 1
-    assert re.search(r"0\.012</b> \(at most 0\.25\) <span[^>]*>✗", page)
 
 
 def test_anchor_is_of_the_folders_name(tmp_path):
