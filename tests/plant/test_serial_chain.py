@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +30,13 @@ def test_motion_of_the_tool_agrees_with_drake(arm, chain, rng):
         np.testing.assert_allclose(motion.w_WT[k], (J @ v[k])[:3], atol=1e-13)
         np.testing.assert_allclose(motion.alpha_WT[k], A_WT[:3], atol=1e-11)
         np.testing.assert_allclose(motion.a_WT[k], A_WT[3:], atol=1e-11)
+
+
+def test_a_point_of_a_turned_tool_moves_with_its_frame(chain, rng):
+    q, p_TQ = rng.normal(size=(5, 7)), np.array([0.1, -0.2, 0.3])
+    turned = replace(chain, R_MT=np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), p_MT=p_TQ)
+    motion = turned.compute_motion(q, np.zeros_like(q), np.zeros_like(q))
+    np.testing.assert_allclose(turned.compute_positions(q, p_TQ), motion.p_WT + motion.R_WT @ p_TQ, atol=1e-13)
 
 
 def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng):
