@@ -124,15 +124,14 @@ def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) 
         return values[:, 0]
     if entry.first is None and entry.last is None and entry.predicted_for is None and entry.correlated_with is None:
         return values
-    chosen = slice(None, entry.first) if entry.last is None else slice(-entry.last, None)
-    values = values[:, chosen]
+    values = values[:, entry.chosen]
     if entry.correlated_with is not None:
         others = _take(measured.get(entry.correlated_with, entry.quantile), taken)
-        pairs = zip(values, select_presentations(others, presented, group)[:, chosen], strict=True)
+        pairs = zip(values, select_presentations(others, presented, group)[:, entry.chosen], strict=True)
         return np.array([np.corrcoef(row, other)[0, 1] for row, other in pairs])
     if entry.predicted_for is None:
         return np.array([row.mean() for row in values])
-    tools = select_presentations(presented, presented, group)[:, chosen]
+    tools = select_presentations(presented, presented, group)[:, entry.chosen]
     target = measured.objects.select(entry.predicted_for)[0]
     return np.array(
         [predict_from_line(row, of, measured.objects.tools, target) for row, of in zip(values, tools, strict=True)]

@@ -116,6 +116,11 @@ class NumberEntry(DataModel):
         Field(description="Spread between people with which predictions of learners are compared."),
     ] = None
 
+    @property
+    def chosen(self) -> slice:
+        """First or last presentations that are asked for; all where neither is given."""
+        return slice(None, self.first) if self.last is None else slice(-self.last, None)
+
     @model_validator(mode="after")
     def check_ways(self) -> Self:
         """Refuses contradictory or incomplete entries."""

@@ -102,9 +102,8 @@ def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, im
             raise BadValueError(path, f"{key}.{at}", problem)
     if count == 0:
         raise BadValueError(path, f"{key}.growth", f"is true, must be false of a single presentation of {entry.of!r}")
-    chosen = slice(None, entry.first) if entry.last is None else slice(-entry.last, None)
     if entry.predicted_for is not None:
-        _check_prediction(path, key, entry, imagined, presented[0, chosen])
+        _check_prediction(path, key, entry, imagined, presented[0, entry.chosen])
     if entry.correlated_with is not None:
         _check_correlation(path, key, entry, imagined, taken)
 
@@ -130,7 +129,7 @@ def _check_correlation(
             imagined.presented[:, taken],
             imagined.objects.groups[entry.of],
         )
-        chosen = values[:, slice(None, entry.first) if entry.last is None else slice(-entry.last, None)]
+        chosen = values[:, entry.chosen]
         if np.ptp(chosen, axis=1).max() <= 1e-12 * np.abs(chosen).max():
             problem = f"is {measure.value!r}, which does not change over these presentations of {entry.of!r}"
             raise BadValueError(path, f"{key}.{at}", f"{problem}, must change to be correlated")

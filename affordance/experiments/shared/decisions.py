@@ -169,19 +169,18 @@ def compute_proportions(
 ) -> dict[str, Any]:
     """Computes the proportions of correct choices from the arrays of ``let_observer_choose`` of all observers."""
     correct = {name: find_cheaper_grip(done) for name, done in simulated.items()}
-    tools = {}
-    estimates: dict[str, Estimate] = {}
+    tools: dict[str, dict[str, Any]] = {}
     for index, (name, choice) in enumerate(choices.items()):
         grips = [option.grip for option in choice.options]
         works = {grip: done.work for grip, done in simulated[name].items()}
         before = choose_before_experience(choice, experience.colours, experience.seed)
-        estimates[name] = estimate_correct(arrays["paper"][:, index], before, grips.index(correct[name]))
+        estimate = estimate_correct(arrays["paper"][:, index], before, grips.index(correct[name]))
         tools[name] = {
-            "p_correct": estimates[name].mean,
-            "p_correct_ci95": estimates[name].ci95,
+            "p_correct": estimate.mean,
+            "p_correct_ci95": estimate.ci95,
             "correct_grip": correct[name],
             "energy_true": works,
-            "chance": estimates[name].mean[0],
+            "chance": estimate.mean[0],
             "chance_by_symmetry": is_symmetric(novel[index]),
             "energy_ratio_true": max(works.values()) / min(works.values()),
             "off_axis_2mm_change": off_axis[name],
@@ -190,8 +189,8 @@ def compute_proportions(
     grips = [option.grip for option in choices[first].options]
     bayes = estimate_correct(arrays["bayes"], None, grips.index(correct[first]))
     numbers = {
-        "p_correct": estimates[first].mean,
-        "p_correct_ci95": estimates[first].ci95,
+        "p_correct": tools[first]["p_correct"],
+        "p_correct_ci95": tools[first]["p_correct_ci95"],
         "p_correct_bayes": bayes.mean,
         "p_correct_bayes_ci95": bayes.ci95,
         "effort_flips": arrays["flips"].mean(axis=0),
@@ -201,10 +200,11 @@ def compute_proportions(
         "off_axis_2mm_change": max(off_axis.values()),
     }
     if others:
-        numbers["p_correct_headed_tool"] = estimates[others[0]].mean
-        numbers["p_correct_headed_tool_ci95"] = estimates[others[0]].ci95
-        numbers["correct_grip_headed_tool"] = correct[others[0]]
-        numbers["energy_true_headed_tool"] = tools[others[0]]["energy_true"]
+        second = tools[others[0]]
+        numbers["p_correct_headed_tool"] = second["p_correct"]
+        numbers["p_correct_headed_tool_ci95"] = second["p_correct_ci95"]
+        numbers["correct_grip_headed_tool"] = second["correct_grip"]
+        numbers["energy_true_headed_tool"] = second["energy_true"]
     return numbers
 
 
