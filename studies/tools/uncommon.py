@@ -14,7 +14,7 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.options import Option
-from affordance.choice.ranking import RankedOption, Ranking, rank_options
+from affordance.choice.ranking import RankedOption, rank_options
 from affordance.choice.reach import Reach
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool, list_densities
@@ -78,6 +78,7 @@ def check_motions(
         rank_options(choice, beliefs[name], np.random.default_rng([seed, *name.encode()]), _NUM_SAMPLES)
         for name in ("before", "after")
     )
+    p_before = {each.option.name: each.p_best for each in before.ranked}
     checked = []
     for entry in after.ranked:
         tool = next(each for each in tools if each.name == entry.option.object_name)
@@ -87,7 +88,7 @@ def check_motions(
             CheckedMotion(
                 entry.option.object_name,
                 entry.option.grip,
-                _find(before, entry.option).p_best,
+                p_before[entry.option.name],
                 entry.p_best,
                 entry.p_feasible,
                 _take_percentiles(entry),
@@ -138,10 +139,6 @@ def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
     logs = -0.5 * (((tau - predicted) / sd) ** 2).sum(axis=1) - np.log(sd).sum(axis=1)
     weights: Array = np.exp(logs - logs.max())
     return weights
-
-
-def _find(ranking: Ranking, option: Option) -> RankedOption:
-    return next(entry for entry in ranking.ranked if entry.option.name == option.name)
 
 
 def _take_percentiles(entry: RankedOption) -> tuple[float, ...]:
