@@ -169,12 +169,12 @@ def run_kept[C](
 ) -> dict[str, NDArray[Any]]:
     """Runs the repeats of a configuration, a dataclass, that the study's folder lacks, in processes.
 
-    The function must be picklable; its folder of sources counts, as do the files that are read, or a folder of
-    models.
+    The function must be picklable; sources of all studies count, as one may use another's, and so do the files that
+    are read, or a folder of models.
 
     Returns: Arrays, stacked over repeats along the first axis.
     """
-    key = compute_key(config, models, Path(inspect.getfile(run_repeat)).parent)
+    key = compute_key(config, models, Path(__file__).parent)
     run = partial(run_repeat, config)
     return run_repeats(folder / "repeats" / key, run, repeats=repeats, jobs=jobs, description=description)
 

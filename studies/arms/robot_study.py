@@ -85,18 +85,18 @@ def study_robot(robot: Robot, robots: Path, config: RunConfig, out: Path, jobs: 
             "empty_load": home.empty_load,
         }
 
-    return keep_result(out / robot.name / "summary.json", compute_key((robot.name, config), models, _HERE), compute)
+    return keep_result(out / robot.name / "summary.json", compute_key((robot.name, config), models, _ALL), compute)
 
 
 def study_ours(config: RunConfig, out: Path, jobs: int) -> dict[str, Any]:
     """Measures the arm that comes with the program, for comparison."""
-    key = compute_key(("ours", config), MODELS, _HERE)
+    key = compute_key(("ours", config), MODELS, _ALL)
     return keep_result(
         out / "ours" / "summary.json", key, lambda: _run_and_measure(MODELS, config, out / "ours", jobs)[1]
     )
 
 
-_HERE = Path(__file__).parent
+_ALL = Path(__file__).parents[1]
 
 
 def run_program(name: str, models: Path, out: Path, config: RunConfig, jobs: int = 1) -> dict[str, Any] | str:

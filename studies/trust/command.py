@@ -71,7 +71,7 @@ def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Finding
     """Runs parts, and yields the findings once the numbers of all parts are there."""
     for name, run in parts.items():
         print(f"{name} ...", flush=True)
-        program = compute_key("", MODELS, Path(__file__).parent)
+        program = compute_key("", MODELS, Path(__file__).parents[1])
         write_json(folder / f"{name}.json", {**run(folder, jobs), "program": program})
     found = {name: read_numbers(folder, name) for name in KEYS}
     if missing := [name for name, numbers in found.items() if numbers is None]:
