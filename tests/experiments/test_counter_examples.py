@@ -232,10 +232,10 @@ ALL = {
             "sizes are taken to be right": (partial(studies.see_sizes, size_error=0.0), "sizes sizes_fifth_off"),
             "many samples": (partial(studies.time_identification, num_samples=15_000), "speed"),
         },
-        # With six draws or three, on any machine, with four mistakes, and fewer samples than the study's; and the
+        # With six draws or three, on any machine, and fewer samples than the study's; and the
         # generated arm has more friction in a slower motion than the UR10e, so that its empty hand is less sure, and
         # its model errs by 52 g where the Panda's does by 6, which excludes no setting that is 150 g off.
-        "own_prior classes sizes sizes_fifth_off speed mistakes seeds ur10e_empty claimed",
+        "own_prior classes sizes sizes_fifth_off speed seeds ur10e_empty claimed",
     ),
     "tools": CounterExamples(
         merge(
