@@ -198,10 +198,11 @@ def recognise_arm(arm: Arm) -> str:
     """Computes the fingerprint that the arm's chain has in its robot's own file, which mounts it nowhere."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    above = {joint.child_body().name(): joint.parent_body() for joint in joints}
+    # By index: bodies of a stand and of the arm may have one name.
+    above = {joint.child_body().index(): joint.parent_body() for joint in joints}
     root = plant.GetJointByName(chain.joint_names[0]).parent_body()
-    while root.name() in above and above[root.name()].name() != "world":
-        root = above[root.name()]
+    while (below := above.get(root.index())) is not None and below.index() != plant.world_body().index():
+        root = below
     X_WR = root.EvalPoseInWorld(plant.CreateDefaultContext())
     R_PF, p_PF = chain.R_PF.copy(), chain.p_PF.copy()
     R_PF[0] = X_WR.rotation().matrix().T @ R_PF[0]

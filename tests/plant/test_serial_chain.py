@@ -3,13 +3,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia
 
 from affordance.exceptions import ModelFileError
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import build_chain
+from affordance.plant.serial_chain import build_chain, recognise_arm
 
 
 def test_motion_of_the_tool_agrees_with_drake(arm, chain, rng):
@@ -46,6 +47,25 @@ def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng
         model.set_state(np.concatenate([q[k], v[k]]))
         damping = np.array([joint.default_damping() for joint in map(arm.plant.GetJointByName, chain.joint_names)])
         np.testing.assert_allclose(torque + damping * v[k], model.compute_inverse_dynamics(vdot[k]), atol=1e-11)
+
+
+def test_an_arm_is_recognised_on_any_stand_even_one_whose_parts_have_its_own_names():
+    def mount(stand=""):
+        plant, inertia = MultibodyPlant(0.0), SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+        mount, own = plant.world_body(), plant.AddModelInstance("arm")
+        if stand:
+            mount = plant.AddRigidBody(stand, plant.AddModelInstance("stand"), inertia)
+            X_WB = RigidTransform(RotationMatrix.MakeXRotation(0.3), [0.1, 0.2, 1.0])
+            plant.WeldFrames(plant.world_frame(), mount.body_frame(), X_WB)
+        base, first, second = (plant.AddRigidBody(name, own, inertia) for name in ("base", "first", "second"))
+        plant.WeldFrames(mount.body_frame(), base.body_frame(), RigidTransform())
+        plant.AddJoint(RevoluteJoint("turn", base.body_frame(), first.body_frame(), [0, 0, 1]))
+        plant.AddJoint(RevoluteJoint("bend", first.body_frame(), second.body_frame(), [0, 1, 0]))
+        plant.Finalize()
+        return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(2), None)
+
+    bare = build_chain(mount()).fingerprint
+    assert [recognise_arm(mount(stand)) for stand in ("", "plate", "base", "first")] == [bare] * 4
 
 
 def build_arm(connect):
