@@ -95,13 +95,19 @@ class Study:
             object.__setattr__(self, "section", home / "section.yaml")
 
     def check(self, arguments: argparse.Namespace) -> None:
-        """Checks the options that studies share."""
+        """Checks the options that studies share.
+
+        One that is out of bounds, or changes a setting that the study does not use, raises a BadValueError.
+        """
         check_bounds(arguments)
         for names, why in self.refused.items():
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints where; returns the exit status."""
+        """Runs the study, writes its findings and prints where; returns the exit status.
+
+        An argument or a file that is invalid raises an AffordanceError.
+        """
         if self.on_one_thread and "OMP_NUM_THREADS" not in os.environ:  # it must be set before NumPy is loaded
             os.environ["OMP_NUM_THREADS"] = "1"
             os.execv(sys.executable, [sys.executable, *sys.orig_argv[1:]])
@@ -153,7 +159,10 @@ def import_part(module: str, extra: str = "dev") -> Any:
 
 
 def read_settings(arguments: argparse.Namespace) -> Settings:
-    """Returns the settings of ``--set``, with the arm of ``--models``."""
+    """Returns the settings of ``--set``, with the arm of ``--models``.
+
+    A setting that is unknown, or a value of the wrong kind or out of bounds, raises a BadValueError.
+    """
     return change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
 
 

@@ -228,7 +228,10 @@ class DensityBelief:
         )
 
     def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
-        """Computes the log evidence of data, given the posterior, under the unrestricted distribution."""
+        """Computes the log evidence of data under the unrestricted distribution, in closed form.
+
+        The posterior is this belief conditioned on the data.
+        """
         return float(
             likelihood.log_constant
             + 0.5

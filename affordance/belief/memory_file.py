@@ -73,7 +73,8 @@ def parse_memory(text: str | bytes) -> MaterialMemory | KindMemory:
 def begin_memory(known: str, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
     """Returns the memory with which an observer begins: that of a JSON text, or without experience if it is empty.
 
-    The memory of another learner, or a seed that is not one, raises a BadArgumentError; other texts a BadValueError.
+    The memory of another learner, or a seed that is not one, raises a BadArgumentError, a text that is no memory a
+    BadValueError.
     """
     start = start_memory(learner, seed, kappa)
     if not known:

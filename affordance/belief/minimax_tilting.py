@@ -87,7 +87,10 @@ def build_proposal(mean: Array, covariance: Array) -> TiltedProposal:
 
 
 def propose(proposal: TiltedProposal, uniforms: Array) -> tuple[Array, Array]:
-    """Proposes points, (N, M), in the caller's order, and log weights less the largest for uniforms in (0, 1]."""
+    """Proposes points, (N, M), in the caller's order of coordinates, and log weights less the largest one, (N,).
+
+    The uniforms are random numbers in (0, 1], (N, M).
+    """
     log_uniforms = np.log(uniforms)
     excesses, log_weights = _draw(proposal, len(uniforms), lambda k, t: compute_excess(t, log_uniforms[:, k]))
     points = np.empty_like(excesses)

@@ -32,14 +32,20 @@ class Carry(PathTask):
         check_fields(self)
 
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the task of the controller, and sets the model to rest at its start."""
+        """Builds the task of the controller, and sets the model to rest at its start.
+
+        An arm that cannot take the start posture raises an AffordanceError.
+        """
         q_start = model.arm.find_posture(dict(self.path.start))
         model.set_posture(q_start)
         X_WH: Array = model.compute_hand_pose().GetAsMatrix4()
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, the same for all tools; without a posture or a plan an AffordanceError is raised."""
+        """Plans the motion, the same for all tools, and returns its costs at any inertia.
+
+        Without a start posture an AffordanceError is raised, without a plan of the controller a NoPlanError.
+        """
         carrying = self.begin(model)
         motion = self.plan(model, carrying, settings)
         found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)

@@ -244,7 +244,10 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails."""
+    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails.
+
+    If no swing within position and velocity limits strikes as demanded, an AffordanceError is raised.
+    """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
             return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)

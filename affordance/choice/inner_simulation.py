@@ -62,7 +62,11 @@ class TaskCostModel(Protocol):
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
-    """Plans a task with every option; if no motion could be planned with one an AffordanceError is raised."""
+    """Plans a task with every option.
+
+    No option, two of one name, or one with which no motion could be planned raise an AffordanceError, an arm that
+    cannot be loaded a ModelFileError.
+    """
     model = ArmModel(load_arm(settings.arm))
     return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
 

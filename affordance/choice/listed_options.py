@@ -48,7 +48,10 @@ def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
 
 
 def list_seen_options(tools: Sequence[Tool], seed: int, stand: "CameraSensor | None" = None) -> list[Option]:
-    """Lists the options that tools offer by pictures from six sides, on a stand or that of the process."""
+    """Lists the options that tools offer by pictures from six sides, on a stand or the turning stand of the process.
+
+    Pictures from which no features can be extracted raise a SeeingError.
+    """
     # The camera and its pipeline are loaded for pictures only.
     seen = importlib.import_module("affordance.vision.pixels.seen_tool")
     options: list[Option] = []

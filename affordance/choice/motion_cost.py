@@ -223,7 +223,8 @@ def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, fl
     """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion logged every control period.
 
     Torque is constant over a control period, and velocities are almost linear in time over it. Torques, [N m], are
-    those over the period that ends at each time, so that the first row is ignored; all are (N, num_joints).
+    those over the period that ends at each time, so that the first row is ignored; they and the joint velocities,
+    [rad/s], are (N, num_joints). The control period is in seconds.
     """
     rates = np.abs(v)
     mean_rates = 0.5 * (rates[1:] + rates[:-1])

@@ -212,7 +212,10 @@ def rank_options(
     criterion: Criterion = Criterion.WORK,
     bounds: GripBounds | None = None,
 ) -> Ranking:
-    """Ranks options whose motions are already planned; see ``rank``."""
+    """Ranks options whose motions are already planned; see ``rank``.
+
+    A number of samples out of bounds, or a least feasibility that is no probability, raises a BadArgumentError.
+    """
     _check_sampling(num_samples, min_feasibility)
     draws = choice.draw(memory, rng, num_samples)
     return rank_draws(choice, draws, rng, min_feasibility, criterion=criterion, bounds=bounds, by_lot=True)

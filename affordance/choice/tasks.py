@@ -35,7 +35,10 @@ def list_tasks(models: Path) -> tuple[str, ...]:
 
 
 def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
-    """Loads a task of a folder of models by its name; see ``load_task_file``."""
+    """Loads a task of a folder of models by its name; a file without a kind has that of the name.
+
+    An unknown name raises a BadValueError; other arguments and errors are those of ``load_task_file``.
+    """
     names = list_tasks(models)
     if name not in names:
         raise BadValueError(models, "task", describe_choice(name, names))

@@ -21,7 +21,10 @@ def list_studies() -> list[str]:
 
 
 def import_study(name: str) -> Any:
-    """Imports a study, ``STUDY`` of its module ``command``; fails outside of a clone, or for an unknown name."""
+    """Imports a study, ``STUDY`` of its module ``command``.
+
+    Outside of a clone it raises an UnavailableError, for an unknown name a BadValueError.
+    """
     known = list_studies()
     if not known:
         raise UnavailableError(f"the study {name} is", "studies need a clone of the repository")

@@ -80,8 +80,9 @@ class PayloadIdentifier(SampledSystem):
         """Declares states, ports and events.
 
         Signals are sampled at a period, [s], and low-passed at a cut-off, [Hz]; earlier runs bound their long-run
-        variance, shape (n,). The prediction of a fitted arm is subtracted, if there is one; else the arm's torque by
-        its file is part of the model if the signal has it. Other arguments are those of ``infer``.
+        variance, shape (n,), [signal unit squared]. The prediction of a fitted arm is subtracted, if there is one;
+        else the arm's torque by its file is part of the model if the signal has it. The standard deviation of an
+        object's density about its material's mean is in [kg/m^3]. Other arguments are those of ``infer``.
         """
         super().__init__()
         n = robot.num_joints

@@ -152,7 +152,7 @@ def find_wrong(connection: Connection, trials: Mapping[str, Sequence[TrialEviden
 
 
 def read_sums(connection: Connection, name: str = "") -> dict[str, KeptSums]:
-    """Reads the sums that are kept, for a prior of this name or all, by its name; damaged ones are an error."""
+    """Reads the kept sums of one prior or all, by its name; damaged ones raise a DamagedSumsError."""
     query = select(MATERIALS)
     if name:
         query = query.where(MATERIALS.c.prior == name)

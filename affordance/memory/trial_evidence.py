@@ -94,7 +94,10 @@ class TrialEvidence:
     program: str = __version__
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for wrong kinds, shapes and values, and an indefinite precision."""
+        """Raises a BadArgumentError for values that are not finite or out of bounds, or of another kind or shape.
+
+        It does so too for a precision that is not symmetric and positive semidefinite.
+        """
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)
         object.__setattr__(self, "log_evidence", check_number("log_evidence", self.log_evidence))

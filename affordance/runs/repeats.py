@@ -9,6 +9,7 @@ import logging
 import os
 import platform
 import struct
+import sys
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
@@ -80,12 +81,12 @@ def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> 
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
     It covers the program without the folders that only report, of a folder of models the files that the program
-    reads, of a configuration defined elsewhere the folder of its module, and any further folders of sources. A change
-    of anything else keeps the repeats.
+    reads, of a configuration defined elsewhere its package, or the folder of its module, and any further folders of
+    sources. A change of anything else keeps the repeats.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    home = Path(inspect.getfile(type(config))).parent if is_dataclass(config) else _PACKAGE
+    home = _find_home(type(config)) if is_dataclass(config) else _PACKAGE
     if not home.is_relative_to(_PACKAGE):
         programs = (home, *programs)
     named = [
@@ -102,6 +103,12 @@ def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> 
         digest.update(name.encode())
         digest.update(read_bytes(path, MESH))
     return digest.hexdigest()[:16]
+
+
+def _find_home(kind: type) -> Path:
+    """Finds the folder of a class: that of its outermost package, or of its module if that is in none."""
+    outermost = sys.modules[kind.__module__.partition(".")[0]]
+    return Path(getattr(outermost, "__file__", None) or inspect.getfile(kind)).parent
 
 
 def run_repeats(

@@ -153,8 +153,8 @@ class Observer:
     ) -> None:
         """Sets the memory before the first presentation; each lasts a duration of at least one sample period, [s].
 
-        Colours are remembered beyond a presentation, all if empty. A BadArgumentError is raised where an argument is
-        of the wrong kind or out of bounds.
+        Of a memory only the colours ``remembered`` are kept beyond a presentation, or all if there are none. An
+        argument of the wrong kind or out of bounds raises a BadArgumentError.
         """
         check_duration(duration, runner.settings)
         check_kind("memory", memory, Memory, _MEMORIES)

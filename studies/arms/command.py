@@ -42,7 +42,10 @@ def plan(arguments: argparse.Namespace) -> Work:
 
 
 def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
-    """Lists the robots to study; all if none is named."""
+    """Lists the robots to study; all if none is named.
+
+    A folder without the file of a robot raises a BadValueError.
+    """
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
         problem = f"is {str(folder)!r}, which has none of the robots' files, such as {chosen[0].file}"

@@ -36,7 +36,8 @@ def map_work(costs: Sequence[BlowCost], pi: Sequence[Array], forces: Array) -> H
 def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forces: Array) -> list[float]:
     """Finds the forces, [N], at which two grips of an object of known inertia cost the same.
 
-    Increasing forces, (F,), are compared; none is found if one grip is cheaper wherever both can be used.
+    The object's parameters pi are in each grip, (10,). Increasing forces, (F,), are compared; none is found if one
+    grip is cheaper wherever both can be used.
     """
     one, other = costs
     compare = _compare(costs[one], pi[one], costs[other], pi[other])
@@ -53,10 +54,11 @@ def pick_forces_around(
 ) -> tuple[float, float]:
     """Picks a force on either side of the first crossover, [N], to check that the cheaper grip really changes.
 
-    The force below is the geometric mean of the crossover and the least force. The force above is the geometric mean
-    of the crossover and the demanded force, if that is larger and both grips can be used up to there; else of the
-    crossover and the last force up to which they can; and always before the next crossover. Crossovers, at least one,
-    were found among increasing forces, (F,), with which both grips can be used where feasible, (F,).
+    The force below is the geometric mean of the crossover and the least force, which is below all others. The force
+    above is the geometric mean of the crossover and the demanded force, if that is larger and both grips can be used
+    up to there; else of the crossover and the last force up to which they can; and always before the next crossover.
+    Crossovers, at least one, were found among increasing forces, (F,), with which both grips can be used where
+    feasible, (F,).
     """
     first = crossovers[0]
     above = forces > first

@@ -138,11 +138,12 @@ def choose_tests(files: Collection[SuiteFile], mutant: Mutant, text: str) -> lis
 def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
     """Tries one mutant, writes its outcome into it, and says which test noticed."""
     path = tree / mutant["module"]
-    text, times = path.read_text(encoding="utf-8"), path.stat()
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
     mutated = mutate(text, mutant)
     if mutated is None:
         mutant["now"] = "gone"
         return ""
+    times = path.stat()
     chosen = choose_tests(files, mutant, text)
     path.write_text(mutated, encoding="utf-8")
     noticed = _run(tree, [file.path for file in chosen], LIMIT + LIMIT_FACTOR * sum(file.duration for file in chosen))

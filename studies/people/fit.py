@@ -100,7 +100,10 @@ def simulate_fraction(
 
 
 def load_groups(models: Path, seed: int, settings: Settings) -> list[PresentationExperiment]:
-    """Loads the experiment of each group."""
+    """Loads the experiment of each group.
+
+    A protocol that is wrong raises a BadValueError.
+    """
     return [load_hold_experiment(name, models, seed, settings) for name in GROUPS]
 
 

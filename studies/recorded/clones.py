@@ -53,7 +53,10 @@ class WeighedObject(NamedTuple):
 
 
 def load_ur10e(data: Path) -> Ur10eData:
-    """Reads the two recordings of the UR10e."""
+    """Reads the two recordings of the UR10e.
+
+    A clone that is missing or has changed raises a BadValueError, its URDF a ModelFileError.
+    """
     robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
     description = _HERE / "ur10e.yaml"
     name = "ur-20_02_19_14harm50sec"
@@ -64,7 +67,10 @@ def load_ur10e(data: Path) -> Ur10eData:
 
 
 def load_panda(data: Path) -> PandaData:
-    """Reads the recording of the Panda."""
+    """Reads the recording of the Panda.
+
+    A clone that is missing or has changed raises a BadValueError.
+    """
     robot = load_robot(_HERE / "panda.urdf", "panda_link8")
     folder = _find(data, _PANDA)
     tables = {}
@@ -81,7 +87,10 @@ def load_panda(data: Path) -> PandaData:
 
 
 def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
-    """Reads the recordings of the weighed objects."""
+    """Reads the recordings of the weighed objects.
+
+    A clone that is missing or has changed raises a BadValueError.
+    """
     objects = {}
     for name in LBIPE_OBJECTS:
         path = _find(data, _LBIPE / f"data_test_{name}.npz")

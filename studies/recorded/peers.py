@@ -37,7 +37,10 @@ def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
 
 
 def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
-    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN."""
+    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN.
+
+    If the solver fails, an AffordanceError is raised.
+    """
     A, b = _stack(evidence, gains)
     # Friction is unconstrained: eliminating it leaves a smaller quadratic.
     friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])

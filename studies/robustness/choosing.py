@@ -59,7 +59,10 @@ def find_correct(costs: Costs) -> int:
 
 
 def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
-    """The numbers of a task that claims are about."""
+    """The numbers of a task that claims are about.
+
+    If no grip is the correct one, an AffordanceError is raised.
+    """
     costs = measure_truth(choice, tool)
     correct = find_correct(costs)
     cost = np.where(costs.feasible, costs.cost, np.inf)
@@ -83,7 +86,10 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
 
 
 def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
-    """Index of the correct option by each measure."""
+    """Index of the correct option by each measure.
+
+    If no grip is the correct one, an AffordanceError is raised.
+    """
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
 
 

@@ -43,7 +43,10 @@ CURVES = (
 
 
 def compare_sources(features: Path, pixels: Path) -> Findings | None:
-    """Compares runs with true features and with pictures, in two folders of results; None if they share none."""
+    """Compares runs with true features and with pictures, in two folders of results; None if they share none.
+
+    Files that are not those of finished runs, or runs that differ in more than the source, raise a BadValueError.
+    """
     found: dict[Curve, dict[str, Array]] = {}
     for name, curves in itertools.groupby(CURVES, lambda curve: curve.experiment):
         paths = [folder / name / "metrics.json" for folder in (features, pixels)]

@@ -31,7 +31,10 @@ class ToolChoices(NamedTuple):
 
 
 def compare_tasks(out: Path) -> Findings | None:
-    """Compares the choices of both tasks; None if a folder of results does not hold both."""
+    """Compares the choices of both tasks; None if a folder of results does not hold both.
+
+    Files that are not those of finished runs, or runs that differ in more than the task, raise a BadValueError.
+    """
     one, other = (out / name / "metrics.json" for name in TASKS)
     if not (one.exists() and other.exists()):
         return None

@@ -152,7 +152,7 @@ def _simulate(
 
 
 def measure(beliefs: int, crooked: int, jobs: int) -> Iterator[list[str]]:
-    """Compares stick, hammer and drawn tools in both tasks, by beliefs for each; yields rows of a table."""
+    """Yields rows of a table that compares stick, hammer and drawn tools in both tasks, by some beliefs for each."""
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
     rho = draw_densities(reaching.experience, reaching.settings, beliefs)
     rng = np.random.default_rng(0)

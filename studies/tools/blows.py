@@ -28,7 +28,10 @@ class CheckedBlow(NamedTuple):
 
 
 def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, settings: Settings) -> list[CheckedBlow]:
-    """Simulates a blow with each tool in one of its grips."""
+    """Simulates a blow with each tool in one of its grips.
+
+    If no swing is fast enough, or a simulation stalls, an AffordanceError is raised.
+    """
     checked = []
     for tool, name in zip(tools, grips, strict=True):
         held = tool.list_gripped()[name]

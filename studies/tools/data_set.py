@@ -78,7 +78,10 @@ class _InertiaFile(DataModel):
 
 
 def load_known_materials(models: Path) -> dict[str, Material]:
-    """Loads the materials that an observer who knows workshop tools recognises by sight, by name."""
+    """Loads the materials that an observer who knows workshop tools recognises by sight, by name.
+
+    A file that is wrong raises a BadValueError with file and reason.
+    """
     return select_known(load_materials(models / MATERIALS.name), (), models)
 
 
@@ -97,7 +100,10 @@ class DataSet:
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
-        """Tools of the halves by name, in the order of our file; no file of another tool is opened."""
+        """Tools of the halves by name, in the order of our file; no file of another tool is opened.
+
+        A mesh that is missing or cannot be read raises a BadValueError.
+        """
         self.check()
         found = load_tools(
             self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES, chosen=self._is_open
@@ -105,7 +111,10 @@ class DataSet:
         return {tool.name: tool for tool in found}
 
     def check(self) -> None:
-        """Checks that nothing is missing, before anything is run for minutes."""
+        """Checks that nothing is missing, before anything is run for minutes.
+
+        A folder that is no clone of the data set raises a BadValueError.
+        """
         for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
             if not (self.folder / path).is_dir():
                 problem = f"has no folder {str(path)!r}, must be a clone of the data set"
@@ -119,7 +128,10 @@ class DataSet:
         return tuple(name for name in self.tools if (name in LEARNING) == (half is Half.LEARNING))
 
     def read_truth(self, name: str) -> TrueInertia:
-        """Reads the true inertia of a tool."""
+        """Reads the true inertia of a tool.
+
+        A file that is missing or has a wrong value raises a BadValueError.
+        """
         entry = load_model(self.folder / _MESHES / name / "Inertia.yaml", _InertiaFile).OBJECT
         return TrueInertia(entry.MASS, np.array(entry.COM_WRT_MESH), np.array(entry.INERTIA_WRT_COM))
 

@@ -67,7 +67,10 @@ class _Unpickler(pickle.Unpickler):
 
 
 def read_pickle(path: Path) -> Any:
-    """Reads a pickle that holds only records, arrays, numbers and strings."""
+    """Reads a pickle that holds only records, arrays, numbers and strings.
+
+    A file that cannot be read, or names anything else, raises a BadValueError.
+    """
     try:
         return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
     except BadValueError:
@@ -77,7 +80,10 @@ def read_pickle(path: Path) -> Any:
 
 
 def read_recording(path: Path) -> Recording:
-    """Reads the record of one tool."""
+    """Reads the record of one tool.
+
+    A file that cannot be read, or is not such a record, raises a BadValueError.
+    """
     rows = read_pickle(path)
     try:
         poses = [np.array([_take(row, name).data[0] for row in rows]) for name in ("ft_pose", "object_pose")]

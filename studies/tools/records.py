@@ -103,7 +103,10 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
 
 
 def read_stored(data: DataSet) -> dict[str, dict[str, Errors]]:
-    """Reads the errors that the authors stored, by noise and method: means over the tools, as fractions."""
+    """Reads the errors that the authors stored, by noise and method: means over the tools, as fractions.
+
+    A file that is missing, or holds something else, raises a BadValueError.
+    """
     path, rows = data.stored_results, read_pickle(data.stored_results)
     names = {name.replace(" ", "_") for name in data.tools}
     try:
@@ -127,7 +130,10 @@ def _average_stored(percentages: Sequence[Sequence[float]]) -> Errors:
 
 
 def read_parts(path: Path) -> tuple[Array, Array, Array]:
-    """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,)."""
+    """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,).
+
+    A file that cannot be read, or has no such columns, raises a BadValueError.
+    """
     header, _, body = read_text(path, MESH).partition("end_header\n")
     names = [line.split()[-1] for line in header.splitlines() if line.startswith("property")]
     missing = [name for name in ("x", "y", "z", "volume", "segmentation") if name not in names]

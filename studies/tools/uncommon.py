@@ -129,7 +129,10 @@ def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> Che
 
 
 def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
-    """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,)."""
+    """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,).
+
+    Noise other than a WeberNoise raises a NotImplementedError.
+    """
     if not isinstance(noise, WeberNoise):
         raise NotImplementedError(f"no weights with {type(noise).__name__}")
     n = len(felt.features) // (2 + NUM_PARAMETERS)

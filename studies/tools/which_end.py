@@ -46,7 +46,10 @@ def rank_grips(
     seed: int,
     num_samples: int = NUM_SAMPLES,
 ) -> dict[str, Ranking]:
-    """Ranks options under each belief, also among the grips of each tool; motions are planned once."""
+    """Ranks options under each belief, also among the grips of each tool; motions are planned once.
+
+    If no motion could be planned, an AffordanceError is raised.
+    """
     choice = plan_choice(options, task, settings)
     return {
         name: _rank_within_tools(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)

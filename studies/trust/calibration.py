@@ -185,7 +185,7 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     """Computes positions of the object's own densities in exact posteriors of measurements at rest, (draws, 2).
 
     Bayes' rule is applied by brute force, with the errors at every density's own torque. The object's densities stand
-    for the materials', whose deviations from them are neglected.
+    for the materials', whose deviations from them are neglected. Noise other than Weber's raises a ValueError.
     """
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):

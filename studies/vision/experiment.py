@@ -78,7 +78,10 @@ class VisionExperiment(Experiment):
         return math.ceil(COVERAGE_FACTOR * observers)
 
     def plan(self, jobs: int) -> None:
-        """Plans the mashing."""
+        """Plans the mashing.
+
+        If it is infeasible with every object, a BadValueError is raised.
+        """
         path = self.models / "paths" / "mash.yaml"
         model = ArmModel(load_arm(self.settings.arm))
         build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path

@@ -11,8 +11,8 @@ from affordance.reporting.figures import MARKERS, OBJECT_COLOURS, tidy
 def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
     """Draws errors of detected features, and the calibration of their stated uncertainty.
 
-    Errors are absolute relative ones by feature, as is the largest admissible median; masses are claimed with errors
-    in units of their stated standard deviations.
+    Errors are absolute relative ones, and targets their largest admissible medians, by feature; claimed are errors of
+    predicted masses, in their stated standard deviations.
     """
     figure = Figure(figsize=(11.0, 4.4))
     left, right = figure.subplots(1, 2)

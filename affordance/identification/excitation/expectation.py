@@ -156,7 +156,10 @@ class Expectation:
 def find_errors(
     joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
 ) -> tuple[Gains, Array]:
-    """Finds gains and long-run densities of errors: those of a file of gains, else as of arms with like limits."""
+    """Finds gains and long-run densities of errors: those of a file of gains, else as of arms with like limits.
+
+    A file of gains that is invalid raises a BadValueError.
+    """
     if path is None:
         return build_nominal_gains(joint_names, kind, DEFAULT_SETTINGS), np.square(_ERROR * tau_max)
     gains = arrange_gains(read_gains(path), joint_names, path).with_drift(DEFAULT_SETTINGS)

@@ -55,7 +55,8 @@ class Detection(NamedTuple):
 def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
-    Parts that cannot be detected (see ``segment``), hide another or are no ellipsoids raise a SeeingError.
+    Parts that cannot be detected (see ``segment``), hide another (a HiddenPartError), or have a visible surface that
+    is no ellipsoid's (a NoFitError) raise a SeeingError.
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
