@@ -102,8 +102,15 @@ def list_names() -> str:
 
 
 def _refer_to(name: str) -> str:
-    if inspect.isclass(getattr(affordance, name)):
-        return f".. autoclass:: affordance.{name}\n   :members:"
+    if inspect.isclass(kind := getattr(affordance, name)):
+        # What a class inherits from one that has no entry of its own is listed with it.
+        hidden = {
+            each
+            for each in kind.__mro__
+            if each.__module__.startswith("affordance.") and each.__name__ not in affordance.__all__
+        }
+        inherits = any(not member.startswith("_") for each in hidden for member in vars(each))
+        return f".. autoclass:: affordance.{name}\n   :members:" + "\n   :inherited-members:" * inherits
     return f".. autofunction:: affordance.{name}"
 
 

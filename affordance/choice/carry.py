@@ -47,7 +47,7 @@ class Carry(PathTask):
         Without a start posture an AffordanceError is raised, without a plan of the controller a NoPlanError.
         """
         carrying = self.begin(model)
-        motion = self.plan(model, carrying, settings)
+        motion = self._plan(model, carrying, settings)
         found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)
         asked = np.array([carrying.compute_reference(motion.control_period * k)[0] for k in range(len(motion.q))])
         errors = np.linalg.norm(found_motion.p_WT - asked, axis=1)
@@ -59,7 +59,7 @@ class Carry(PathTask):
             row = int(np.argmax(tilts))
             reason = f"turns the tool by {tilts.max():.3g} rad, must turn it by at most {self.tilt:g} rad"
         if reason:
-            reason = f"{reason}: {self.describe_place(model, motion, row)}"
+            reason = f"{reason}: {self._describe_place(model, motion, row)}"
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
 

@@ -40,14 +40,14 @@ class PathTask:
             if words:
                 yield replace(self, path=path), words
 
-    def plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
+    def _plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
         """Plans the motion; a NoPlanError names the nearest point of the path."""
         try:
             return plan_motion(model, following, duration=self.duration, settings=settings)
         except NoPlanError as found:
             raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
 
-    def describe_place(self, model: ArmModel, motion: PlannedMotion, row: int) -> str:
+    def _describe_place(self, model: ArmModel, motion: PlannedMotion, row: int) -> str:
         """Describes a row of a motion: the nearest point of the path, and which joint is at a limit."""
         place = self.path.name_nearest_point(row * motion.control_period)
         return f"near {place}, {describe_limit(model.arm, motion, row)}"
@@ -99,13 +99,13 @@ class Reach(PathTask):
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
         """Plans the motion for all tools with the free end F, p_TF of shape (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
-        motion = self.plan(model, following, settings)
+        motion = self._plan(model, following, settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.control_period * k for k in range(len(motion.q))])
         errors = np.linalg.norm(places - asked, axis=1)
         reason = self.path.describe_error(float(errors.max()))
         if reason:
-            reason = f"{reason}: {self.describe_place(model, motion, int(np.argmax(errors)))}"
+            reason = f"{reason}: {self._describe_place(model, motion, int(np.argmax(errors)))}"
         reason = reason or self._find_rank_loss(model, motion, p_TF)
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 

@@ -20,19 +20,15 @@ _MEASUREMENT_MARGIN = 4.0
 
 
 class PartAppearance(NamedTuple):
-    """Appearance of one part: colour, axis lengths in any order, [m], and position of its centre in T, [m].
+    """Appearance of one part, with standard deviations (SD) of its measurement."""
 
-    Standard deviations are those of measurements: of the colour in each direction of CIELAB, of each size, relative,
-    of each coordinate, [m], and of an additional error of the colour's brightness, in units of L*.
-    """
-
-    colour: Colour
-    sizes: tuple[float, ...]
-    position: tuple[float, float, float]
-    colour_sd: float = 0.0
-    size_sd: float = 0.0
-    position_sd: float = 0.0
-    lightness_sd: float = 0.0
+    colour: Colour  # red, green and blue in [0, 1]
+    sizes: tuple[float, ...]  # axis lengths in any order, [m]
+    position: tuple[float, float, float]  # centre in the tool's frame T, [m]
+    colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is exact
+    size_sd: float = 0.0  # SD of each size, as a fraction of it
+    position_sd: float = 0.0  # SD of each coordinate, [m]
+    lightness_sd: float = 0.0  # SD of a further error of the colour's brightness, in units of L*
 
 
 type Appearance = tuple[PartAppearance, ...]

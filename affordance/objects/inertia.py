@@ -22,6 +22,7 @@ from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError
 
 NUM_PARAMETERS = 10
+_NUM_AXES = 3
 # Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
@@ -61,7 +62,7 @@ class Shape(Protocol):
 class Primitive(Shape):
     """Solid with closed-form inertia, centred at Eo with axes along those of E; the fields of the class are lengths.
 
-    A length that is not finite and positive raises a BadArgumentError.
+    A length that is not finite and positive, or another number of lengths, raises a BadArgumentError.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
@@ -73,12 +74,20 @@ class Primitive(Shape):
             if not all(isinstance(value, int | float | np.number) and 0 < value < np.inf for value in values):
                 problem = f"is {length}, must be finite and greater than 0"
                 raise BadArgumentError(type(self).__name__, each.name, problem)
+            if isinstance(length, tuple) and len(length) != _NUM_AXES:
+                problem = f"holds {len(length)} lengths, must hold {_NUM_AXES}"
+                raise BadArgumentError(type(self).__name__, each.name, problem)
 
     @classmethod
     def from_sizes(cls, sizes: Sequence[float] | Array) -> Self:
-        """Builds the solid from its lengths in the order of the fields, shape (num_sizes,), [m]."""
+        """Builds the solid from its lengths in the order of the fields, shape (num_sizes,), [m].
+
+        Another number of lengths raises a BadArgumentError.
+        """
         kind: Any = cls
         lengths = tuple(float(size) for size in sizes)
+        if (wanted := len(fields(cls))) not in (1, len(lengths)):
+            raise BadArgumentError(cls.__name__, "", f"is given {len(lengths)} lengths, must be given {wanted}")
         solid: Self = kind(lengths) if len(fields(cls)) == 1 else kind(*lengths)
         return solid
 

@@ -52,7 +52,7 @@ def count_shells(bodies: Sequence[Body]) -> int:
 
 
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
-    """Reads the bodies of an OBJ, PLY or STL file, in its order, in a unit of UNITS; the file is read once.
+    """Reads the bodies of an OBJ, PLY or STL file, in its order, in a unit of UNITS; it is kept until it changes.
 
     A file that cannot be read, a surface that is open or wound both ways, or an implausible size is a BadValueError.
     """

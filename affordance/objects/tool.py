@@ -27,16 +27,13 @@ _EQUAL = 1e-9
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
 class Component:
-    """Solid part of a tool, at a read-only pose X_TE, (4, 4): ``material`` determines the density.
+    """Solid part of a tool."""
 
-    ``looks_like`` is the material whose colour the part shows, ``strikes`` are faces that are designed to strike.
-    """
-
-    shape: Shape
-    X_TE: Array
-    material: Material
-    looks_like: Material
-    strikes: tuple[StrikingFace, ...] = ()
+    shape: Shape  # solid in its own frame E
+    X_TE: Array  # pose of E in the tool, (4, 4), read-only
+    material: Material  # material that determines the density
+    looks_like: Material  # material whose colour the part shows
+    strikes: tuple[StrikingFace, ...] = ()  # faces that are designed to strike
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for wrong types, or a pose that scales or mirrors; stores a copy of it."""

@@ -40,24 +40,20 @@ class FeatureSource(enum.Enum):
 
 @dataclass(frozen=True)
 class ComponentFeatures:
-    """Features of one component: its colour, solid and pose, (4, 4), as measured, with standard deviations of errors.
+    """Features of one component, with standard deviations (SD) of their errors."""
 
-    Those are of each size, relative, of each coordinate, [m], and angle, [rad], and of the colour in each direction
-    of CIELAB, with a further one of its lightness, in units of L*. Deformations are further errors, each the
-    displacement of the part's points in T by one standard deviation, an affine map less the identity, (G, 4, 4): what
-    a picture leaves undetermined, with its correlations. Striking faces are known without measurement.
-    """
-
-    colour: Colour
-    shape: Shape
-    X_TE: Array
-    size_sd: float = 0.0
-    position_sd: float = 0.0
-    rotation_sd: float = 0.0
-    colour_sd: float = 0.0
-    lightness_sd: float = 0.0
+    colour: Colour  # red, green and blue in [0, 1]
+    shape: Shape  # solid with the measured sizes (axis lengths), in its own frame E
+    X_TE: Array  # measured pose of the component, (4, 4)
+    size_sd: float = 0.0  # SD of each size, as a fraction of it
+    position_sd: float = 0.0  # SD of each coordinate, [m]
+    rotation_sd: float = 0.0  # SD about each axis, [rad]
+    colour_sd: float = 0.0  # SD of the colour in each direction of CIELAB; 0 if it is known exactly
+    lightness_sd: float = 0.0  # SD of a further error of the colour's lightness, as from the light, in units of L*
+    # Further errors, each the displacement of the part's points in T by one SD, an affine map less the identity,
+    # (G, 4, 4): what a picture leaves undetermined, with its correlations.
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
-    strikes: tuple[StrikingFace, ...] = ()
+    strikes: tuple[StrikingFace, ...] = ()  # striking faces, known without measurement
 
     @property
     def appearance(self) -> PartAppearance:

@@ -26,7 +26,11 @@ _STEP = 1e-5
 
 
 class FeatureSensor(SampledSystem):
-    """Source of ``features`` of the presented object, a tuple of ComponentFeatures and parameter of the Context."""
+    """Source of the measured features of the presented object, which are a parameter of the Context.
+
+    Output ports:
+        features: Features of each component, tuple of ComponentFeatures.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -35,9 +39,14 @@ class FeatureSensor(SampledSystem):
 
 
 class VisualPrior(SampledSystem):
-    """Prediction of an object, ``prior`` p(lambda | v), an ObjectBelief, from its ``features`` and ``materials``.
+    """Prediction of an object's inertial parameters from its features and the memory of materials.
 
-    The latter are a tuple of ComponentFeatures, and a Memory.
+    Input ports:
+        features: Features of each component, tuple of ComponentFeatures.
+        materials: Memory of materials, Memory.
+
+    Output ports:
+        prior: Prior p(lambda | v), ObjectBelief.
     """
 
     def __init__(self, prior: Prior) -> None:
@@ -57,8 +66,14 @@ class MaterialMemorySystem(SampledSystem):
 
     The state changes by one event per presentation: at its end the posterior becomes the belief, unless the
     presentation was so improbable an outlier that nothing is to be learned from it. The colours that are remembered
-    beyond a presentation are a parameter of the Context. Inputs are the ``posterior``, an ObjectBelief, and the
-    ``p_value``, the probability of measurements at least as improbable as these, (1,); ``materials`` is the Memory.
+    beyond a presentation are a parameter of the Context.
+
+    Input ports:
+        posterior: Belief given the measurements, ObjectBelief.
+        p_value: Probability of measurements at least as improbable as these, (1,).
+
+    Output ports:
+        materials: Memory of materials, Memory.
     """
 
     def __init__(self, memory: Memory, *, duration: float, least_p_value: float) -> None:

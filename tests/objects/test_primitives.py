@@ -6,6 +6,7 @@ from pydrake.geometry import Capsule as DrakeCapsule
 from pydrake.geometry import Cylinder as DrakeCylinder
 from pydrake.multibody.tree import CalcSpatialInertia
 
+from affordance.exceptions import BadArgumentError
 from affordance.objects.inertia import Ellipsoid, parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.objects.primitives import Box, Capsule, Cylinder
 
@@ -69,3 +70,12 @@ def test_other_sizes_give_another_solid_of_the_kind(solid):
 )
 def test_impossible_sizes_are_refused(kind, sizes):
     assert "must be finite and greater than 0" in refuse(kind.from_sizes, sizes, error=ValueError)
+
+
+@pytest.mark.parametrize("kind", [Box, Cylinder, Capsule, Ellipsoid])
+@pytest.mark.parametrize("num_lengths", [1, 4])
+def test_another_number_of_sizes_is_refused(kind, num_lengths):
+    said = refuse(kind.from_sizes, [0.1] * num_lengths, error=BadArgumentError)
+    wanted = 3 if kind in (Box, Ellipsoid) else 2
+    assert f"{num_lengths} lengths" in said
+    assert said.endswith(str(wanted))

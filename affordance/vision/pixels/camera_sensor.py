@@ -43,7 +43,7 @@ class CameraSensor:
     """Camera for objects on a stand; the noise-free picture of each appearance is rendered once."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG) -> None:
-        """Stores the stand with its camera, whose pictures have the noise of a common one."""
+        """Stores the stand with its camera, whose pictures have the noise of a common one until ``noise`` is set."""
         self.rig = rig
         self.noise = SensorNoise()
         self._renderings: dict[tuple[object, ...], Picture] = {}

@@ -56,7 +56,10 @@ class Picture(NamedTuple):
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error as NAME.npz and, to be looked at, NAME.png; returns the error with the path."""
+    """Saves the picture of an error, and returns the error with the path of the file.
+
+    NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
+    """
     path = folder / f"{name}.npz"
     write_atomic(path, lambda temporary: np.savez_compressed(temporary, colour=error.colour, depth=error.depth))
     if error.colour.ndim == 3 and error.colour.shape[:2] == error.depth.shape and error.colour.shape[2] == 3:

@@ -58,7 +58,11 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Raises an UnusablePictureError, a NoDepthError or a OneColourError for a picture that shows nothing."""
+    """Raises an error if a picture is unusable.
+
+    It is an UnusablePictureError if colour and depth do not match or are too small, a NoDepthError if readings of
+    depth are not finite or too few, and a OneColourError if all pixels have the same colour.
+    """
     colour, depth = picture
     if colour.ndim != 3 or colour.shape[2] != 3 or colour.dtype != np.uint8 or depth.shape != colour.shape[:2]:
         problem = f"colour is {colour.shape} of {colour.dtype} and depth {depth.shape}"
@@ -80,8 +84,9 @@ def check_picture(picture: Picture) -> None:
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
     """Segments the object into its parts; the stand's top is at stand_depth, [m].
 
-    A picture that fails ``check_picture``, in which nothing is nearer than the stand, or the object reaches the edge,
-    or it or a part covers too few pixels raises a SeeingError.
+    A picture that fails ``check_picture``, in which nothing is nearer than the stand (a NothingSeenError), or the
+    object reaches the edge (OutOfViewError), or it or a part covers too few pixels (TooSmallError) raises a
+    SeeingError.
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)

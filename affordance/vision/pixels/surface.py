@@ -42,7 +42,8 @@ _GOOD_LIGHT = 0.6
 def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds the pixels that show the object, (height, width); the stand's top is at stand_depth, [m].
 
-    A picture that fails ``check_picture``, of the stand alone, or of an object at its edge raises a SeeingError.
+    A picture that fails ``check_picture``, of the stand alone (a NothingSeenError), or of an object at its edge (an
+    OutOfViewError) raises a SeeingError.
     """
     check_picture(picture)
     colour = picture.colour.astype(np.float32)
