@@ -111,7 +111,10 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error of a part of the program that does not work on this machine, as "rendered pictures are", and why not."""
+    """Error of a part of the program that does not work on this machine, for want of an optional dependency.
+
+    The part is named with its verb, as in "rendered pictures are".
+    """
 
     part: str
     problem: str
@@ -122,7 +125,10 @@ class UnavailableError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class NoPlanError(AffordanceError):
-    """Error of a controller that finds no motion within limits, at a time since its start, [s], near a place."""
+    """Error of a controller that finds no motion within position and velocity limits.
+
+    The time is that since the motion began, [s]; the place, in words, is empty if it is unknown.
+    """
 
     time: float
     place: str = ""
@@ -134,7 +140,10 @@ class NoPlanError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
-    """Error of a simulation that exceeds its number of steps at a time, [s], with pairs of bodies in contact."""
+    """Error of a simulation that exceeds its largest admissible number of steps, at a simulated time, [s].
+
+    The touches are names of the bodies in contact, in pairs.
+    """
 
     tool: str
     time: float
@@ -149,9 +158,10 @@ class StallError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class SeeingError(AffordanceError):
-    """Error of a picture, (height, width, 3), uint8, with depth, (height, width), [m], in which nothing is detected.
+    """Error of a picture in which the features of an object cannot be detected.
 
-    The frame is the path of the saved picture; empty if it was not saved.
+    The reason gives the number and its bound. The picture is red, green and blue, (height, width, 3), uint8, with
+    depth, (height, width), [m]; the frame is the path under which it was saved, empty if it was not.
     """
 
     reason: str

@@ -188,7 +188,9 @@ def _teach(
         return belief, f"{shown} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
-    memory, is_new = teach(place, trial, prior, known=known, same_colours=same_colours)
+    memory, is_new = teach(
+        place, trial, prior, known=known, former_hash=run.former_fingerprint, same_colours=same_colours
+    )
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     learned = "has learned them" if is_new else "learns nothing: this run has taught it before"
     return belief, f"{shown} {learned}"

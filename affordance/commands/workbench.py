@@ -34,7 +34,8 @@ _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 class Bench(NamedTuple):
     """Tools, of at least one grip each, and tasks of a robot, and memory and criterion by which options are compared.
 
-    Settings are those of the robot's arm, changed as ``--set`` says.
+    Settings are those of the robot's arm, changed as ``--set`` says. Of two colours that count as one, the memory's
+    second is read as the first.
     """
 
     settings: Settings

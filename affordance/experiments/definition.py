@@ -24,7 +24,8 @@ OBSERVER_SHOWN = 0
 class Outputs:
     """Files that an experiment writes in addition to its numbers; each is made only when it is written.
 
-    Writers write further files to the experiment's folder, by their label in the progress bar.
+    Figures are by name, without suffix; writers are functions that write further files to the experiment's folder, by
+    their label in the progress bar.
     """
 
     figures: Mapping[str, Callable[[], Figure]]

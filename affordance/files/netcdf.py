@@ -25,8 +25,9 @@ class LabelledArray(NamedTuple):
 class Trajectories(NamedTuple):
     """Arrays by name; one whose only dimension has its own name is the coordinate of that dimension.
 
-    Names are those of the entries along a dimension without coordinate, in any script, or, where no array has that
-    dimension, of the entries that an array of indices refers to; the latter are stored as a JSON attribute.
+    Dimensions of one name have one length. ``names`` are those of the entries along a dimension without coordinate,
+    in any script, or, where no array has that dimension, of the entries that an array of indices refers to; the
+    latter are stored as a JSON attribute.
     """
 
     variables: Mapping[str, LabelledArray]

@@ -79,10 +79,18 @@ class PayloadIdentifier(SampledSystem):
     ) -> None:
         """Declares states, ports and events.
 
-        Signals are sampled at a period, [s], and low-passed at a cut-off, [Hz]; earlier runs bound their long-run
-        variance, shape (n,), [signal unit squared]. The prediction of a fitted arm is subtracted, if there is one;
-        else the arm's torque by its file is part of the model if the signal has it. The standard deviation of an
-        object's density about its material's mean is in [kg/m^3]. Other arguments are those of ``infer``.
+        Args:
+            robot: Model of the arm, with gravity in its base frame.
+            prior: Prior of gains, friction and errors of the arm's model.
+            period: Sampling period, [s].
+            cutoff: Cut-off of the signals' low-pass filter, [Hz].
+            least_variance: Lower bound of the long-run variance by earlier runs, (n,), [signal unit squared].
+            fitted: Fitted empty arm whose prediction is subtracted; None to subtract nothing.
+            has_arm: True if the arm's torque by its file is in the signal, and so is part of the model.
+            solid: Prior of the body; None for any solid that a hand could hold.
+            placed: Object that a camera saw, in the frame of the tip; None without a camera.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+            settings: Identification settings.
         """
         super().__init__()
         n = robot.num_joints

@@ -11,7 +11,10 @@ from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
 @dataclass(frozen=True)
 class PayloadQuadratic:
-    """Quadratic log likelihood of an identified payload's ten parameters; its features are H, row by row, and b."""
+    """Quadratic log likelihood of an identified payload's ten parameters.
+
+    Its features are the precision H, row by row, and the information vector b.
+    """
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of H and b, flattened."""
@@ -20,13 +23,19 @@ class PayloadQuadratic:
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,)."""
+        """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,).
+
+        Its constant is the likelihood of the parameters that fit best.
+        """
         return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
 
 
 @dataclass(frozen=True)
 class MeanDensities:
-    """Likelihood of materials' mean densities, one a part, of an earlier version; features are P, by row, and q."""
+    """Likelihood of materials' mean densities, one a part, as an earlier version of the program stored it.
+
+    Its features are the precision, row by row, and the information vector.
+    """
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of precision and information vector of as many densities, flattened."""

@@ -1,5 +1,6 @@
 """Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,12 +52,18 @@ def build_identified_trial(
 
 
 def teach(
-    place: str, trial: TrialEvidence, prior: Prior, *, known: str = "", same_colours: SameColours = ()
+    place: str,
+    trial: TrialEvidence,
+    prior: Prior,
+    *,
+    known: str = "",
+    former_hash: str = "",
+    same_colours: SameColours = (),
 ) -> tuple[Memory, bool]:
     """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
 
-    Another, known memory is merged into it first, if it exists. Of the pairs of colours that count as one, the
-    memory's second is read as the first.
+    Another, known memory is merged into it first, if it exists. A trial may be known by a former hash of its source.
+    Of the pairs of colours that count as one, the memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
 
@@ -64,5 +71,5 @@ def teach(
         if known and has_memory(known):
             with open_memory(known) as before:
                 ledger.merge(before)
-        is_new = ledger.append([trial]) > 0
+        is_new = replace(trial, source_hash=former_hash).id not in ledger and ledger.append([trial]) > 0
         return ledger.recall(prior=prior, same_colours=same_colours), is_new

@@ -183,11 +183,11 @@ class Ledger:
             things.setdefault(name_thing(looks, trial), []).append(trial)
         yield from things.items()
 
-    def count_of_other_arms(self, robot: str, fingerprint: str = "") -> int:
-        """Counts the trials of a robot of this name with an arm that is known, and of another fingerprint."""
+    def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
+        """Counts the trials of a robot of this name with an arm that is known, and of none of these fingerprints."""
         with connect(self._engine, self.place, writes=False) as connection:
             query = select(func.count()).select_from(TRIALS).where(TRIALS.c.robot == robot)
-            changed = query.where(TRIALS.c.fingerprint.not_in(("", fingerprint)))
+            changed = query.where(TRIALS.c.fingerprint.not_in(("", *fingerprints)))
             return int(connection.execute(changed).scalar_one())
 
     def forget(self, selection: Selection) -> int:

@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts a robot's trials with an arm of another fingerprint than the present, computed if there are trials."""
+    """Counts a robot's trials with another arm than it has now; none without a memory.
+
+    The fingerprint of its arm is computed by ``recognise`` only if there are trials.
+    """
     from affordance.memory.ledger import has_memory, open_memory
 
     if not (place and has_memory(place)):

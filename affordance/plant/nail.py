@@ -152,7 +152,10 @@ class NailEntry(DataModel):
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant not yet finalized; its joint's position is the distance driven since it was set."""
+    """Adds a nail to a plant not yet finalized; its joint's position is the distance driven since it was set.
+
+    Body, joint and model instance have the name.
+    """
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the driving direction.
     X_WN = RigidTransform(RotationMatrix.MakeFromOneVector(placement.direction_W, 2), placement.p_WNo)

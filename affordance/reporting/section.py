@@ -53,8 +53,8 @@ class Table(NamedTuple):
 class Section(NamedTuple):
     """Report of an experiment; tables are of numbers, remarks on differences from the paper with their reasons.
 
-    The finding is the outcome in one sentence, for visitors; the caution next to it warns of few observers. Either
-    may be empty.
+    The order is its position among the sections. The finding is the outcome in one sentence, for visitors; the
+    caution next to it warns of few observers. Either may be empty.
     """
 
     order: int

@@ -14,6 +14,7 @@ from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from affordance.commands.demo import EMPTY, LOADED, PIECE, STOCK
 from affordance.files.model_folder import MODELS
 from affordance.identification.recording.run import Run
+from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import SignalKind
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
@@ -115,6 +116,9 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
     with open_memory(memory) as ledger:
         assert len(ledger) == 1
         assert np.array_equal(ledger.recall().belief.precision, before.precision)
+    with open_memory(memory) as ledger, open_memory(tmp_path / "earlier.sqlite") as earlier:
+        earlier.append([replace(ledger.list_trials()[0], source_hash=read_run(Path(loaded)).former_fingerprint)])
+    assert "taught it before" in _run(folder, *words[:-1], tmp_path / "earlier.sqlite", "--loaded", loaded).out
     assert "has learned them" in _run(folder, *words, "--loaded", again).out
     with open_memory(memory) as ledger:
         trials = ledger.list_trials()

@@ -50,7 +50,8 @@ class ChoiceExperiment(Experiment):
     """Experiment of a protocol of choices; Simulations III and IV of the paper (IV-C and IV-D) are two of them.
 
     Objects of the experience are held first, in the block that is named. A grip is chosen for each novel tool, the
-    first of which is the paper's. Errors name the files.
+    first of which is the paper's. The adapter has the task, and how it is planned, simulated and shown. The files of
+    the task and of the novel tools are named in errors.
     """
 
     name: str

@@ -43,6 +43,7 @@ from affordance.settings import Settings
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
 
+# Function that returns a function for each of the figures of all observers, from their arrays.
 type DrawFigures = Callable[[PresentationExperiment, Arrays], Mapping[str, Callable[[], Figure]]]
 
 
@@ -87,7 +88,8 @@ class PresentationExperiment(Experiment):
 
     Simulations I and II of the paper (IV-A, IV-B), Linear+ and Linear++ (Cesanek and others 2021) are some of them.
     Each learner is simulated, and figures of simulated presentations show the first. Densities that observers are
-    told are by colour, [kg/m^3]; kappa is the breadth of a category relative to its mean, None for the fitted value.
+    told are by colour, [kg/m^3]; quantiles are those of beliefs that are stored; kappa is the breadth of a category
+    relative to its mean, None for the fitted value.
     """
 
     name: str

@@ -7,6 +7,7 @@ milliamperes. Each error names the file, the row, the column, the value and its 
 import difflib
 import hashlib
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -128,9 +129,19 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Text by which the samples are recognised: the least digest of a sample, which most trimmed copies keep."""
+        """Text by which the samples are recognised: the least digest of a sample, which most trimmed copies keep.
+
+        Samples that occur again do not count if there are others: those of an arm at rest, in steps of its encoders
+        and sensors, may occur in other runs too.
+        """
         samples = np.concatenate([self.q, self.signal], axis=1)
-        return min(hashlib.sha256(sample.tobytes()).hexdigest() for sample in samples)[:16]
+        counts = Counter(hashlib.sha256(sample.tobytes()).hexdigest() for sample in samples)
+        return min([digest for digest, count in counts.items() if count == 1] or counts)[:16]
+
+    @property
+    def former_fingerprint(self) -> str:
+        """Digest of all samples, by which memories that were written earlier know the run."""
+        return hashlib.sha256(self.q.tobytes() + self.signal.tobytes()).hexdigest()[:16]
 
     def __repr__(self) -> str:
         rows, joints = self.q.shape

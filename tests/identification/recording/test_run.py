@@ -113,3 +113,13 @@ def test_a_run_is_recognised_by_copies_that_keep_its_least_sample():
     copies = [_build(times=_TIMES[:40], q=run.q[k], signal=run.signal[k], v=run.v[k]) for k in kept]
     assert [copy.fingerprint == run.fingerprint for copy in copies].count(True) == 4
     assert other.fingerprint not in {run.fingerprint, *(copy.fingerprint for copy in copies)}
+
+
+def test_runs_that_begin_with_the_same_rest_are_told_apart():
+    """Encoders and sensors count in steps, so that samples at rest are the same in all runs."""
+    rng = np.random.default_rng(0)
+    steps = np.array([[0.0, 0.0], [0.0, 1.0], [1.0, 0.0], [1.0, 1.0]])
+    signals = [np.concatenate([steps.repeat(12, axis=0), rng.standard_normal((2, 2))]) for _ in range(20)]
+    q = np.concatenate([np.zeros((48, 2)), _SWING[48:]])
+    runs = [_build(q=q, signal=signal, v=None) for signal in signals]
+    assert len({run.fingerprint for run in runs}) == len(runs)
