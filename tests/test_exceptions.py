@@ -6,13 +6,25 @@ import pytest
 from affordance.exceptions import (
     AffordanceError,
     BadValueError,
+    HiddenPartError,
     ModelFileError,
+    NoDepthError,
+    NoFitError,
     NoPlanError,
+    NothingSeenError,
+    OneColourError,
+    OutOfViewError,
     SeeingError,
     StallError,
     TooSmallError,
+    UnusablePictureError,
     describe_choice,
 )
+
+
+def test_every_error_of_seeing_is_one_to_be_caught():
+    of_seeing = (UnusablePictureError, NoDepthError, OneColourError, NothingSeenError, OutOfViewError, TooSmallError)
+    assert all(issubclass(error, SeeingError) for error in (*of_seeing, HiddenPartError, NoFitError))
 
 
 @pytest.mark.parametrize(

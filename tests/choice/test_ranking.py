@@ -53,6 +53,15 @@ def test_without_experience_the_plain_object_is_a_matter_of_chance_and_the_heade
     assert headed.best.p_best > 0.7
 
 
+def test_different_tools_can_be_options():
+    options = [*list_options(STICK), *list_options(HAMMER)]
+    ranking = rank(options, REACH, believe(720.0, 7850.0, 50.0), num_samples=1_000)
+    assert {entry.option.object_name for entry in ranking.ranked} == {"stick", "hammer"}
+    works = [entry.work for entry in ranking.ranked]
+    assert works == sorted(works)
+    assert sum(entry.p_best for entry in ranking.ranked) == pytest.approx(1.0)
+
+
 def test_seed_decides_the_samples():
     first, again = (rank(list_options(STICK), REACH, MaterialMemory(), num_samples=200, seed=1) for _ in range(2))
     other = rank(list_options(STICK), REACH, MaterialMemory(), num_samples=200, seed=2)

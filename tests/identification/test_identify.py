@@ -39,7 +39,10 @@ def _assert_believes(belief, truth=PAYLOAD, mass_sd=0.1):
 def test_paired_torques(robot, rng):
     empty = generate_run(robot, None, truth=_TORQUE, rng=rng)
     loaded = generate_run(robot, PAYLOAD, truth=_TORQUE, rng=rng, start=3.0)
-    _assert_believes(identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS))
+    belief = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
+    _assert_believes(belief)
+    assert belief.fit.evidence.source == belief.source
+    assert abs(belief.fit.mode.pi[0] - belief.mass) < belief.mass_sd
 
 
 def test_unpaired_torques_of_an_arm_that_is_not_as_its_file_says(robot, rng):

@@ -69,7 +69,9 @@ def test_other_sizes_give_another_solid_of_the_kind(solid):
     [(Box, (0.1, 0, 0.1)), (Cylinder, (-1.0, 1.0)), (Capsule, (1.0, np.inf)), (Ellipsoid, (0.1, np.nan, 0.1))],
 )
 def test_impossible_sizes_are_refused(kind, sizes):
-    assert "must be finite and greater than 0" in refuse(kind.from_sizes, sizes, error=ValueError)
+    said = refuse(kind.from_sizes, sizes, error=ValueError)
+    assert said.startswith(f"{kind.__name__}: ")
+    assert "must be finite and greater than 0" in said
 
 
 @pytest.mark.parametrize("kind", [Box, Cylinder, Capsule, Ellipsoid])

@@ -79,6 +79,14 @@ def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, capl
         assert part in text
 
 
+def test_arm_that_is_overloaded_falls_whatever_it_believes(runner, weight):
+    tool = weigh(weight.tools[3], 6.7)
+    density = tool.components[0].material.density
+    record = runner.run_hold(tool, know(weight, density), duration=2.0, seed=(0,))
+    assert record.overloaded == ("shoulder_elevation", "wrist_flexion")
+    assert record.height_centre.min() < -0.1
+
+
 def test_logged_motion_is_consistent(runner, weight):
     record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     assert record.height_centre[0] == record.height_grip[0] == record.height_com[0] == 0.0

@@ -64,6 +64,9 @@ PROTOCOLS = {
     "names of no number": (claim("__builtins__"), "names a number that is '__builtins__'"),
     "nan as a bound": (change("at_least: 0.5", "at_least: .nan"), "at_least: is nan, must be finite"),
     "aliases": (LAUGHS, "makes more than 100000 entries"),
+    "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
+    "deep": ("[" * 50_000, "is more than 40 levels deep"),
+    "digits": (change("number: 50", f"number: {'9' * 5000}"), "is a number of 5000 characters"),
     "escape sequences": (change("odd one among them", '"\\e[2J"'), "holds the control character '\\x1b'"),
     "figure elsewhere": (change("odd_one: {draw", "../../x: {draw"), "figures: has a name that is '../../x', must"),
     "figure of the report elsewhere": (change("file: odd_one.png", "file: /etc/x.png"), "figures[0].file: is '/etc"),
@@ -82,6 +85,8 @@ PROTOCOLS = {
 # Tools with a mesh, and messages that refuse them.
 MESHES = {
     "promises": ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {10**12}\nend_header\n", f"promises {10**12}"),
+    "pieces": ("a.obj", "v 0 0 0\n" * 3 + "o a\nf 1 2 3\n" * 10_001, "has 10001 pieces"),
+    "indices": ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file"),
     "device": ("/dev/zero", "", "must be one of .obj, .ply, .stl"),
 }  # fmt: skip
 # Robots, and messages that refuse them.
@@ -96,6 +101,11 @@ ROBOTS = {
         "a.sdf",
         change("<link", "<include><uri>package://drake_models/x.sdf</uri></include><link", SDF),
         "include: is not read here",
+    ),
+    "deep": (
+        "a.urdf",
+        f"<robot>{'<link>' * 1000}{'</link>' * 1000}</robot>",
+        "line 1: is more than 200 elements deep",
     ),
     "links": ("a.urdf", f"<robot>{'<link/>' * 1001}</robot>", "has 1001 links and joints, must have at most 1000"),
 }

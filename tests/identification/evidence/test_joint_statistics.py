@@ -1,4 +1,7 @@
+from dataclasses import FrozenInstanceError
+
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import NUM_COLUMNS, RunningSums, compute_statistics
@@ -29,3 +32,5 @@ def test_one_sample_after_the_other_gives_what_the_whole_gives(samples):
     whole, one_by_one = compute_statistics(samples, _BLOCK), running.freeze(_BLOCK)
     for name in ("products", "block_products", "block_sum", "counts"):
         assert_allclose(getattr(one_by_one, name), getattr(whole, name), rtol=1e-9, atol=1e-12)
+        with pytest.raises(FrozenInstanceError):
+            setattr(whole, name, np.zeros(3))

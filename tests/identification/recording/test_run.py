@@ -45,7 +45,10 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
         ({"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
         ({"times": _spoil_time(20, 0.05)}, r"row 21, column time: is 0.050000, must be more than 0.190000"),
         ({"times": _spoil_time(4, np.nan)}, r"row 5, column time: is nan, must be a finite number of seconds"),
-        ({"times": 1e3 * _TIMES}, r"advances by 10 s a row, must be from 1e-05 to 0.5; .*'units: {time: ms}'"),
+        (
+            {"times": 1e3 * _TIMES},
+            r"column time: advances by 10 s a row, .* from 1e-05 to 0.5; .*'units: {time: ms}'",
+        ),
         (
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
             r"column vdot_2: is 57.3 times the rate of v_2, must be",

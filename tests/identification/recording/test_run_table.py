@@ -45,6 +45,7 @@ def test_rows_numbers_and_names_are_as_in_the_file(write):
         ("time,q\n" + "1" * 5000 + ",x\n", "row 2, column q: is 'x', must be a number"),
         ("time,q\n0,abcdefghijklmnopqrstuvwxyzabcdefghij\n", "is 'abcdefghijklmnopqrstuvwxyzabcd', must be"),
         ("time,q\n0,1\n0.1,nan\n", "row 3, column q: is nan, must be a finite number"),
+        ("time,q\n0,1\n0.1,2,3\n", "row 3: has 3 values, must have 2"),
     ],
 )
 def test_text_that_is_no_table_is_one_line(write, content, problem):

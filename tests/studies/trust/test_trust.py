@@ -1,5 +1,7 @@
 """Small versions of the studies of studies/trust that no other test covers."""
 
+import json
+
 import numpy as np
 import pytest
 from helpers.answers import answer
@@ -41,6 +43,16 @@ def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
     assert ("it has no soak_memory_growth_MB" in caplog.text) == ("drift" in text)
     assert not path.exists()
     assert (tmp_path / "soak.broken").exists()
+
+
+@pytest.mark.parametrize("study", command.KEYS)
+def test_what_a_study_found_is_read_unless_a_key_is_missing(tmp_path, caplog, study):
+    found = dict.fromkeys((*command.KEYS[study], "program"), 1.0)
+    path = tmp_path / f"{study}.json"
+    for missing in (None, *command.KEYS[study]):
+        path.write_text(json.dumps({key: value for key, value in found.items() if key != missing}), encoding="utf-8")
+        assert command.read_numbers(tmp_path, study) == (found if missing is None else None)
+        assert missing is None or f"(it has no {missing}); set aside as {study}.broken" in caplog.text
 
 
 COST = {
