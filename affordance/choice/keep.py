@@ -31,7 +31,7 @@ class Keep:
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Returns the costs of the hold; an arm that cannot take the posture is an AffordanceError."""
+        """Returns the costs of the hold; an arm that cannot take the posture raises an AffordanceError."""
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)

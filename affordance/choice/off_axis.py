@@ -35,7 +35,7 @@ def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip
     """Computes the largest relative change of the work with a grip, over the tools of ``list_shifted``.
 
     The function computes the work of a gripped tool, [J]. Shifted tools with which the arm cannot do the task, for
-    instance at a joint limit, are ignored; that it cannot with the unshifted one is an AffordanceError.
+    instance at a joint limit, are ignored; if it cannot with the unshifted one, an AffordanceError is raised.
     """
     work = compute_work(tool.gripped_by(grip))
     changes = [0.0]

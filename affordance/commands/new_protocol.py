@@ -38,7 +38,7 @@ def build_schema() -> str:
 
 
 def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
-    """Writes a commented protocol that can be run, and the schema; a wrong or existing name is a BadValueError."""
+    """Writes a commented, working protocol, and the schema; a wrong or existing name raises a BadValueError."""
     path, schema = folder / f"{name}.yaml", folder / SCHEMA_FILE
     if path.parent != folder:
         raise BadValueError(path, "name", f"is {name!r}, must be of small letters, digits and underscores")

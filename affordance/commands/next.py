@@ -179,7 +179,7 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
 
 
 def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
-    """Lists what may be held; the name of a tool of another file is an AffordanceError."""
+    """Lists what may be held; the name of a tool of another file raises an AffordanceError."""
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return list(held)
     names = {tool.name for tool in tools}

@@ -168,12 +168,12 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``--set`` to settings; an unknown one, or a wrong value, is a BadValueError."""
+    """Applies the changes of ``--set`` to settings; an unknown one, or a wrong value, raises a BadValueError."""
     return change_settings(settings, parse_changes(arguments.changes))
 
 
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
-    """Returns the prior with the changes of ``--set``; a change of any other setting is a BadValueError."""
+    """Returns the prior with the changes of ``--set``; a change of any other setting raises a BadValueError."""
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     refuse_changes(
         arguments, [name for name in groups if name != "prior"], f"of all settings {what} has the prior's only"
@@ -207,7 +207,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """Builds options from the arguments that ``add_arm_arguments`` adds; an invalid one is a BadValueError."""
+    """Builds options from the arguments that ``add_arm_arguments`` adds; an invalid one raises a BadValueError."""
     return ImportOptions(
         tip=arguments.tip or "",
         base=arguments.base,

@@ -113,7 +113,7 @@ def find_file(place: Path | str) -> Path | None:
 
 @contextmanager
 def connect(engine: Engine, place: Path | str, *, writes: bool) -> Iterator[Connection]:
-    """Runs one transaction; if it fails nothing is changed, and errors of the database are a BadValueError."""
+    """Runs one transaction; if it fails nothing is changed, and errors of the database raise a BadValueError."""
     try:
         with engine.connect().execution_options(**{_WRITES: writes}) as connection, connection.begin():
             yield connection

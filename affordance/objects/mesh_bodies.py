@@ -54,7 +54,7 @@ def count_shells(bodies: Sequence[Body]) -> int:
 def load_bodies(path: Path, unit: str) -> tuple[Body, ...]:
     """Reads the bodies of an OBJ, PLY or STL file, in its order, in a unit of UNITS; it is kept until it changes.
 
-    A file that cannot be read, a surface that is open or wound both ways, or an implausible size is a BadValueError.
+    A file that cannot be read, an open surface or one wound both ways, or an implausible size raises a BadValueError.
     """
     try:
         changed = path.stat().st_mtime_ns

@@ -43,8 +43,8 @@ def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihoo
     """Finds the likelihood whose errors are evaluated at the posterior mean, (M,), [kg/m^3], that it leads to.
 
     Among several fixed points, the plain iteration from the mean of the belief selects one if it converges. A descent
-    that does not converge is an AffordanceError, possible only for several densities with errors that are dependent
-    between joints.
+    that does not converge raises an AffordanceError, which is possible only for several densities with errors that
+    are dependent between joints.
     """
     rho = belief.untruncated_mean
     for _ in range(_PLAIN_STEPS):

@@ -55,8 +55,8 @@ def list_people(
     """Lists people's values of the numbers of a protocol: published, from single lifts, and by expressions of these.
 
     Errors of published values propagate to first order; they are assumed independent, as their covariances are rarely
-    published. Objects and blocks are needed for single lifts. Too few lifts of a person are a BadValueError, a wrong
-    expression is an AffordanceError.
+    published. Objects and blocks are needed for single lifts. Too few lifts of a person raise a BadValueError, a
+    wrong expression an AffordanceError.
     """
     known: dict[str, Published] = {}
     if people.lifts is not None and objects is not None:
@@ -91,7 +91,7 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 def measure_people(
     entries: Mapping[str, NumberEntry], lifts: PeopleLifts, objects: ProtocolObjects, blocks: Sequence[BlockEntry]
 ) -> dict[str, Array]:
-    """Computes numbers of force and weight of every person, (P,), but lists; too few lifts are a BadValueError."""
+    """Computes numbers of force and weight of every person, (P,), but lists; too few lifts raise a BadValueError."""
     chosen: dict[str, NumberEntry] = {}
     for name, entry in entries.items():
         measures = {entry.measure, entry.correlated_with} - {None}

@@ -198,7 +198,7 @@ def check_names(report: PlainReport, known: Collection[str]) -> None:
 
 
 def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Renders a protocol's report with numbers and facts; a wrong template or expression is an AffordanceError."""
+    """Renders a protocol's report with numbers and facts; a bad template or expression raises an AffordanceError."""
     remarks = [facts["faults"]] if facts["faults"] else []
     given = {**report.given, "caution": facts["few_observers"]}
     if "remarks" in given:

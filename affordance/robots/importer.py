@@ -60,7 +60,8 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
 def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_zero: bool = True) -> dict[str, float]:
     """Parses words such as ``elbow=0.3``, or with a unit a number alone, for every joint (the empty name).
 
-    Another form, a joint named twice, or with a unit a negative value or a zero that may not be, is a BadValueError.
+    Another form, a joint named twice, or with a unit a negative value or a zero that may not be, raises a
+    BadValueError.
     """
     values: dict[str, float] = {}
     for word in words:

@@ -133,7 +133,7 @@ def write_folder(
 
     Returns: Remarks on shapes that could not be drawn as in the file.
 
-    A folder that is not empty or cannot be created is a BadValueError, an arm that strict parsing rejects a
+    A folder that is not empty or cannot be created raises a BadValueError, an arm that strict parsing rejects a
     ModelFileError.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):

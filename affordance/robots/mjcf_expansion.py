@@ -159,7 +159,7 @@ def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
 def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:
     """Reads the limit of a range such as ``forcerange``, of ``force``, which ``forcelimited`` can switch off.
 
-    Returns: Smaller magnitude of the range's two ends, infinite for no limit; a falling range is a BadValueError.
+    Returns: Smaller magnitude of the range's two ends, infinite for no limit; a falling range raises a BadValueError.
     """
     text = attributes.get(f"{name}range")
     low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))

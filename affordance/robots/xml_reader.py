@@ -60,7 +60,7 @@ class Numbers:
     path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses a text as ``count`` finite numbers, by default if absent; anything else is a BadValueError."""
+        """Parses a text as ``count`` finite numbers, by default if absent; anything else raises a BadValueError."""
         if text is None or not text.strip():
             return tuple(default)
         try:
@@ -86,7 +86,7 @@ class Numbers:
         return sizes
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
-        """Parses a number that may be infinite; None if it is absent; anything else is a BadValueError."""
+        """Parses a number that may be infinite; None if it is absent; anything else raises a BadValueError."""
         if text is None or not text.strip():
             return None
         try:

@@ -113,7 +113,7 @@ class ChoiceExperiment(Experiment):
         return ChoicePlan(choices, costs, simulated, off_axis)
 
     def plan_grips(self, settings: Settings, what: str, jobs: int) -> dict[str, Choice]:
-        """Plans the task with each grip of each tool, observed once; an impossible plan is a BadValueError."""
+        """Plans the task with each grip of each tool, observed once; an impossible plan raises a BadValueError."""
         settings = replace(settings, faults=NO_FAULTS)  # the inner simulation assumes none
         with self._blame_task():
             options = {
