@@ -273,12 +273,12 @@ def _climb(
     cost, pi = evaluate(theta)
     damping = 1e-3
     for _ in range(_STEPS_A_ROUND):
-        D = compute_jacobian(theta)
+        D = compute_jacobian(theta, pi)
         A = D.T @ H @ D + precision
         gradient = D.T @ (H @ pi - b) + precision @ (theta - mean)
         before = cost
         for _ in range(20):
-            step = np.linalg.solve(A + damping * np.diag(np.diag(A)), gradient)
+            step = np.linalg.solve(A + np.diag(damping * A.diagonal()), gradient)
             # Longer steps overflow before they help.
             new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
             if new_cost <= cost:
@@ -287,6 +287,6 @@ def _climb(
             damping *= 4.0
         if before - cost < tolerance:
             break
-    D = compute_jacobian(theta)
+    D = compute_jacobian(theta, pi)
     covariance = np.linalg.inv(D.T @ H @ D + precision)
     return theta, 0.5 * (covariance + covariance.T)

@@ -45,12 +45,15 @@ def theta_from_parameters(pi: Array) -> Array:
     return theta
 
 
-def compute_jacobian(theta: Array) -> Array:
-    """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10)."""
+def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
+    """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10).
+
+    The parameters there, if they are known, save their calculation.
+    """
     m, c = np.exp(theta[0]), theta[1:4]
     S = _build_root(theta)
     D = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
-    D[:, 0] = parameters_from_theta(theta)
+    D[:, 0] = parameters_from_theta(theta) if pi is None else pi
     dG = np.zeros((9, 3, 3))
     D[_DIAGONAL + 1, _DIAGONAL + 1] = m
     dG[_DIAGONAL, _DIAGONAL] = c
