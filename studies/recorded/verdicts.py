@@ -13,7 +13,8 @@ from affordance.identification.identify import Runs, identify
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData
-from studies.recorded.mistakes import MISTAKES, Case, count_outcomes, try_mistakes
+from studies.recorded.mistake_outcomes import Case, count_outcomes, try_mistakes
+from studies.recorded.mistakes import MISTAKES
 
 # Durations of the windows in which a good recording is judged, [s]; windows overlap by half.
 _PAIR_LENGTHS, _SINGLE_LENGTHS = (8.0, 12.0, 16.0, 25.0), (5.0, 7.0, 10.0, 15.0)

@@ -5,7 +5,8 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 
 from affordance.identification.settings import IdentificationSettings
-from studies.recorded.mistakes import MISTAKES, Case, Mistake, count_outcomes, try_mistakes
+from studies.recorded.mistake_outcomes import Case, Mistake, count_outcomes, try_mistakes
+from studies.recorded.mistakes import MISTAKES
 
 _SETTINGS = IdentificationSettings(num_samples=200)
 

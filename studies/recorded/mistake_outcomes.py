@@ -1,0 +1,105 @@
+"""Outcomes of identification with mistakes that users make in a good pair of runs.
+
+An answer is right if the mass (or, of a weighed load, each gain that its weight shows) and the centre of mass are
+those of the good pair, within errors.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.exceptions import AffordanceError
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.identify import Runs, identify
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
+
+# A wrong answer is one farther from that of the good pair than this: relative error, standard deviations, [m].
+_RELATIVE, _SDS, _PLACE = 0.1, 3.0, 0.02
+_VERDICTS = ("refused", "not_trusted", "right", "wrong_silent")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Input of an identification."""
+
+    robot: SerialChain  # model of the arm
+    empty: Run  # run with an empty hand
+    loaded: Run  # run with the load, of the same motion
+    mass: float  # true mass of the load, [kg]
+    gains: Gains | None = None  # gains of an earlier run; None for a weighed load, and for signals that are torques
+    reference_mass: float | None = None  # mass of the load by a scale, [kg]; None if it was not weighed
+
+    def identify(self, settings: IdentificationSettings) -> PayloadBelief:
+        """Identifies the payload."""
+        return identify(
+            self.robot,
+            Runs(self.loaded, (self.empty,)),
+            gains=self.gains,
+            reference_mass=self.reference_mass,
+            settings=settings,
+        )
+
+
+class Mistake(NamedTuple):
+    """Mistake of a user."""
+
+    name: str  # mistake, in words
+    make: Callable[[Case], Case]  # function that makes it in a good case
+    can_be_seen: bool = True  # false if the data cannot show it
+    # True if it is one of the sensors, alike in both runs, so that gains of a weighed load contain it.
+    of_sensors: bool = False
+
+
+class Outcome(NamedTuple):
+    """Outcome of an identification with a mistake."""
+
+    name: str  # mistake, in words
+    verdict: str  # one of _VERDICTS
+    reason: str  # first reason given; empty without one
+
+
+def try_mistakes(case: Case, mistakes: Sequence[Mistake], settings: IdentificationSettings) -> list[Outcome]:
+    """Makes each mistake in a good case, and judges the answer by that of the case."""
+    good = case.identify(settings)
+    return [_try(case, mistake, good, settings) for mistake in mistakes]
+
+
+def count_outcomes(outcomes: Sequence[Outcome]) -> dict[str, int]:
+    """Counts the verdicts; the keys are those of metrics.json."""
+    verdicts = [outcome.verdict for outcome in outcomes]
+    return {"tried": len(outcomes)} | {name: verdicts.count(name) for name in _VERDICTS}
+
+
+def _try(case: Case, mistake: Mistake, good: PayloadBelief, settings: IdentificationSettings) -> Outcome:
+    try:
+        belief = mistake.make(case).identify(settings)
+    except AffordanceError as error:
+        return Outcome(mistake.name, "refused", str(error))
+    if belief.doubts:
+        return Outcome(mistake.name, "not_trusted", belief.doubts[0])
+    is_right = _finds_centre(belief, good) and _finds_mass(belief, good, case.mass, mistake.of_sensors)
+    return Outcome(mistake.name, "right" if is_right else "wrong_silent", "")
+
+
+def _finds_mass(belief: PayloadBelief, good: PayloadBelief, mass: float, of_sensors: bool) -> bool:
+    """Compares the mass, or the gains of a weighed load."""
+    if belief.calibration is None or good.calibration is None:
+        error = abs(belief.mass - mass)
+        return bool(error <= _RELATIVE * mass or error <= _SDS * belief.mass_sd)
+    if of_sensors:
+        return True
+    found, true = belief.calibration, good.calibration
+    sd = np.sqrt(found.covariance[:, 0, 0] + true.covariance[:, 0, 0])
+    apart = np.abs(found.mean[:, 0] - true.mean[:, 0])
+    return bool(((apart <= _RELATIVE * np.abs(true.mean[:, 0])) | (apart <= _SDS * sd)).all())
+
+
+def _finds_centre(belief: PayloadBelief, good: PayloadBelief) -> bool:
+    sd = np.hypot(belief.marginals.sd[1:4], good.marginals.sd[1:4])
+    apart = np.abs(belief.centre_of_mass - good.centre_of_mass)
+    return bool(((apart <= _PLACE) | (apart <= _SDS * sd)).all())
