@@ -111,7 +111,7 @@ class ModelFileError(AffordanceError):
 
 @dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
-    """Error of a part of the program that does not work on this machine, for want of an optional dependency.
+    """Error of a part of the program that does not work on this machine, as something is not installed.
 
     The part is named with its verb, as in "rendered pictures are".
     """
@@ -160,7 +160,7 @@ class StallError(AffordanceError):
 class SeeingError(AffordanceError):
     """Error of a picture in which the features of an object cannot be detected.
 
-    The reason gives the number and its bound. The picture is red, green and blue, (height, width, 3), uint8, with
+    The picture is red, green and blue, (height, width, 3), uint8, with
     depth, (height, width), [m]; the frame is the path under which it was saved, empty if it was not.
     """
 

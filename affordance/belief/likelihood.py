@@ -78,7 +78,7 @@ class Quadratic:
     def restrict(self, Phi: Array) -> Likelihood:
         """Restricts the quadratic to bodies Phi rho of densities rho, Phi of shape (10, M).
 
-        The constant of the likelihood is that of the parameters that fit best.
+        The constant makes the log likelihood of the parameters that fit best zero.
         """
         H, b = self.precision, self.information
         values, vectors = np.linalg.eigh(H)

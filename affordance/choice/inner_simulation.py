@@ -64,8 +64,8 @@ class TaskCostModel(Protocol):
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
     """Plans a task with every option.
 
-    No option, two of one name, or one with which no motion could be planned raise an AffordanceError, an arm that
-    cannot be loaded a ModelFileError.
+    If there is no option, two have one name, or no motion can be planned with one, an AffordanceError is raised; if
+    the arm cannot be loaded, a ModelFileError.
     """
     model = ArmModel(load_arm(settings.arm))
     return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)

@@ -130,7 +130,8 @@ def price_options(
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
     """Plans a task with every option, once in a process; those with which nothing can be planned cost infinitely.
 
-    No option, or two of one name, raise an AffordanceError, an arm that cannot be loaded a ModelFileError.
+    If there is no option, or two have one name, an AffordanceError is raised; if the arm cannot be loaded, a
+    ModelFileError.
     """
     arm = load_arm(settings.arm)
     return Choice(options, [plan_once(task, option.gripped, settings, arm) for option in options], settings)

@@ -109,7 +109,7 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
 
 
 def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Reads tasks of the robot and of files, by name; none, or two of one name, raises a BadValueError."""
+    """Reads the robot's tasks and those of files, by name; no name, or one given twice, is refused (BadValueError)."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")
     tasks = {name: robot.load_task(name) for name in names}
@@ -124,7 +124,7 @@ def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> di
 def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
     """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
 
-    Holding still, which takes no work, is compared by the wrench at the grip; work raises a BadValueError.
+    Holding still, which takes no work, is compared by the wrench at the grip; to name work raises a BadValueError.
     """
     holds_still = is_any_still(tasks)
     criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))

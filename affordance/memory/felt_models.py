@@ -25,7 +25,7 @@ class PayloadQuadratic:
     ) -> Likelihood:
         """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,).
 
-        Its constant is the likelihood of the parameters that fit best.
+        Its constant makes the log likelihood of the parameters that fit best zero.
         """
         return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
 

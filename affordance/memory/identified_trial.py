@@ -62,7 +62,8 @@ def teach(
 ) -> tuple[Memory, bool]:
     """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
 
-    Another, known memory is merged into it first, if it exists. A trial may be known by a former hash of its source.
+    Another, known memory is merged into it first, if it exists. A ledger of an earlier version
+    knows a run by a former hash of it.
     Of the pairs of colours that count as one, the memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
@@ -71,5 +72,6 @@ def teach(
         if known and has_memory(known):
             with open_memory(known) as before:
                 ledger.merge(before)
-        is_new = replace(trial, source_hash=former_hash).id not in ledger and ledger.append([trial]) > 0
+        is_known = bool(former_hash) and replace(trial, source_hash=former_hash).id in ledger
+        is_new = not is_known and ledger.append([trial]) > 0
         return ledger.recall(prior=prior, same_colours=same_colours), is_new

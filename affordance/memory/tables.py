@@ -77,7 +77,8 @@ MATERIALS = Table(
 def open_database(place: Path | str, *, create: bool) -> Engine:
     """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new.
 
-    One that does not exist, is of another program or version, or cannot be reached raises a BadValueError.
+    One that does not exist and is not to be made, is of another program or version, or cannot be reached raises a
+    BadValueError.
     """
     if (path := find_file(place)) is not None:
         check_file(path, create)

@@ -62,7 +62,7 @@ class Shape(Protocol):
 class Primitive(Shape):
     """Solid with closed-form inertia, centred at Eo with axes along those of E; the fields of the class are lengths.
 
-    A length that is not finite and positive, or another number of lengths, raises a BadArgumentError.
+    A length that is not finite and positive, or a tuple of other than three lengths, raises a BadArgumentError.
     """
 
     __dataclass_fields__: ClassVar[dict[str, Any]]

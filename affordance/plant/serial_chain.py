@@ -195,12 +195,12 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def recognise_arm(arm: Arm) -> str:
-    """Computes the fingerprint that the arm's chain has in its robot's own file, which mounts it nowhere."""
+    """Computes the fingerprint that the arm, with its stand, has in its robot's file, wherever it is mounted."""
     chain, plant = build_chain(arm), arm.plant
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # By index: bodies of a stand and of the arm may have one name.
     above = {joint.child_body().index(): joint.parent_body() for joint in joints}
-    root = plant.GetJointByName(chain.joint_names[0]).parent_body()
+    root = min((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start).parent_body()
     while (below := above.get(root.index())) is not None and below.index() != plant.world_body().index():
         root = below
     X_WR = root.EvalPoseInWorld(plant.CreateDefaultContext())

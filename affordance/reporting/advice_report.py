@@ -59,7 +59,7 @@ def describe_advice(advice: Ranking, question: AdviceQuestion) -> str:
 
 
 def describe_choice_of(advice: Ranking) -> str:
-    """Describes the option to take, its cost and its certainty; nothing usable raises an AffordanceError."""
+    """Describes the option to take, its cost and its certainty; if none can be used, an AffordanceError is raised."""
     best = advice.best
     return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
 

@@ -70,7 +70,10 @@ def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height:
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at one scale, as ``render_poses``; no nail raises a ValueError."""
+    """Renders close-ups of nails and tools at one scale, as ``render_poses``.
+
+    A pose without a nail raises a ValueError.
+    """
     pictures = []
     for pose in poses:
         if pose.placement is None:

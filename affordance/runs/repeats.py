@@ -93,7 +93,7 @@ def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> 
         (str(path.relative_to(program)), path)
         for program in (_PACKAGE, *dict.fromkeys(programs))
         for path in sorted(program.rglob("*.py"))
-        if path.relative_to(program).parts[0] not in _DECIDE_NOTHING
+        if program != _PACKAGE or path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]
     if isinstance(models, Path):
         named += [(str(path.relative_to(models)), path) for path in list_model_files(models)]

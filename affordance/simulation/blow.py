@@ -90,7 +90,7 @@ def simulate_blow(
     """Plans and simulates a blow with a gripped tool whose densities are known, [kg/m^3].
 
     The peak of resistance, [N], is the demanded one, and the nail that of the plan, unless others are given. Every
-    control period is logged. No swing that is fast enough raises an AffordanceError.
+    control period is logged. If no swing is fast enough, an AffordanceError is raised.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)

@@ -153,8 +153,8 @@ class Observer:
     ) -> None:
         """Sets the memory before the first presentation; each lasts a duration of at least one sample period, [s].
 
-        Of a memory only the colours ``remembered`` are kept beyond a presentation, or all if there are none. An
-        argument of the wrong kind or out of bounds raises a BadArgumentError.
+        Of the memory only the colours ``remembered`` are kept beyond a presentation, or all if there are none. A
+        memory of the wrong kind, or a duration out of bounds, raises a BadArgumentError.
         """
         check_duration(duration, runner.settings)
         check_kind("memory", memory, Memory, _MEMORIES)

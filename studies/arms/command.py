@@ -44,7 +44,7 @@ def plan(arguments: argparse.Namespace) -> Work:
 def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
     """Lists the robots to study; all if none is named.
 
-    A folder without the file of a robot raises a BadValueError.
+    A folder that has the file of none of them raises a BadValueError.
     """
     chosen = [robot for robot in ROBOTS if not only or robot.name in only]
     if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):

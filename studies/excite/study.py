@@ -28,7 +28,7 @@ NUM_POSTURES = 200
 def check_recordings(data: Path) -> None:
     """Reads the recordings.
 
-    A clone that is missing or has changed raises a BadValueError, its URDF a ModelFileError.
+    A file that is missing or cannot be read raises a BadValueError, a URDF of another arm a ModelFileError.
     """
     for load in (load_weighed_objects, load_panda, load_ur10e):
         load(data)

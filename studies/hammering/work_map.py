@@ -36,7 +36,7 @@ def map_work(costs: Sequence[BlowCost], pi: Sequence[Array], forces: Array) -> H
 def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forces: Array) -> list[float]:
     """Finds the forces, [N], at which two grips of an object of known inertia cost the same.
 
-    The object's parameters pi are in each grip, (10,). Increasing forces, (F,), are compared; none is found if one
+    pi are the object's parameters in each grip, (10,). Increasing forces, (F,), are compared; none is found if one
     grip is cheaper wherever both can be used.
     """
     one, other = costs

@@ -55,7 +55,7 @@ class WeighedObject(NamedTuple):
 def load_ur10e(data: Path) -> Ur10eData:
     """Reads the two recordings of the UR10e.
 
-    A clone that is missing or has changed raises a BadValueError, its URDF a ModelFileError.
+    A file that is missing or cannot be read raises a BadValueError, a URDF of another arm a ModelFileError.
     """
     robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
     description = _HERE / "ur10e.yaml"
@@ -69,7 +69,7 @@ def load_ur10e(data: Path) -> Ur10eData:
 def load_panda(data: Path) -> PandaData:
     """Reads the recording of the Panda.
 
-    A clone that is missing or has changed raises a BadValueError.
+    A file that is missing or cannot be read raises a BadValueError.
     """
     robot = load_robot(_HERE / "panda.urdf", "panda_link8")
     folder = _find(data, _PANDA)
@@ -77,11 +77,10 @@ def load_panda(data: Path) -> PandaData:
     for name in ("time", "positions", "velocity", "torques"):
         path = _find(folder, Path(f"exciting_traj_{name}.txt"))
         try:
-            tables[name] = np.loadtxt(path)
+            tables[name] = np.loadtxt(path).reshape((-1,) if name == "time" else (-1, robot.num_joints))
         except ValueError as error:
             raise BadValueError(path, "", f"must be a column of numbers: {error}") from error
-    n = robot.num_joints
-    q, v, tau = (tables[name].reshape(-1, n) for name in ("positions", "velocity", "torques"))
+    q, v, tau = (tables[name] for name in ("positions", "velocity", "torques"))
     description = RunDescription(robot.joint_names, SignalKind.JOINT_TORQUE, tip="panda_link8")
     return PandaData(robot, Run(str(folder), description, tables["time"], q, tau, v=v))
 
@@ -89,7 +88,7 @@ def load_panda(data: Path) -> PandaData:
 def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
     """Reads the recordings of the weighed objects.
 
-    A clone that is missing or has changed raises a BadValueError.
+    A file that is missing or cannot be read raises a BadValueError.
     """
     objects = {}
     for name in LBIPE_OBJECTS:

@@ -1,7 +1,7 @@
 """Outcomes of identification with mistakes that users make in a good pair of runs.
 
-An answer is right if the mass (or, of a weighed load, each gain that its weight shows) and the centre of mass are
-those of the good pair, within errors.
+An answer is right if the mass is the true one and the centre of mass that of the good pair, within errors; of a
+weighed load, gains are compared in place of the mass, unless the mistake is one of the sensors.
 """
 
 from collections.abc import Callable, Sequence

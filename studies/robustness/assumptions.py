@@ -46,7 +46,7 @@ class Assumption:
 def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
     """Reads the assumptions, in the order of the file.
 
-    A default outside its range, or an entry with neither range nor choices, raises a ValueError.
+    A default outside its range or choices, or an entry with neither of them, raises a ValueError.
     """
     content = read_yaml(path)
     return tuple(_read(name, entry) for name, entry in content.items())

@@ -40,7 +40,7 @@ def check_same_conditions(path: Path, one: Mapping[str, Any], other_path: Path, 
 def read_numbers(path: Path) -> dict[str, Any]:
     """Reads a metrics.json.
 
-    A file that cannot be read, or is not that of a run, raises a BadValueError.
+    A file that cannot be read, or holds no mapping, raises a BadValueError.
     """
     with blame_file(path):
         return dict(read_json(path))

@@ -56,7 +56,7 @@ class Comparison(NamedTuple):
 def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tuple[str, Run]]:
     """Yields the trials of each simulation, with its name; the duration, [s], is that of holds.
 
-    A number of novel tools is used by their first grips; None stands for all of them, by all grips. Reaching and
+    ``num_tools`` novel tools are used, by their first grips; None for all of them, by all grips. Reaching and
     hammering have durations of their own.
     """
     yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)

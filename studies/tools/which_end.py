@@ -48,7 +48,7 @@ def rank_grips(
 ) -> dict[str, Ranking]:
     """Ranks options under each belief, also among the grips of each tool; motions are planned once.
 
-    If no motion could be planned, an AffordanceError is raised.
+    If an option cannot be planned, an AffordanceError is raised.
     """
     choice = plan_choice(options, task, settings)
     return {

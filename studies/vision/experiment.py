@@ -80,7 +80,7 @@ class VisionExperiment(Experiment):
     def plan(self, jobs: int) -> None:
         """Plans the mashing.
 
-        If it is infeasible with every object, a BadValueError is raised.
+        If it is infeasible with every object, or cannot be planned with one, a BadValueError is raised.
         """
         path = self.models / "paths" / "mash.yaml"
         model = ArmModel(load_arm(self.settings.arm))

@@ -247,7 +247,7 @@ def judge_itself(
     """Numbers, those named or all, by which identification judges itself on a generated pair with noise, [N m].
 
     If blind, no doubts are found; edges of intervals are found by a number of samples. Two mistakes are made, each
-    with the load weighed and with gains: all four are doubted, and answered wrongly if nothing makes it doubt.
+    with the load weighed and with gains: all four are doubted, and answered wrongly by a blind identification.
     """
     robot, rng = _build_robot(), np.random.default_rng(3)
     truth = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=noise_sd)

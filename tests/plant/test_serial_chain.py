@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia
+from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia, WeldJoint
 
 from affordance.exceptions import ModelFileError
 from affordance.plant.arm import Arm
@@ -49,14 +49,14 @@ def test_torques_of_the_links_agree_with_drake_whatever_the_tool(arm, chain, rng
         np.testing.assert_allclose(torque + damping * v[k], model.compute_inverse_dynamics(vdot[k]), atol=1e-11)
 
 
-def test_an_arm_is_recognised_on_any_stand_even_one_whose_parts_have_its_own_names():
+def test_an_arm_is_recognised_wherever_its_stand_is_even_if_names_are_those_of_its_own_parts():
     def mount(stand=""):
         plant, inertia = MultibodyPlant(0.0), SpatialInertia.SolidSphereWithMass(1.0, 0.1)
         mount, own = plant.world_body(), plant.AddModelInstance("arm")
         if stand:
             mount = plant.AddRigidBody(stand, plant.AddModelInstance("stand"), inertia)
             X_WB = RigidTransform(RotationMatrix.MakeXRotation(0.3), [0.1, 0.2, 1.0])
-            plant.WeldFrames(plant.world_frame(), mount.body_frame(), X_WB)
+            plant.AddJoint(WeldJoint("turn", plant.world_frame(), mount.body_frame(), X_WB))
         base, first, second = (plant.AddRigidBody(name, own, inertia) for name in ("base", "first", "second"))
         plant.WeldFrames(mount.body_frame(), base.body_frame(), RigidTransform())
         plant.AddJoint(RevoluteJoint("turn", base.body_frame(), first.body_frame(), [0, 0, 1]))

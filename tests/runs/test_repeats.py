@@ -230,16 +230,18 @@ def test_key_depends_on_further_sources(weight, tmp_path):
 
 
 def test_key_depends_on_the_whole_package_of_a_configuration(tmp_path, monkeypatch):
-    (tmp_path / "mine" / "one").mkdir(parents=True)
-    for name in ("mine/__init__.py", "mine/one/__init__.py", "mine/other.py"):
+    (tmp_path / "mine" / "commands").mkdir(parents=True)
+    for name in ("mine/__init__.py", "mine/commands/__init__.py", "mine/other.py"):
         (tmp_path / name).touch()
     config = "from dataclasses import dataclass\n@dataclass\nclass Config:\n    seed: int = 0\n"
-    (tmp_path / "mine" / "one" / "config.py").write_text(config, encoding="utf-8")
+    (tmp_path / "mine" / "commands" / "config.py").write_text(config, encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
-    experiment = importlib.import_module("mine.one.config").Config()
-    key = compute_key(experiment, MODELS)
-    (tmp_path / "mine" / "other.py").write_text("DURATION = 2.0", encoding="utf-8")
-    assert compute_key(experiment, MODELS) != key
+    experiment = importlib.import_module("mine.commands.config").Config()
+    keys = [compute_key(experiment, MODELS)]
+    for name in ("other.py", "commands/config.py"):
+        (tmp_path / "mine" / name).write_text("DURATION = 2.0", encoding="utf-8")
+        keys.append(compute_key(experiment, MODELS))
+    assert len(set(keys)) == len(keys)
 
 
 def test_folder_for_results_is_made(tmp_path):

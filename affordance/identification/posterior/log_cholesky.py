@@ -48,7 +48,7 @@ def theta_from_parameters(pi: Array) -> Array:
 def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
     """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10).
 
-    The parameters there, if they are known, save their calculation.
+    pi are the parameters at theta, (10,); None to compute them.
     """
     m, c = np.exp(theta[0]), theta[1:4]
     S = _build_root(theta)
