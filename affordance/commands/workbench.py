@@ -109,7 +109,7 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
 
 
 def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Reads the robot's tasks and those of files, by name; no name, or one given twice, is refused (BadValueError)."""
+    """Reads the robot's tasks and those of files, by name; no name, or one twice, raises a BadValueError."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")
     tasks = {name: robot.load_task(name) for name in names}

@@ -62,9 +62,8 @@ def teach(
 ) -> tuple[Memory, bool]:
     """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
 
-    Another, known memory is merged into it first, if it exists. A ledger of an earlier version
-    knows a run by a former hash of it.
-    Of the pairs of colours that count as one, the memory's second is read as the first.
+    Another, known memory is merged into it first, if it exists. A memory that was written by an earlier version knows
+    a run by its former hash. Of the pairs of colours that count as one, the memory's second is read as the first.
     """
     from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
 

@@ -69,7 +69,7 @@ def describe_diagram(diagram: Diagram) -> str:
 
 
 def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
-    """Writes NAME.dot and NAME.svg, each atomically; writing the second without graphviz raises an UnavailableError."""
+    """Writes NAME.dot, then NAME.svg, each atomically; without graphviz an UnavailableError is raised then."""
     text = describe_diagram(diagram)
     write_text(folder / f"{name}.dot", text)
     try:
