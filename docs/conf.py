@@ -118,8 +118,14 @@ def write_entrance(app: Any, exception: Exception | None) -> None:
         (Path(app.outdir) / "index.html").write_text(f"{page}<title>{project}</title>{link}\n", encoding="utf-8")
 
 
+def skip_field(app: Any, what: str, name: str, member: object, skip: bool, options: object) -> bool | None:
+    """Skips fields of a NamedTuple, which its docstring describes and Python calls an alias for a number."""
+    return True if str(member.__doc__).startswith("Alias for field number") else None
+
+
 def setup(app: Any) -> None:
     """Adds what this file defines to Sphinx."""
     add_formulas(app)
     app.connect("source-read", fill_page)
+    app.connect("autodoc-skip-member", skip_field)
     app.connect("build-finished", write_entrance)
