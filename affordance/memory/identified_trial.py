@@ -56,8 +56,8 @@ def teach(
     trial: TrialEvidence,
     prior: Prior,
     *,
+    former_hash: str,
     known: str = "",
-    former_hash: str = "",
     same_colours: SameColours = (),
 ) -> tuple[Memory, bool]:
     """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
@@ -71,6 +71,6 @@ def teach(
         if known and has_memory(known):
             with open_memory(known) as before:
                 ledger.merge(before)
-        is_known = bool(former_hash) and replace(trial, source_hash=former_hash).id in ledger
+        is_known = replace(trial, source_hash=former_hash).id in ledger
         is_new = not is_known and ledger.append([trial]) > 0
         return ledger.recall(prior=prior, same_colours=same_colours), is_new

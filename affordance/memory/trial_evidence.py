@@ -96,7 +96,7 @@ class TrialEvidence:
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for values that are not finite or out of bounds, or of another kind or shape.
 
-        A felt precision that is not symmetric and positive semidefinite raises one, too.
+        A felt precision that is not symmetric and positive semidefinite raises a BadArgumentError, too.
         """
         check_whole("num_samples", self.num_samples, _COUNTS)
         check_whole("num_joints", self.num_joints, _JOINTS)

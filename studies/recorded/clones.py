@@ -96,12 +96,10 @@ def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
         try:
             with np.load(path) as arrays:
                 joints, A, x = arrays["joint_data"], arrays["A"], arrays["x"]
-        except (OSError, ValueError, KeyError) as error:
+            A = A.reshape(len(joints), joints.shape[2], 4)
+            objects[name] = WeighedObject(A, joints[:, 7], joints[:, 2], joints[:, 5], float(x[0]), x[1:])
+        except (OSError, ValueError, KeyError, IndexError) as error:
             raise BadValueError(path, "", f"must hold joint_data, A and x: {error}") from error
-        num_joints = joints.shape[2]
-        objects[name] = WeighedObject(
-            A.reshape(len(joints), num_joints, 4), joints[:, 7], joints[:, 2], joints[:, 5], float(x[0]), x[1:]
-        )
     return objects
 
 

@@ -40,8 +40,8 @@ def compare_tasks(out: Path) -> Findings | None:
         return None
     numbers, others = read_numbers(one), read_numbers(other)
     check_same_conditions(one, _list_conditions(one, numbers), other, _list_conditions(other, others))
-    found, beside = _read_choices(one, numbers), _read_choices(other, others)
-    tools = {name: compute_agreement(choices, beside[name]) for name, choices in found.items()}
+    chosen, compared = _read_choices(one, numbers), _read_choices(other, others)
+    tools = {name: compute_agreement(choices, compared[name]) for name, choices in chosen.items()}
     shown = {"tools": tools, "repeats": numbers["repeats"], "seed": numbers["seed"]}
     return Findings(shown, folder=NAME, section=SECTION)
 

@@ -58,10 +58,12 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Raises an error if a picture is unusable.
+    """Rejects an unusable picture.
 
-    It is an UnusablePictureError if colour and depth do not match or are too small, a NoDepthError if readings of
-    depth are not finite or too few, and a OneColourError if all pixels have the same colour.
+    Raises:
+        UnusablePictureError: Colour and depth do not match, or are too small.
+        NoDepthError: Depth readings are not finite, or too few.
+        OneColourError: All pixels have the same colour.
     """
     colour, depth = picture
     if colour.ndim != 3 or colour.shape[2] != 3 or colour.dtype != np.uint8 or depth.shape != colour.shape[:2]:
