@@ -11,13 +11,14 @@ from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
+from pydrake.math import RotationMatrix
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.start_posture import Start, StartEntry
 from affordance.control.strike import Strike
-from affordance.control.swing import Swing, Target, find_target, plan_swing
+from affordance.control.swing import ALONG, Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
@@ -37,6 +38,12 @@ _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 _MIN_LENGTH = 0.01
 # Factors on the duration, and on the depth beyond that at which the nail is set, by which a blow is made easier.
 _EASIER_PACES, _EASIER_DEPTHS = (1.5, 2.0), (0.75, 0.5, 0.25)
+# Joints that are needed to bring a face to a place (three) and square to a direction (two).
+_FEWEST_JOINTS = 5
+# Turns of a grip that are proposed where its face looks elsewhere, [degrees]; and names of the directions along and
+# against each axis of the world.
+_ROLLS = (180, 90, -90)
+_DIRECTIONS = (("ahead", "back"), ("left", "right"), ("up", "down"))
 # Times of a swing at which its angles and rates are compared with limits.
 _NUM_CHECKED = 50
 
@@ -188,14 +195,20 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
 
 
 def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float) -> str:
-    """Describes which joint forbids a swing, by the swing that an arm without limits of angle and rate would do."""
+    """Describes why no swing was found: the face looks elsewhere at the start, or a limit of a joint forbids it.
+
+    The joint is found by the swing that an arm without limits of angle and rate would do.
+    """
+    if wrong_way := _describe_facing(model, target):
+        return wrong_way
     arm = model.arm
     free = np.full(arm.num_joints, np.inf)
     unlimited = ArmModel(replace(arm, limits=arm.limits._replace(q_lower=-free, q_upper=free, v_max=free)))
     try:
         swing = plan_swing(unlimited, target, speed=speed, duration=hammer.duration)
     except AffordanceError:
-        return f"not even without limits: the nail is out of reach, or {arm.num_joints} joints are too few"
+        few = f", or {arm.num_joints} joints are too few" if arm.num_joints < _FEWEST_JOINTS else ""
+        return f"not even without limits of angle and rate: the nail is out of reach{few}"
     q, v, _ = swing.evaluate(np.linspace(0.0, swing.duration, _NUM_CHECKED))
     beyond = np.maximum(arm.limits.q_lower - q, q - arm.limits.q_upper)
     row, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
@@ -207,6 +220,33 @@ def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: fl
     row, joint = np.unravel_index(np.argmax(rates), rates.shape)
     name, limit = arm.joint_names[int(joint)], arm.limits.v_max[joint]
     return f"{name} would have to turn with {abs(v[row, joint]):.3g} rad/s, its limit is {limit:.3g} rad/s"
+
+
+def _describe_facing(model: ArmModel, target: Target) -> str:
+    """Describes where a face looks that does not look along the blow, and the roll of the grip that turns it."""
+    model.set_posture(target.q_start)
+    R_WH, direction_W = model.compute_hand_pose().rotation().matrix(), target.direction_W
+    normal_W = R_WH @ target.normal_T
+    if direction_W @ normal_W > ALONG:
+        return ""
+    found = f"the face looks {_name_direction(normal_W)} in this grip, the blow goes {_name_direction(direction_W)}"
+    # Rolling the grip by an angle about its x turns the face in the hand by as much the other way.
+    turned = {roll: direction_W @ R_WH @ _turn_about_x(-roll) @ target.normal_T for roll in _ROLLS}
+    roll = max(turned, key=lambda each: turned[each])
+    if turned[roll] <= ALONG:
+        return found
+    return f"{found}; rpy_deg [{roll}, 0, 0] turns it (a grip that has one: {roll} more)"
+
+
+def _turn_about_x(degrees: float) -> Array:
+    R: Array = RotationMatrix.MakeXRotation(np.radians(degrees)).matrix()
+    return R
+
+
+def _name_direction(direction_W: Array) -> str:
+    """Names the axis of the world nearest to a direction."""
+    axis = int(np.argmax(np.abs(direction_W)))
+    return _DIRECTIONS[axis][0 if direction_W[axis] > 0.0 else 1]
 
 
 def _weigh(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:

@@ -33,7 +33,10 @@ class OpenDecision(NamedTuple):
 
     Attributes:
         name: Name of the task.
-        best: Name of the option to take now.
+        best: Name of the option to take now, the first of a ranking; where none is usable, the likeliest to be
+            feasible.
+        is_usable: True if that option is usable: feasible with the probability that a ranking requires.
+        p_feasible: Probability that it is feasible.
         p_best: Probability that it is the best.
         regret: Expected cost in excess of the best, in the unit of the cost.
         cost: Expected cost of the option to take, in that unit.
@@ -45,6 +48,8 @@ class OpenDecision(NamedTuple):
 
     name: str
     best: str
+    is_usable: bool
+    p_feasible: float
     p_best: float
     regret: float
     cost: float

@@ -96,15 +96,14 @@ class Decision(NamedTuple):
         marked: Array = equal / np.maximum(equal.sum(axis=0), 1)
         return marked
 
-    def find_best(self) -> tuple[int, Array, float]:
-        """Finds the option of least expected cost.
+    def find_best(self) -> int:
+        """Finds the option of least expected cost, infeasible samples being charged: that from which worth counts."""
+        return int(self.charge().mean(axis=1).argmin())
 
-        Returns its index, the probability of each option to be the cheapest feasible one, (k,), and the expected
-        regret of taking the first: its mean cost less the mean of the least cost of each sample.
-        """
+    def measure_regret(self, option: int) -> float:
+        """Measures the expected regret of taking an option: its mean cost less the mean of each sample's least."""
         charged = self.charge()
-        best = int(charged.mean(axis=1).argmin())
-        return best, self.mark_best().mean(axis=1), float((charged[best] - charged.min(axis=0)).mean())
+        return float((charged[option] - charged.min(axis=0)).mean())
 
 
 class Worth(NamedTuple):

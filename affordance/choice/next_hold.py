@@ -22,6 +22,7 @@ from affordance.choice.hold_worth import (
 )
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.pricing import GripBounds, price_options
+from affordance.choice.ranking import NO_OPTION, find_taken
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.objects.tool import Tool
@@ -99,7 +100,7 @@ def advise_hold(
     samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
     decisions = [_decide(question, samples, criterion, bounds) for question in questions]
     ranked, outlook = _rank(candidates, samples, decisions, settings, seed)
-    open_decisions = [_describe(decision) for decision in decisions]
+    open_decisions = [_describe(decision, criterion) for decision in decisions]
     scale = sum(each.cost * question.uses for each, question in zip(open_decisions, questions, strict=True))
     least = max(price, _NEGLIGIBLE * scale)
     is_certain, is_below_price = all(each.is_certain for each in open_decisions), ranked[0].worth <= least
@@ -201,15 +202,21 @@ def _find_supports(
     return supports
 
 
-def _describe(decision: Decision) -> OpenDecision:
-    best, shares, regret = decision.find_best()
-    costs = np.sort(decision.charge().mean(axis=1))
+def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
+    p_feasible = decision.feasible.mean(axis=1)
+    taken = find_taken(decision.cost, decision.feasible, criterion)
+    is_usable = taken != NO_OPTION
+    best = taken if is_usable else int(p_feasible.argmax())
+    costs = decision.charge().mean(axis=1)
+    others = np.delete(costs, best)
     return OpenDecision(
-        decision.name,
-        decision.options[best],
-        float(shares[best]),
-        regret,
-        float(costs[0]),
-        float(costs[1] - costs[0]) if len(costs) > 1 else None,
-        float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),
+        name=decision.name,
+        best=decision.options[best],
+        is_usable=is_usable,
+        p_feasible=float(p_feasible[best]),
+        p_best=float(decision.mark_best()[best].mean()),
+        regret=decision.measure_regret(best),
+        cost=float(costs[best]),
+        margin=float(others.min() - costs[best]) if len(others) else None,
+        p_possible=float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),
     )

@@ -20,7 +20,7 @@ from affordance.choice.demand import Criterion, Demand
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.pricing import Amounts, GripBounds, price_options
+from affordance.choice.pricing import Amount, Amounts, GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
@@ -270,6 +270,19 @@ def rank_draws(
         flips=bool(usable and entries[order[0]].effort > least_effort * (1.0 + TIE)),
         criterion=criterion,
     )
+
+
+def find_taken(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
+    """Finds the option that a ranking puts first, of k options with costs and feasibility under S samples, (k, S).
+
+    It is the first of those of least cost by the criterion among the usable ones; NO_OPTION if none is usable.
+    """
+    usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
+    if not usable.any():
+        return NO_OPTION
+    amounts = [Amount.of(row) for row in cost]
+    costs = np.array([each.p95 if criterion.is_peak else each.mean for each in amounts])
+    return int(np.flatnonzero(usable & (costs <= costs[usable].min() * (1.0 + TIE)))[0])
 
 
 def _check_sampling(num_samples: int, min_feasibility: float) -> None:

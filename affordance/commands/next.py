@@ -11,8 +11,9 @@ from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.pricing import GripBounds, plan_options
+from affordance.choice.ranking import MIN_FEASIBILITY
 from affordance.commands.options import give_answer, read_robot
-from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
+from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -75,12 +76,15 @@ def run(arguments: argparse.Namespace) -> int:
         num_samples=arguments.samples,
         seed=arguments.seed,
     )
+    if advice.stop and not any(each.is_usable for each in advice.decisions):
+        rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)  # says why none is
     sentence = describe_stop(advice, arguments.uses)
-    num_past = robot.count_past_arms(arguments.memory)
-    said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "sentence": sentence}
+    num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
+    said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "hand": tilt or None, "sentence": sentence}
     content = {**advice._asdict(), **said}
-    past = [describe_past_arms(robot.name, num_past)] if num_past else []
-    text = "\n".join([*past, *describe_holds(advice, arguments.uses), sentence])
+    cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
+    cautions += [f"warning: {tilt}"] if tilt else []
+    text = "\n".join([*cautions, *describe_holds(advice, arguments.uses), sentence])
 
     def draw() -> Figure:
         return draw_holds(
@@ -101,13 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
 def describe_holds(advice: HoldAdvice, uses: float) -> list[str]:
     """Formats the decisions as they stand, what may be held, and both rules of stopping."""
     unit = advice.unit
-    lines = [
-        f"{each.name}: take {name_object(each.best)}, best with probability {each.p_best:.2f}; "
-        f"expected loss {each.regret:.3g} {unit}"
-        if each.is_possible
-        else f"{each.name}: no option can do it (P = {1.0 - each.p_possible:.3f})"
-        for each in advice.decisions
-    ]
+    lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
     rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) then"]]
     for each in advice.ranked:
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
@@ -118,6 +116,21 @@ def describe_holds(advice: HoldAdvice, uses: float) -> list[str]:
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
     lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
     return lines
+
+
+def _describe_decision(decision: OpenDecision, unit: str) -> str:
+    """Describes what to take now, as a ranking would, or that nothing can be taken."""
+    if not decision.is_possible:
+        return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
+    if not decision.is_usable:
+        return (
+            f"nothing can be taken yet: {name_object(decision.best)} comes nearest, feasible with a probability of "
+            f"{decision.p_feasible:.2f}, must be at least {MIN_FEASIBILITY:g}"
+        )
+    return (
+        f"take {name_object(decision.best)}, best with probability {decision.p_best:.2f}; "
+        f"expected loss {decision.regret:.3g} {unit}"
+    )
 
 
 def _label_worth(advice: HoldAdvice, uses: float) -> str:

@@ -2,11 +2,12 @@
 
 import argparse
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from affordance.arguments import JOBS, REPEATS, check_whole
+from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.atomic import to_plain, write_json, write_text
@@ -195,6 +196,8 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--base", help="link that is fixed to the world (default: where the limb begins)")
     what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
+    what = "how the gripper is mounted: turn of the hand about its x from the tip's axes (default: z up at home)"
+    add("--roll", type=float, metavar="DEGREES", help=what)
     what = "where other joints are frozen, and the arm's own at home (rad, m)"
     add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
     what = "of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE"
@@ -212,6 +215,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         tip=arguments.tip or "",
         base=arguments.base,
         out_axis=arguments.out_axis,
+        roll=None if arguments.roll is None else math.radians(check_number("--roll", arguments.roll, -360.0, 360.0)),
         posture=parse_values("--posture", arguments.posture),
         rotor_inertia=parse_values("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2"),
         effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),

@@ -5,20 +5,15 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.choice.easing import explain_failure
 from affordance.choice.pricing import plan_options
-from affordance.choice.ranking import rank_draws
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import give_answer, read_robot
-from affordance.commands.workbench import add_choice, check_choice, open_bench, see_tools
-from affordance.exceptions import AffordanceError, BadValueError, hide_password
+from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
+from affordance.exceptions import BadValueError, hide_password
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
-from affordance.objects.load import select_known
 from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
@@ -49,16 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     bounds = check_choice(arguments, 1)
     robot = open_robot(*read_robot(arguments))
     bench = open_bench(arguments, robot, names)
-    settings, materials, tools, known, _, tasks, criterion = bench
+    settings, materials, tools, known, _, tasks, _ = bench
     ((name, task),) = tasks.items()
-    colours = [material.colour for material in select_known(materials, tools).values()]
-    memory = known.add_colours(list(dict.fromkeys(colours)), settings.prior)
     choice = plan_options(see_tools(arguments, bench), task, settings)
-    rng = np.random.default_rng(arguments.seed)
-    draws = choice.draw(memory, rng, arguments.samples)
-    ranking = rank_draws(choice, draws, rng, criterion=criterion, bounds=bounds)
-    if not ranking.num_usable:
-        raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
+    ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     parts = [part.looks_like for tool in tools for part in tool.components]
     question = AdviceQuestion(
         name,
@@ -68,6 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
         robot.count_past_arms(arguments.memory),
+        robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
     )
     text, content = describe_advice(ranking, question), build_content(ranking, question)

@@ -5,21 +5,25 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
-from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.easing import explain_failure
+from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options, list_options, list_seen_options
 from affordance.choice.options import Option
 from affordance.choice.pricing import GripBounds
+from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands import options
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.memory.same_colours import SameColours
-from affordance.objects.load import load_tools
+from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.robots.robot import Robot
@@ -106,6 +110,23 @@ def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     if arguments.see == "pictures":
         return list_seen_options(bench.tools, arguments.seed)
     return list_drawn_options(bench.tools)
+
+
+def rank_tools(
+    arguments: argparse.Namespace, bench: Bench, choice: Choice, task: TaskCostModel, bounds: GripBounds
+) -> tuple[Ranking, Draws]:
+    """Ranks the options of a task under draws of the bench's memory.
+
+    If no option is usable, an AffordanceError explains why the nearest is not.
+    """
+    settings, rng = bench.settings, np.random.default_rng(arguments.seed)
+    colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]
+    memory = bench.memory.add_colours(list(dict.fromkeys(colours)), settings.prior)
+    draws = choice.draw(memory, rng, arguments.samples)
+    ranking = rank_draws(choice, draws, rng, criterion=bench.criterion, bounds=bounds)
+    if not ranking.num_usable:
+        raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
+    return ranking, draws
 
 
 def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:

@@ -47,7 +47,7 @@ COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
 # A face closer than half of a hand's breadth lies under the hand (models/README.md), [m].
 _HAND = 0.044
 # Cosine from which on a face looks along the blow, within 60 degrees of it: the search for a strike stays there.
-_ALONG = 0.5
+ALONG = 0.5
 
 
 class Swing(NamedTuple):
@@ -93,7 +93,7 @@ class StrikeCondition:
         self._velocity_W = speed * target.direction_W
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
         model.set_posture(target.q_start)
-        turned = [] if target.direction_W @ self._compute_normal() > _ALONG else [np.inf]
+        turned = [] if target.direction_W @ self._compute_normal() > ALONG else [np.inf]
         self.lower: Array = np.zeros(8 + len(turned))  # least and largest value of each entry, (8,) or (9,)
         self.upper: Array = np.array([0.0] * 8 + turned)
 

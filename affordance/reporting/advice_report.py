@@ -32,6 +32,7 @@ class AdviceQuestion(NamedTuple):
     unknown: tuple[str, ...]  # names of the tools' materials without evidence in the memory
     names: Callable[[Colour], str]
     num_other_arms: int = 0  # number of the memory's trials of this robot that were made with another arm
+    tilt: str = ""  # how the hand is turned from upright at home; empty if it is not
     reasons: Reasons | None = None  # reasons of the choice; None if no other option is usable
 
 
@@ -51,6 +52,8 @@ def describe_advice(advice: Ranking, question: AdviceQuestion) -> str:
     lines = [title]
     if question.num_other_arms:
         lines.append(describe_past_arms(question.robot, question.num_other_arms))
+    if question.tilt:
+        lines.append(f"warning: {question.tilt}")
     lines += _tabulate(advice)
     if advice.p_none > 0.0:
         lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
@@ -89,6 +92,7 @@ def build_content(advice: Ranking, question: AdviceQuestion) -> dict[str, Any]:
         "see": question.see,
         "memory": question.memory or None,
         "trials_of_other_arms": question.num_other_arms,
+        "hand": question.tilt or None,
         "unknown": list(question.unknown),
         "by": criterion.value,
         "unit": criterion.unit,

@@ -40,7 +40,7 @@ class Drawing(NamedTuple):
 def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     """Draws objects at one scale, each with its hand and its true centre of mass."""
     rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
-    limits = [_find_limits([drawing.tool for drawing in row]) for row in rows]
+    limits = [find_limits([drawing.tool for drawing in row]) for row in rows]
     limits[-1][0][1] -= 2.0  # room for the scale
     left, right = min(low[0] for low, _ in limits), max(high[0] for _, high in limits)
     tall = np.array([high[1] - low[1] for low, high in limits])
@@ -53,7 +53,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         for column, drawing in enumerate(drawn):
             last = figure.add_subplot(grid[row, column], aspect="equal", xlim=(left, right), ylim=(low[1], high[1]))
             last.axis("off")
-            _draw_object(last, drawing)
+            draw_object(last, drawing)
     below = limits[-1][0][1] + 0.5
     last.plot([right - _SCALE_BAR, right], [below, below], color="#000000", linewidth=2.0, solid_capstyle="butt")
     last.annotate(
@@ -77,7 +77,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     return figure
 
 
-def _find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
+def find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
     """Finds the least and largest x and y of tools and hands, with a margin, [cm]."""
     corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
     for tool in tools:
@@ -128,7 +128,8 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
         axes.add_collection(collection, autolim=False)
 
 
-def _draw_object(axes: Axes, drawing: Drawing) -> None:
+def draw_object(axes: Axes, drawing: Drawing) -> None:
+    """Draws an object as projected along Tz, in centimetres, with its hand and its true centre of mass."""
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour

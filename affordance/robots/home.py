@@ -39,6 +39,8 @@ _LEAST_SINGULAR = 0.03
 # Weight of the mean square distance of joints from the middle of their range, relative to the load.
 _OFF_CENTRE = 0.1
 _STARTS, _SAMPLES, _SEED = 16, 1500, 0
+# Angle between the hand's z and up within which the hand counts as upright, [rad].
+UPRIGHT = np.radians(1.0)
 # Joints needed for a position and a level direction of the hand; arms with fewer find a posture only by their build.
 _FEWEST_FREE = 5
 # Half the range of a joint without limits, [rad].
@@ -56,6 +58,7 @@ class HomePosture(NamedTuple):
     reach: float  # distance from shoulder to hand, as a fraction of the arm's length
     length: float  # length of the arm from the shoulder, [m]
     smallest_singular_value: float  # least singular value of the Jacobian of the hand's position, [m/rad]
+    tilt: float  # angle between the hand's z and up, [rad]
 
 
 def plant_arm(arm: ReducedArm) -> Arm:
@@ -96,8 +99,16 @@ def _find_payload(model: ArmModel, q: Array) -> tuple[float, str]:
     return max(0.0, float(room[worst])), model.arm.joint_names[worst]
 
 
-def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
+def measure_tilt(R_WH: Array) -> float:
+    """Measures the angle between the hand's z and up, [rad], of a hand with axes R_WH, (3, 3)."""
+    return float(np.arccos(np.clip(R_WH[2, 2], -1.0, 1.0)))
+
+
+def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = False) -> HomePosture:
     """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
+
+    If the hand's roll is known (``is_rolled``), postures with the hand's z up are searched first, and postures with
+    any roll only if there are none.
 
     An arm without a length, or a posture with the hand level and pointing outwards, raises a ModelFileError.
     """
@@ -120,25 +131,29 @@ def find_home(model: ArmModel, given: Mapping[str, float]) -> HomePosture:
             float(np.max(limits.compute_loads(compute_static_torques(model, q, mass)))) for mass in (TEST_MASS, 0.0)
         )
         least = compute_mobility(model, q, np.zeros(3))
-        return HomePosture(q, load, empty, *_find_payload(model, q), reach, length, least)
+        model.set_posture(q)
+        tilt = measure_tilt(model.compute_hand_pose().rotation().matrix())
+        return HomePosture(q, load, empty, *_find_payload(model, q), reach, length, least, tilt)
 
     if not np.isnan(fixed).any():
         return measure(fixed)
     found: list[tuple[bool, float, HomePosture]] = []  # each after whether it is nearly singular, and its cost
-    for cone, reach in itertools.product(_CONES, _REACHES):
-        if cone > _CONES[0] and found:
+    for z_is_up, cone in itertools.product((True, False) if is_rolled else (False,), _CONES):
+        if found:
             break
-        for start in range(_STARTS):
-            guess = middle if start == 0 else rng.uniform(*bounds)
-            q = _solve(arm, guess, bounds=bounds, middle=middle, half=half, distance=reach * length, cone=cone)
-            if q is None:
-                continue
-            posture = measure(q)
-            cost = posture.load + _OFF_CENTRE * float(np.mean(((q - middle) / half) ** 2))
-            found.append((posture.smallest_singular_value < _LEAST_SINGULAR * length, cost, posture))
-        found = [min(found, key=operator.itemgetter(0, 1))] if found else []
-        if found and not found[0][0] and found[0][2].load <= _ENOUGH:
-            break
+        for reach in _REACHES:
+            for start in range(_STARTS):
+                guess = middle if start == 0 else rng.uniform(*bounds)
+                placed = {"distance": reach * length, "cone": cone, "z_is_up": z_is_up}
+                q = _solve(arm, guess, bounds=bounds, middle=middle, half=half, **placed)
+                if q is None:
+                    continue
+                posture = measure(q)
+                cost = posture.load + _OFF_CENTRE * float(np.mean(((q - middle) / half) ** 2))
+                found.append((posture.smallest_singular_value < _LEAST_SINGULAR * length, cost, posture))
+            found = [min(found, key=operator.itemgetter(0, 1))] if found else []
+            if found and not found[0][0] and found[0][2].load <= _ENOUGH:
+                break
     if not found:
         joints = f"its {arm.num_joints} joints ({', '.join(arm.joint_names)})"
         problem = f"finds no posture of {joints} with the hand level and pointing away from the shoulder"
@@ -162,8 +177,12 @@ def _solve(
     half: Array,
     distance: float,
     cone: float,
+    z_is_up: bool,
 ) -> Array | None:
-    """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
+    """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards.
+
+    With ``z_is_up`` the hand's z must point up, too.
+    """
     world, hand, shoulder = arm.plant.world_frame(), arm.hand, find_shoulder(arm)
     solver = InverseKinematics(arm.plant, arm.plant.CreateDefaultContext(), with_joint_limits=False)
     program, q = solver.get_mutable_prog(), solver.q()
@@ -172,6 +191,10 @@ def _solve(
     origin, ahead = np.zeros(3), np.array([1.0, 0.0, 0.0])
     up, level = np.array([0.0, 0.0, 1.0]), 0.5 * np.pi
     solver.AddAngleBetweenVectorsConstraint(world, up, hand, ahead, level, level)
+    if z_is_up:
+        aside = np.array([0.0, 1.0, 0.0])
+        solver.AddAngleBetweenVectorsConstraint(world, up, hand, aside, level, level)
+        solver.AddAngleBetweenVectorsConstraint(world, up, hand, up, 0.0, level)
     solver.AddPointToPointDistanceConstraint(shoulder, origin, hand, origin, distance, distance)
     # Looking back along the hand, the shoulder must be within the cone.
     solver.AddGazeTargetConstraint(hand, origin, -ahead, shoulder, origin, cone)

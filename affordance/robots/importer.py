@@ -6,12 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from pydrake.math import RotationMatrix
 
+from affordance.arguments import check_number
+from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import turn_base
 from affordance.robots.chain import find_chain
-from affordance.robots.home import HomePosture, find_home, plant_arm
+from affordance.robots.home import HomePosture, find_home, measure_tilt, plant_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
@@ -21,6 +24,10 @@ AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
 # link turns about its own axis.
 _LEAST_EIGENVALUE = 1e-12
+# Sine of the angle between the hand's x and the vertical below which no roll turns the hand's z up: 10 degrees.
+_VERTICAL = 0.17
+# A smaller roll is rounding, [rad].
+_NO_ROLL = 1e-9
 
 
 def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
@@ -28,6 +35,8 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
     for option, axis in (("--out-axis", options.out_axis), ("--up", options.up)):
         if axis is not None and axis not in AXES:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
+    if options.roll is not None:
+        check_number("--roll", options.roll, -2.0 * math.pi, 2.0 * math.pi, "rad")
     tree = build_tree(read_robot(path))
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
@@ -36,7 +45,10 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
 
 
 def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:
-    """Reads a robot's file and extracts the arm, its base turned so that the hand points along Wx at home.
+    """Reads a robot's file and extracts its arm, with a home posture.
+
+    The base is turned so that the hand points along Wx at home. Without a roll, the hand is turned about its x so
+    that its z is up at home; with one, the home posture is searched among those with the hand's z up.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; the message says what and where.
@@ -49,12 +61,32 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
         raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
     _check_mass_matrix(path, arm, model)
     try:
-        home = find_home(model, options.posture)
+        home = find_home(model, options.posture, is_rolled=options.roll is not None)
     except ModelFileError as error:
         raise ModelFileError(path, error.problem) from error
     model.set_posture(home.q)
     R_WH = model.compute_hand_pose().rotation().matrix()
+    if options.roll is None:
+        roll = find_roll(R_WH)
+        arm = arm.roll_hand(roll)
+        R_WH = R_WH @ RotationMatrix.MakeXRotation(roll).matrix()
+        home = home._replace(tilt=measure_tilt(R_WH))
     return replace(arm, X_WB=turn_base(arm.X_WB, R_WH, options.height)), home
+
+
+def find_roll(R_WH: Array) -> float:
+    """Finds the angle about the hand's x by which its z is turned up, [rad]; zero if the hand points up or down.
+
+    With c and s the cosine and sine of the angle, the turned z of H is c z - s y, which is highest where (c, s) is
+    along the heights of (z, -y).
+    """
+    y_up, z_up = R_WH[2, 1:]
+    if np.hypot(y_up, z_up) < _VERTICAL:
+        return 0.0
+    roll = float(np.arctan2(-y_up, z_up))
+    if abs(roll) < _NO_ROLL:
+        return 0.0
+    return np.pi if abs(roll) > np.pi - _NO_ROLL else roll
 
 
 def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_zero: bool = True) -> dict[str, float]:

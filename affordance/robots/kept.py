@@ -26,7 +26,7 @@ from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ReducedArm
-from affordance.robots.report import list_warnings, write_report
+from affordance.robots.report import describe_roll, list_warnings, write_report
 from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
@@ -73,6 +73,7 @@ def import_arm(
         f"{len(arm.links)} joints from {arm.base} to {options.tip}; static payload at home "
         f"{format_number(home.payload)} kg, limited by {home.weakest}"
     ]
+    lines.append(describe_roll(arm))
     lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]

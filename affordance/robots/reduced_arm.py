@@ -5,7 +5,7 @@ hand, at the tip, Hx pointing out of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -36,6 +36,8 @@ class ImportOptions:
         damping: True to keep the file's damping.
         height: Height of the base above the world's origin, [m]; None for the file's.
         up: Axis of the robot's root that points up; z in nearly all files.
+        roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad]: how the gripper
+            is mounted. None to turn the hand so that its z is up at home.
     """
 
     tip: str
@@ -47,6 +49,7 @@ class ImportOptions:
     damping: bool = True
     height: float | None = None
     up: str = "z"
+    roll: float | None = None
 
     def list_given(self) -> list[str]:
         """Lists the options of the command line whose values are not their defaults."""
@@ -89,6 +92,7 @@ class ReducedArm:
     X_LT: RigidTransform  # pose of the tip's frame of the file in the last link
     X_LH: RigidTransform  # pose of the hand in the last link: the tip's, turned so that Hx points out of the hand
     out_axis: str  # axis of the tip's frame that points out of the hand, such as ``-z``
+    roll: float  # angle about Hx by which the hand is turned from the tip's axes, [rad]
     # Names of the base and the links above it, with their poses in B.
     base_bodies: tuple[tuple[str, RigidTransform], ...]
     frozen: Mapping[str, float]  # values of the frozen joints, [rad] or [m]
@@ -102,6 +106,13 @@ class ReducedArm:
     def joint_names(self) -> list[str]:
         """Names of the joints, from base to tip."""
         return [link.joint for link in self.links]
+
+    def roll_hand(self, angle: float) -> "ReducedArm":
+        """Turns the hand about its x by an angle, [rad], in addition to how it is turned already."""
+        if angle == 0.0:
+            return self
+        X_LH = self.X_LH @ RigidTransform(RotationMatrix.MakeXRotation(angle))
+        return replace(self, X_LH=X_LH, roll=self.roll + angle)
 
     @property
     def mass(self) -> float:
@@ -159,7 +170,7 @@ def reduce_arm(
     base_frame = chain.base.body_frame()
     support = sorted({int(body.index()) for body in (chain.base, *tree.list_above(chain.base))} - {0})
     X_WB = base_frame.CalcPoseInWorld(context)
-    return ReducedArm(
+    arm = ReducedArm(
         tree=tree,
         chain=chain,
         options=options,
@@ -168,9 +179,11 @@ def reduce_arm(
         X_LT=X_LT,
         X_LH=X_LH,
         out_axis=axis,
+        roll=0.0,
         base_bodies=_place(tree, context, base_frame, [tree.plant.get_body(BodyIndex(index)) for index in support]),
         frozen=frozen,
     )
+    return arm.roll_hand(options.roll or 0.0)
 
 
 def _place(

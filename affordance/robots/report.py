@@ -1,14 +1,18 @@
 """Report of an import, as text and as a page with pictures of the posture: what was taken, assumed and left out."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from affordance.arrays import Array
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
+from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -16,9 +20,10 @@ from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import format_number, tabulate
+from affordance.reporting.object_drawings import Drawing, draw_object, find_limits
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import Fitted, show
-from affordance.robots.home import TEST_DISTANCE, TEST_MASS, HomePosture
+from affordance.robots.home import TEST_DISTANCE, TEST_MASS, UPRIGHT, HomePosture
 from affordance.robots.reduced_arm import ReducedArm
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
@@ -30,6 +35,8 @@ _NO_ROTOR = 1e-3
 # Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
 _MANY_WEIGHTS = 5.0
 _MANY = 12
+# Tool that shows how things are held; length of the drawn axes, [cm], and part of it from which one is seen.
+_HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
 
 
 class ReportPart(NamedTuple):
@@ -77,6 +84,7 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
         f"largest static payload there: {format_number(home.payload)} kg, limited by {home.weakest}",
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
+        f"the hand's z, which is up in drawings of tools: {np.degrees(home.tilt):.3g} degrees from up",
     ]
     if fitted is None:
         adapted = "not adapted"
@@ -105,9 +113,20 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
     yield f"base: {arm.base}, as {arm.chain.why_base}"
     found = "the axis nearest to the line from the last joints; --out-axis overrides"
     yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({'as given' if options.out_axis else found})"
+    yield describe_roll(arm)
     if merged := [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]:
         yield f"links that move with another were added to it: {', '.join(merged)}"
     yield f"mass of the arm: {arm.mass:.3g} kg"
+
+
+def describe_roll(arm: ReducedArm) -> str:
+    """Describes how the hand, in whose frame tools are gripped, is turned about its x."""
+    why = "so that its z is up at home; --roll says how the gripper is mounted"
+    if arm.options.roll is not None:
+        why = "as --roll says"
+    return (
+        f"roll of the hand: {np.degrees(arm.roll):.4g} degrees about its x from the axes of {arm.options.tip}, {why}"
+    )
 
 
 def _list_assumed(arm: ReducedArm) -> Iterator[str]:
@@ -177,12 +196,17 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
             f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
             f"limits: {100.0 * home.load:.0f} % in the best one"
         )
+    if home.tilt > UPRIGHT:
+        yield (
+            f"the hand's z points {np.degrees(home.tilt):.3g} degrees from up at home, and tools are held turned by "
+            "as much; another --roll or --posture turns it up"
+        )
     for remark in arm.tree.remarks:
         yield f"Drake says: {remark}"
 
 
 def draw_posture(models: Path) -> Figure:
-    """Draws the arm at home with an object: a rendering, and its joints from the side and from above."""
+    """Draws the arm at home with an object, its joints from the right and above, and the hand's frame with a tool."""
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
@@ -196,8 +220,8 @@ def draw_posture(models: Path) -> Figure:
     free = hand @ longest.p_TTfree
     places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
     points = np.array([*places, hand.translation()])
-    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
-    rendered, side, above = figure.subplots(1, 3, width_ratios=[1.5, 1.0, 1.0])
+    figure = Figure(figsize=(15.5, 4.6), layout="constrained")
+    rendered, side, above, frame = figure.subplots(1, 4, width_ratios=[1.5, 1.0, 1.0, 1.1])
     rendered.imshow(picture)
     rendered.set_axis_off()
     rendered.set_title(f"at home, with {longest.name.replace('_', ' ')}")
@@ -212,7 +236,40 @@ def draw_posture(models: Path) -> Figure:
         axes.set(xlabel="forward (m)", ylabel=label, title=name)
     side.legend(frameon=False, fontsize=8)
     tidy(side, above)
+    _draw_hand_frame(frame, hand.rotation().matrix())
     return figure
+
+
+def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
+    """Draws the axes of the hand with a hammer in it, as seen from the right: world's x ahead, z up."""
+    hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
+    held = hammer.gripped_by(hammer.grips[0])
+    R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V the view, looking along -Vz
+    X_VH = np.eye(4)
+    X_VH[:3, :3] = R_VH
+    parts = tuple(replace(part, X_TE=X_VH @ part.X_TE) for part in held.components)
+    shown = replace(held, components=parts)
+    draw_object(axes, Drawing(shown, ""))
+    for name, direction in zip("xyz", R_VH.T, strict=True):
+        along = direction[:2]
+        if np.linalg.norm(along) > _SEEN:
+            end = (_ARROW * along).tolist()
+            axes.annotate(
+                "",
+                end,
+                (0.0, 0.0),
+                arrowprops={"arrowstyle": "-|>", "linewidth": 2.0, "color": "#AA3377", "shrinkA": 0.0},
+            )
+            axes.annotate(name, (1.15 * _ARROW * along).tolist(), ha="center", va="center", color="#AA3377")
+        else:
+            away = "away from" if direction[2] < 0.0 else "towards"
+            axes.annotate(f"{name} points {away} you", (0.0, -1.1 * _ARROW), color="#AA3377", fontsize=9)
+    axes.set_title(f"the hand's frame at home, from the right,\nwith the {_HAMMER} by its {held.grip}", fontsize=10)
+    low, high = find_limits([shown])
+    around = 1.3 * _ARROW * np.ones(2)
+    low, high = np.minimum(low, -around), np.maximum(high, around)
+    axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.axis("off")
 
 
 def _write_text(title: str, parts: Sequence[ReportPart]) -> str:

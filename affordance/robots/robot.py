@@ -4,6 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from affordance.arrays import Array
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.tasks import list_tasks, load_task
@@ -12,8 +14,10 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS
 from affordance.memory.past_arms import count_past_arms
 from affordance.plant.arm import ARM, Arm, JointLimits, name_robot
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain
+from affordance.robots.home import UPRIGHT, measure_tilt
 from affordance.robots.recorded_arm import load_robot
 
 
@@ -85,6 +89,21 @@ class Robot:
     def home(self) -> Array:
         """Joint angles of the holding posture, (num_joints,), [rad]."""
         return self.arm.home
+
+    def describe_tilt(self) -> str:
+        """Describes how the hand is turned in the holding posture, if its z is not up; empty if it is.
+
+        Folders that earlier versions imported may hold such a hand: its roll was then what the search had left.
+        """
+        model = ArmModel(self.arm)
+        model.set_posture(self.home)
+        tilt = measure_tilt(model.compute_hand_pose().rotation().matrix())
+        if self.is_default or tilt <= UPRIGHT:
+            return ""
+        return (
+            f"the hand's z points {np.degrees(tilt):.3g} degrees from up at home in {self.folder}, and tools are "
+            "held turned by as much; import the robot again to turn it up (--roll says how the gripper is mounted)"
+        )
 
     @cached_property
     def chain(self) -> SerialChain:

@@ -125,7 +125,7 @@ def price_by_brute_force(
     """
     rng = np.random.default_rng([seed, 0])
     _, (before,) = worlds.decide(workshop, memory, _BEFORE, rng)
-    failure, now = before.price_failure(), before.find_best()[0]
+    failure, now = before.price_failure(), before.find_best()
     falls = []
     for number, densities in enumerate(_draw_outcomes(workshop, memory, name, outcomes, rng)):
         after, _ = worlds.learn(workshop, name, densities, memory, (seed, 1, number))

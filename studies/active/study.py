@@ -72,7 +72,7 @@ def _judge(
     for decision in decisions:
         costs = true.costs[decision.name]
         finite = costs[np.isfinite(costs)]
-        chosen = float(np.where(np.isfinite(costs), costs, _FAILED * finite.max())[decision.find_best()[0]])
+        chosen = float(np.where(np.isfinite(costs), costs, _FAILED * finite.max())[decision.find_best()])
         right.append(float(chosen <= finite.min()))
         regret.append(chosen - float(finite.min()))
     return right, regret

@@ -114,10 +114,10 @@ def test_infeasible_samples_are_charged_and_information_is_never_of_negative_wor
     share = float((d < 1.0).mean())
     expected = min(share + 3.0 * (1.0 - share), 1.5) - (share + 1.5 * (1.0 - share))
     assert worth.worths[0] == pytest.approx(expected, abs=0.05)
-    best, shares, regret = decision.find_best()
-    assert shares == pytest.approx([share, 1.0 - share])
-    assert regret == pytest.approx(min(share + 3.0 * (1.0 - share), 1.5) - (share + 1.5 * (1.0 - share)))
-    assert best == 0
+    assert decision.mark_best().mean(axis=1) == pytest.approx([share, 1.0 - share])
+    assert decision.find_best() == 0
+    for option, mean in enumerate((share + 3.0 * (1.0 - share), 1.5)):
+        assert decision.measure_regret(option) == pytest.approx(mean - (share + 1.5 * (1.0 - share)))
 
 
 def test_nothing_feasible_is_worth_nothing():

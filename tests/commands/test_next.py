@@ -1,6 +1,7 @@
 """``affordance next``: its table and sentences, its JSON, and plain answers where nothing is to be gained."""
 
 import json
+import re
 
 import pytest
 from helpers.answers import answer
@@ -98,11 +99,39 @@ def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
     assert said.endswith("Nothing here is worth holding: P = 0.50 of reach is a tie, the best two differ by 0 J.\n")
 
 
-def test_task_that_no_option_can_do_is_said_to_be_impossible(tmp_path):
+def test_task_that_no_option_can_do_is_refused_as_by_a_ranking(tmp_path):
     grips = "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}"
-    said = answer(*ANY, *write_tools(tmp_path, "[0.9, 0.8, 0.8]", grips)).out
-    assert said.startswith("reach: no option can do it (P = ")
-    assert said.endswith("Nothing here is worth holding: no option can do what is to be done.\n")
+    tools = write_tools(tmp_path, "[0.9, 0.8, 0.8]", grips)
+    refused, ranked = (answer(each, "reach", "--samples", 800, *tools, status=2) for each in ("next", "rank"))
+    assert refused.err == ranked.err
+    assert refused.err.startswith("affordance: no tool can do the task; nearest is ")
+
+
+def test_task_that_one_of_two_tools_can_do_is_told_beside_the_other(tmp_path):
+    """A task that cannot be done does not hide the advice about another."""
+    said = answer("next", "hold", "hammer", "--samples", 800, "--only", "mallet", "--max-grip-force", 10).lines
+    assert said[0].startswith("hold: nothing can be taken yet: the mallet by ")
+    assert said[1].startswith("hammer: no option can do it (P = ")
+
+
+def test_tool_that_a_ranking_would_not_take_is_not_taken(tmp_path):
+    """A grip that is feasible with less than .95 is named as the nearest; what is held may make it usable."""
+    words = ["hammer", "--samples", 800, "--only", "mallet", "--only", "claw hammer", "--max-grip-force", 20]
+    refused, advised = answer("rank", *words, status=2), answer("next", *words)
+    nearest = re.search(r"nearest is (.* by \w+): is feasible with a probability of (0\.\d+)", refused.err)
+    assert advised.lines[0].startswith(f"hammer: nothing can be taken yet: the {nearest[1]} comes nearest, feasible ")
+    assert advised.lines[-1].startswith("Hold the ")
+    (decision,) = answer("next", *words, "--json").content["decisions"]
+    assert decision["is_usable"] is False
+    assert decision["p_feasible"] == pytest.approx(float(nearest[2]), abs=0.05)
+
+
+@pytest.mark.parametrize("by", ["work", "margin", "grip"])
+def test_what_is_taken_now_is_what_a_ranking_takes(by):
+    """Peaks are compared by their 95 % quantile, and what is hardly feasible is not taken, as in a ranking."""
+    words = ["hammer", "--samples", 4000, "--by", by, "--json"]
+    ranked, advised = answer("rank", *words).content, answer("next", *words).content
+    assert advised["decisions"][0]["best"] == "{tool} by {grip}".format(**ranked["choice"])
 
 
 def test_object_that_the_arm_cannot_hold_is_worth_nothing(tmp_path):

@@ -5,13 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.robot_files import write_urdf
+from scipy.spatial.transform import Rotation
 
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.robots.home import TEST_DISTANCE, compute_static_torques, find_shoulder, plant_arm
-from affordance.robots.importer import ImportOptions, extract_arm, read_arm
-from affordance.robots.reduced_arm import turn_up
+from affordance.robots.home import (
+    TEST_DISTANCE,
+    HomePosture,
+    compute_static_torques,
+    find_home,
+    find_shoulder,
+    plant_arm,
+)
+from affordance.robots.importer import ImportOptions, extract_arm, find_roll, read_arm
+from affordance.robots.reduced_arm import ReducedArm, turn_up
 
 OURS = ImportOptions("hand_grip")
 
@@ -78,3 +86,60 @@ def test_the_axis_that_points_out_is_the_one_that_is_given(option: str, column: 
 def test_the_axis_that_points_up_does(up: str) -> None:
     R = turn_up(up).rotation().matrix()
     np.testing.assert_allclose(R[:, "xyz".index(up[-1])] * (-1 if "-" in up else 1), [0.0, 0.0, 1.0], atol=1e-15)
+
+
+def turn_about_x(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+
+def measure_hand(path: Path, options: ImportOptions) -> tuple[np.ndarray, ReducedArm, HomePosture]:
+    """Measures the axes of the hand at home in the arm as it is written."""
+    arm, home = extract_arm(path, options)
+    model = ArmModel(plant_arm(arm))
+    model.set_posture(home.q)
+    return model.compute_hand_pose().rotation().matrix(), arm, home
+
+
+@pytest.mark.parametrize("tip", ["right_tool", "left_tool"])
+def test_the_hands_z_is_up_at_home_and_the_posture_stays(tmp_path: Path, tip: str) -> None:
+    """The posture is that of the hand with the axes of the tip; the hand alone is turned."""
+    path = write_urdf(tmp_path)
+    R_WH, arm, home = measure_hand(path, ImportOptions(tip))
+    assert R_WH[:, 2] == pytest.approx([0.0, 0.0, 1.0], abs=1e-5)
+    assert home.tilt < 1e-4
+    as_tip = read_arm(path, ImportOptions(tip))
+    R_LH = as_tip.X_LH.rotation().matrix() @ turn_about_x(arm.roll)
+    np.testing.assert_allclose(arm.X_LH.rotation().matrix(), R_LH, atol=1e-12)
+    np.testing.assert_array_equal(arm.X_LH.translation(), as_tip.X_LH.translation())
+    np.testing.assert_array_equal(find_home(ArmModel(plant_arm(as_tip)), {}).q, home.q)
+
+
+def test_a_given_roll_turns_the_hand_from_the_axes_of_its_tip(tmp_path: Path) -> None:
+    path = write_urdf(tmp_path)
+    R_WH, arm, home = measure_hand(path, ImportOptions("right_tool", roll=0.5))
+    at_tip = read_arm(path, ImportOptions("right_tool")).X_LH.rotation().matrix()
+    np.testing.assert_allclose(arm.X_LH.rotation().matrix(), at_tip @ turn_about_x(0.5), atol=1e-12)
+    assert home.tilt == pytest.approx(np.arccos(R_WH[2, 2]), abs=1e-6)
+
+
+@pytest.mark.parametrize("roll", [-2.0, 0.0, 1.0])
+def test_the_home_of_a_given_roll_has_the_hands_z_up(roll: float) -> None:
+    R_WH, arm, home = measure_hand(MODELS / "arm.sdf", ImportOptions("hand_grip", roll=roll))
+    assert R_WH[2, 2] == pytest.approx(1.0, abs=1e-6)
+    assert (arm.roll, home.tilt) == (roll, pytest.approx(0.0, abs=1e-4))
+
+
+def test_the_roll_that_is_found_lifts_z_higher_than_any_other(rng: np.random.Generator) -> None:
+    for _ in range(20):
+        R_WH = Rotation.from_rotvec(rng.uniform(-3.0, 3.0, 3)).as_matrix()
+        heights = [(R_WH @ turn_about_x(angle))[2, 2] for angle in np.linspace(-np.pi, np.pi, 2001)]
+        found = (R_WH @ turn_about_x(find_roll(R_WH)))[2, 2]
+        if np.hypot(*R_WH[2, 1:]) > 0.18:
+            assert found >= max(heights) - 1e-9
+
+
+def test_a_hand_that_points_up_is_not_turned() -> None:
+    R_WH = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    assert find_roll(R_WH) == 0.0
+    assert find_roll(R_WH @ turn_about_x(1.0)) == 0.0

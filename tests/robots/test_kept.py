@@ -132,7 +132,7 @@ def ours(tmp_path_factory: pytest.TempPathFactory) -> Path:
     arm = load_arm()
     posture = dict(zip(arm.joint_names, arm.home.tolist(), strict=True))
     folder = tmp_path_factory.mktemp("ours") / "models"
-    imported = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture=posture, height=1.44))
+    imported = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", posture=posture, height=1.44, roll=0.0))
     write_folder(*imported, folder, source="arm.sdf")
     return folder
 

@@ -8,8 +8,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.answers import answer
 from helpers.refusals import refuse
 from helpers.robot_files import write_urdf
+from scipy.spatial.transform import Rotation
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hammer import Hammer
@@ -47,6 +49,29 @@ def test_robot_is_the_papers_arm_unless_another_is_named() -> None:
     assert (robot.is_default, robot.name) == (True, "the paper's arm")
     assert robot.arm is load_arm()
     assert open_robot(None, ImportOptions(""), "nowhere") == robot
+
+
+def test_a_hand_that_is_not_upright_at_home_is_told(folder: Path, tmp_path: Path) -> None:
+    """As in folders of earlier versions, whose hands had any roll at home."""
+    assert Robot.load(folder).describe_tilt() == ""
+    assert Robot().describe_tilt() == ""
+    old = tmp_path / "old"
+    shutil.copytree(folder, old)
+    arm = (old / "arm.sdf").read_text()
+    frame = '<frame name="hand_grip" attached_to="right_4">'
+    start = arm.index("<pose>", arm.index(frame)) + len("<pose>")
+    end = arm.index("</pose>", start)
+    pose = np.array(arm[start:end].split(), dtype=float)
+    R_LH = Rotation.from_euler("xyz", pose[3:]) * Rotation.from_rotvec([1.2, 0.0, 0.0])
+    turned = " ".join(map(repr, [*pose[:3].tolist(), *R_LH.as_euler("xyz").tolist()]))
+    (old / "arm.sdf").write_text(arm[:start] + turned + arm[end:])
+    said = Robot.load(old).describe_tilt()
+    assert said.startswith(f"the hand's z points 68.8 degrees from up at home in {old}, and tools are held turned")
+    assert said.endswith("import the robot again to turn it up (--roll says how the gripper is mounted)")
+    words = ["reach", "--only", "mallet", "--samples", 200, "--robot", old]
+    for command in ("rank", "next"):
+        assert f"warning: {said}" in answer(command, *words).lines
+        assert answer(command, *words, "--json").content["hand"] == said
 
 
 def test_robot_has_arm_chain_and_tasks(folder: Path) -> None:

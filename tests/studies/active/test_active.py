@@ -32,7 +32,7 @@ def test_who_knows_the_densities_chooses_rightly_in_a_world_without_deviations(w
     true = worlds.draw_world(exact, rng)
     _, (decision,) = worlds.decide(exact, memory, 500, rng)
     costs = true.costs["reach"]
-    assert decision.find_best()[0] == int(np.argmin(costs))
+    assert decision.find_best() == int(np.argmin(costs))
     np.testing.assert_allclose(decision.cost.mean(axis=1), costs, rtol=0.02)
 
 
