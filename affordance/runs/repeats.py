@@ -27,6 +27,7 @@ from affordance.exceptions import AffordanceError, BadValueError, UnavailableErr
 from affordance.files.atomic import quarantine, to_plain, write_atomic
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
+from affordance.runs.sources import list_sources, list_values
 from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
@@ -77,14 +78,17 @@ def list_versions() -> dict[str, str]:
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
-def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:
+def compute_key(
+    config: Any, models: Path | Sequence[Path], *programs: Path, function: Callable[..., Any] | None = None
+) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
     It covers the program without the folders that only report, of a folder of models the files that the program
     reads, of a configuration defined elsewhere its package, or the folder of its module, and any further folders of
-    sources. A change of anything else keeps the repeats.
+    sources. Of the function that is run, if given, count the sources of its module and of all that it imports, and
+    the values that the module defines. A change of anything else keeps the repeats.
     """
-    digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
+    digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())
     digest.update(json.dumps(list_versions()).encode())
     home = _find_home(type(config)) if is_dataclass(config) else _PACKAGE
     if not home.is_relative_to(_PACKAGE):
@@ -95,6 +99,10 @@ def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> 
         for path in sorted(program.rglob("*.py"))
         if program != _PACKAGE or path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]
+    if function is not None:
+        named += [(path.name, path) for path in list_sources(function, but=_PACKAGE)]
+        for name, value in list_values(function).items():
+            digest.update(f"{name} {joblib.hash(value)}".encode())
     if isinstance(models, Path):
         named += [(str(path.relative_to(models)), path) for path in list_model_files(models)]
     else:

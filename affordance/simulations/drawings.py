@@ -1,0 +1,96 @@
+"""Figures of labelled datasets of observers, and their motions, Diagram and replay."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from affordance.objects.tool import Tool
+from affordance.reporting import figures
+from affordance.reporting.formatting import label
+from affordance.reporting.object_drawings import Drawing, draw_objects
+from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.statistics import estimate_mean
+from affordance.settings import Settings
+from affordance.simulation.trial import get_runner
+from affordance.simulation.trial_record import TrialRecord
+from affordance.simulations.observers import OBSERVER_SHOWN, about
+
+
+def draw_density_and_drop(data: xr.Dataset, tools: Sequence[Tool]) -> Figure:
+    """Draws figure 3: the ``density`` believed at each moment, and the drop of ``height`` in each trial."""
+    return figures.draw_density_and_drop(
+        quartiles=data.density.median("observer").values,
+        mode=data.density_mode.median("observer").values,
+        density_true=tools[0].components[0].material.density,
+        drop=estimate_mean(np.maximum(0.0, -data.height.min("time")).values),
+        masses=np.array([tool.mass for tool in tools]),
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_heights(data: xr.Dataset, seed: int) -> Figure:
+    """Draws figure 4: the ``height`` of each object over time; the last object is the decoy."""
+    return figures.draw_heights(
+        times=data.time.values,
+        shown=data.height.values[OBSERVER_SHOWN],
+        mean=estimate_mean(data.height.values),
+        labels=data.trial.values.tolist(),
+        shown_label=f"seed {seed}, observer {OBSERVER_SHOWN}",
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: int) -> Figure:
+    """Draws figure 6: the height of each object's centre over time, and of several points of the last, the decoy."""
+    centre, *_ = points
+    return figures.draw_heights_of_points(
+        times=data.time.values,
+        shown=data[centre].values[OBSERVER_SHOWN],
+        mean=estimate_mean(data[centre].values),
+        decoy={title: estimate_mean(data[name].values[:, -1]) for name, title in points.items()},
+        labels=[f"{number}: {name}" for number, name in enumerate(data.trial.values.tolist(), start=1)],
+        shown_label=f"seed {seed}, observer {OBSERVER_SHOWN}",
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
+    """Draws figure 5: the objects, the last of which, the decoy, as it looks and as it is made."""
+    *honest, decoy = tools
+    drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
+    name = f"{len(tools)}: {label(decoy.name)}"
+    drawings += [Drawing(decoy, f"{name}, as it looks"), Drawing(decoy, f"{name}, as it is made", as_made=True)]
+    return draw_objects(drawings, columns=2)
+
+
+def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Settings) -> xr.Dataset:
+    """Adds the motion of the observer that is shown to the data of all observers."""
+    whose = f"of observer {OBSERVER_SHOWN}"
+    joints = get_runner(settings).get_diagram(float(records[0].times[-1])).arm.joint_names
+    axes = ("trial", "time", "joint")
+    return data.assign_coords(joint=joints).assign(
+        q=(axes, np.stack([each.q for each in records]), about("rad", f"joint angles {whose}")),
+        v=(axes, np.stack([each.v for each in records]), about("rad/s", f"joint velocities {whose}")),
+        tau=(
+            axes,
+            np.stack([each.tau for each in records]),
+            about("N m", f"joint torques {whose} over the control period that ends at each time"),
+        ),
+    )
+
+
+def replay_holds(
+    tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str
+) -> Callable[[Path], None]:
+    """Returns a function that writes the holds of one observer as a page, one scene per object."""
+    pairs = zip(tools, records, strict=True)
+    scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in pairs]
+    return partial(_write_replay, settings.arm, scenes, title)
+
+
+def _write_replay(arm: Path, scenes: Sequence[Scene], title: str, path: Path) -> None:
+    write_replay(path, arm, scenes, title=title)
