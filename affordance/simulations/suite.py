@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from affordance.simulations import weight
+from affordance.simulations import com, weight
 from affordance.simulations.observers import Setup
 from affordance.simulations.results import Results
 
@@ -15,4 +15,7 @@ class Experiment(NamedTuple):
     run: Callable[[Setup], Results]
 
 
-EXPERIMENTS: Mapping[str, Experiment] = {"weight": Experiment(weight.read, weight.run)}
+EXPERIMENTS: Mapping[str, Experiment] = {
+    "weight": Experiment(weight.read, weight.run),
+    "com": Experiment(com.read, com.run),
+}
