@@ -3,21 +3,30 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
 from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
 from affordance.reporting import figures
 from affordance.reporting.formatting import label
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
 from affordance.reporting.statistics import estimate_mean
 from affordance.settings import Settings
-from affordance.simulation.trial import get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.observers import OBSERVER_SHOWN, about
+
+
+class Simulated(Protocol):
+    """Simulation of a task with a gripped tool."""
+
+    @property
+    def record(self) -> TrialRecord:
+        """Record of the arm's motion."""
 
 
 def draw_density_and_drop(data: xr.Dataset, tools: Sequence[Tool]) -> Figure:
@@ -70,9 +79,8 @@ def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
 def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Settings) -> xr.Dataset:
     """Adds the motion of the observer that is shown to the data of all observers."""
     whose = f"of observer {OBSERVER_SHOWN}"
-    joints = get_runner(settings).get_diagram(float(records[0].times[-1])).arm.joint_names
     axes = ("trial", "time", "joint")
-    return data.assign_coords(joint=joints).assign(
+    return data.assign_coords(joint=load_arm(settings.arm).joint_names).assign(
         q=(axes, np.stack([each.q for each in records]), about("rad", f"joint angles {whose}")),
         v=(axes, np.stack([each.v for each in records]), about("rad/s", f"joint velocities {whose}")),
         tau=(
@@ -80,6 +88,24 @@ def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Setti
             np.stack([each.tau for each in records]),
             about("N m", f"joint torques {whose} over the control period that ends at each time"),
         ),
+    )
+
+
+def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Dataset:
+    """Labels the motions of a task that was simulated with each grip, one row for each control period."""
+    records = [each.record for each in done.values()]
+    axes = ("grip", "time", "joint")
+    return xr.Dataset(
+        {
+            "q": (axes, [each.q for each in records], about("rad", "joint angles, simulated with the true densities")),
+            "v": (axes, [each.v for each in records], about("rad/s", "joint velocities")),
+            "tau": (axes, [each.tau for each in records], about("N m", "joint torques over the control period before")),
+        },
+        {
+            "grip": list(done),
+            "time": ("time", records[0].times, about("s", "time since the start")),
+            "joint": load_arm(settings.arm).joint_names,
+        },
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from affordance.simulations import com, weight
+from affordance.simulations import com, reach, weight
 from affordance.simulations.observers import Setup
 from affordance.simulations.results import Results
 
@@ -18,4 +18,5 @@ class Experiment(NamedTuple):
 EXPERIMENTS: Mapping[str, Experiment] = {
     "weight": Experiment(weight.read, weight.run),
     "com": Experiment(com.read, com.run),
+    "reach": Experiment(reach.read, reach.run),
 }
