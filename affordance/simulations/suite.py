@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
-from affordance.simulations import com, reach, weight
+from affordance.simulations import com, hammer, reach, weight
 from affordance.simulations.observers import Setup
 from affordance.simulations.results import Results
 
@@ -19,4 +19,5 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     "weight": Experiment(weight.read, weight.run),
     "com": Experiment(com.read, com.run),
     "reach": Experiment(reach.read, reach.run),
+    "hammer": Experiment(hammer.read, hammer.run),
 }
