@@ -79,14 +79,14 @@ def list_versions() -> dict[str, str]:
 
 
 def compute_key(
-    config: Any, models: Path | Sequence[Path], *programs: Path, function: Callable[..., Any] | None = None
+    config: Any, models: Path | Sequence[Path], *programs: Path, functions: Sequence[Callable[..., Any]] = ()
 ) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
     It covers the program without the folders that only report, of a folder of models the files that the program
     reads, of a configuration defined elsewhere its package, or the folder of its module, and any further folders of
-    sources. Of the function that is run, if given, count the sources of its module and of all that it imports, and
-    the values that the module defines. A change of anything else keeps the repeats.
+    sources. Of functions that are run count the sources of their modules and of all that these import, and the values
+    that the modules define. A change of anything else keeps the repeats.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())
     digest.update(json.dumps(list_versions()).encode())
@@ -99,7 +99,7 @@ def compute_key(
         for path in sorted(program.rglob("*.py"))
         if program != _PACKAGE or path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]
-    if function is not None:
+    for function in functions:
         named += [(path.name, path) for path in list_sources(function, but=_PACKAGE)]
         for name, value in list_values(function).items():
             digest.update(f"{name} {joblib.hash(value)}".encode())

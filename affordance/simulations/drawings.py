@@ -1,18 +1,22 @@
 """Figures of labelled datasets of observers, and their motions, Diagram and replay."""
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
+from affordance.belief.learner import Learner
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
 from affordance.reporting import figures
 from affordance.reporting.formatting import label
+from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
 from affordance.reporting.statistics import estimate_mean
@@ -120,3 +124,49 @@ def replay_holds(
 
 def _write_replay(arm: Path, scenes: Sequence[Scene], title: str, path: Path) -> None:
     write_replay(path, arm, scenes, title=title)
+
+
+def draw_forces(
+    lifts: pd.DataFrame,
+    objects: Sequence[str],
+    *,
+    title: str,
+    predicted_by: Sequence[str] = (),
+    people: Sequence[PeopleMark] = (),
+) -> Figure:
+    """Draws the forces of the lifts of some objects, one panel per learner; over the weights, where these differ.
+
+    Dashed is what other objects predict: a line through force and size over their lifts between one of the drawn objects
+    and the next.
+    """
+    chosen = lifts[lifts["object"].isin(objects)]
+    observers = lifts["observer"].nunique()
+    curves = []
+    for learner, own in lifts.groupby("learner", sort=False):
+        forces = own.loc[own["object"].isin(objects), "force"].to_numpy().reshape(observers, -1)
+        predicted = None
+        if predicted_by:
+            rows = [_predict(each, objects, predicted_by) for _, each in own.groupby("observer")]
+            predicted = np.array(rows)
+        curves.append(LiftCurve(Learner(learner).label, forces, predicted))
+    weights = chosen["weight"].to_numpy()[: curves[0].forces.size].reshape(observers, -1)
+    if np.ptp(weights) and not people:
+        return draw_lifts([curve.divide(weights) for curve in curves], weights=None, people=(), title=title)
+    return draw_lifts(curves, weights=weights[0], people=people, title=title)
+
+
+def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
+    """Predicts the force with each of some objects from the lifts of others until the next of them."""
+    places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
+    predicted = []
+    for start, end in itertools.pairwise(places):
+        between = lifts.iloc[start:end]
+        between = between[between["object"].isin(others)]
+        predicted.append(predict_by_size(between, float(lifts["size"].iloc[start])) if len(between) > 1 else np.nan)
+    return predicted
+
+
+def predict_by_size(lifts: pd.DataFrame, size: float) -> float:
+    """Predicts the force with an object of a size, [m^3], by a line through force and size of other lifts, [N]."""
+    slope, intercept = np.polyfit(lifts["size"].to_numpy(), lifts["force"].to_numpy(), 1)
+    return float(intercept + slope * size)

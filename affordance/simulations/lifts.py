@@ -1,7 +1,13 @@
-"""Lifts as a table with one row per lift, the same for simulated observers and for people."""
+"""Lifts as a table with one row per lift, the same for simulated observers and for people.
+
+A design is a function that draws the trials of one observer, a table with the columns block, cycle and object; the
+order of its rows is the order of the lifts. ``run_lifts`` adds what each observer does: before a lift the hand is
+clamped, and pushes up with the weight that the observer believes in; then the object is felt at rest, in closed form.
+"""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,18 +16,181 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.kind_memory import find_kind
+from affordance.belief.kind_memory import KAPPA, find_kind
+from affordance.belief.learner import Learner
 from affordance.belief.object_belief import Memory
-from affordance.objects.tool import Tool
+from affordance.exceptions import BadValueError
+from affordance.objects.materials import MaterialEntry
+from affordance.objects.primitives import Cylinder
+from affordance.objects.tool import Component, Tool
+from affordance.proprioception.faults import NO_FAULTS
+from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
+from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
 from affordance.simulation.trial_record import TrialRecord
-from affordance.simulations.observers import about
+from affordance.simulations.observers import Setup, about, run_observers
+from affordance.simulations.results import with_interval
 from affordance.vision.eye import measure_features
 from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.systems import predict_object
 
 # Smallest p-value; smaller ones are rounding errors.
 _LEAST_P_VALUE = 1e-300
+
+
+# Columns of lifts.csv.
+COLUMNS = (
+    *("observer", "learner", "block", "cycle", "lift", "object", "mass", "size", "force", "expected"),
+    *("believed_density", "kind", "surprise"),
+)
+
+# Function that draws the trials of an observer, given its number and a random generator.
+type Design = Callable[[int, np.random.Generator], pd.DataFrame]
+
+
+def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
+    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg."""
+    solid = Cylinder(radius, height)
+    material = MaterialEntry(colour=colour, density=mass / solid.volume, density_sd=0.0, source="ours").build(name)
+    return Tool(name, (Component(solid, np.eye(4), material, material),))
+
+
+def repeat(
+    objects: Sequence[str],
+    repetitions: int,
+    rng: np.random.Generator,
+    *,
+    block: str,
+    order: str = "shuffled",
+    first: Sequence[str] = (),
+    times: int = 1,
+    row: int = 0,
+) -> pd.DataFrame:
+    """Draws a block of trials: each repetition has all objects.
+
+    Args:
+        objects: Names of the objects.
+        repetitions: Number of repetitions.
+        rng: Random generator of the order.
+        block: Name of the block.
+        order: "shuffled", "fixed", or "latin square": each object is equally often in each place and after each other.
+        first: Names of the objects that come first in each repetition, in this order.
+        times: Number of trials with an object in a row.
+        row: Row of the Latin square in the first repetition: the number of the observer.
+    """
+    others = [name for name in objects if name not in first]
+    rows = []
+    for cycle in range(repetitions):
+        names = [*first, *_order(others, order, rng, row + cycle)]
+        rows += [(block, cycle + 1, name) for name in names for _ in range(times)]
+    return pd.DataFrame(rows, columns=["block", "cycle", "object"])
+
+
+def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int) -> list[str]:
+    if order == "shuffled":
+        return [names[int(place)] for place in rng.permutation(len(names))]
+    if order == "latin square" and names:
+        return [names[place] for place in build_row(len(names), row % count_rows(len(names)))]
+    if order == "fixed":
+        return list(names)
+    raise ValueError(f"order is {order!r}, must be 'shuffled', 'fixed' or 'latin square'")
+
+
+def count_rows(count: int) -> int:
+    """Counts the rows of the square for a number of objects: the same number if it is even, else twice as many."""
+    return count if count % 2 == 0 else 2 * count
+
+
+def build_row(count: int, row: int) -> list[int]:
+    """Builds a row of a square: each object is equally often in each place, and after each other (Williams 1949)."""
+    zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
+    places = [(place + row) % count for place in zigzag]
+    return places if row < count else places[::-1]
+
+
+def run_lifts(
+    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = tuple(Learner)
+) -> pd.DataFrame:
+    """Lets observers of each learner lift objects, and returns a row per lift.
+
+    Settings that the closed form does not support raise a BadArgumentError or a BadValueError.
+
+    Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``, the
+        upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+    """
+    _check_settings(name, setup.settings)
+    mass = {tool.name: tool.mass for tool in tools}
+    size = {tool.name: compute_volume(tool) for tool in tools}
+    tables = []
+    for learner in learners:
+        of_learner = replace(setup, settings=replace(setup.settings, learner=learner))
+        data = run_observers(name, of_learner, lift, tuple(tools), design)
+        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.value)
+        table["lift"] += 1
+        table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)
+        table["kind"] = show_kinds(data.kind.values.ravel())
+        table["surprise"] = compute_surprise(data.p_value.values.ravel())
+        tables.append(table[[*COLUMNS, "weight"]])
+    return pd.concat(tables, ignore_index=True)
+
+
+def _check_settings(name: str, settings: Settings) -> None:
+    """Refuses settings of which lifts in closed form know nothing."""
+    check_closed_form(settings)
+    if settings.feature_source is not FeatureSource.FEATURES:
+        raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {name}, in closed form")
+    if settings.faults != NO_FAULTS:
+        problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
+        raise BadValueError("--fault", "", problem)
+
+
+def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> xr.Dataset:
+    """Lets one observer lift the objects of its trials, one after the other, and learn from each."""
+    seed, names = (setup.seed, observer), [tool.name for tool in tools]
+    trials = design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
+    objects = [names.index(each) for each in trials["object"]]
+    lifter = StaticLifter(tools, setup.settings)
+    record = lifter.run([Lift(each) for each in objects], setup.start_memory(observer), (*seed, Stream.LIFT))
+    pairs = zip(objects, record.memories[:-1], record.memories[1:], strict=True)
+    seen = pd.DataFrame([expect(tools[each], before, after, setup.settings) for each, before, after in pairs])
+    return xr.Dataset(
+        {
+            "block": ("lift", trials["block"].to_numpy(dtype=str), about("1", "block")),
+            "cycle": ("lift", trials["cycle"].to_numpy(), about("1", "repetition within the block, from 1")),
+            "object": ("lift", trials["object"].to_numpy(dtype=str), about("1", "object")),
+            "force": ("lift", record.force, about("N", "upward force before release")),
+            "weight": ("lift", record.weight, about("N", "true weight")),
+            "expected": ("lift", record.expected, about("kg", "mass at the most probable densities, before the lift")),
+            "believed_density": ("lift", seen.believed_density, about("kg/m^3", "most probable density of the colour")),
+            "kind": ("lift", seen.kind, about("1", "kind of the object after the lift; 0 without kinds")),
+            "p_value": ("lift", record.compute_p_values(), about("1", "p-value of what was felt, by the belief before")),
+        }
+    )  # fmt: skip
+
+
+def summarise_lifts(
+    lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series], *, without_interval: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Summarises the numbers of observers, each of its own lifts: means over observers, by learner, with 95 % intervals.
+
+    Returns: Numbers of the first learner, and those of all under ``learners``, as in metrics.json.
+    """
+    learners: dict[str, dict[str, Any]] = {}
+    for learner, found in measure_each(lifts, measure).items():
+        learners[learner] = {}
+        for name in found:
+            numbers = with_interval(name, found[name].to_numpy())
+            learners[learner] |= {name: numbers[name]} if name in without_interval else numbers
+    kappa = {each.value: KAPPA[each.pick] for each in map(Learner, learners) if each.pick is not None}
+    return {**next(iter(learners.values())), "learners": learners, "people": {}, "kappa": kappa}
+
+
+def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, pd.DataFrame]:
+    """Computes the numbers of each observer from its own lifts; a row per observer and a column per number, by learner."""
+    return {
+        str(learner): pd.DataFrame({observer: measure(own) for observer, own in of_one.groupby("observer")}).T
+        for learner, of_one in lifts.groupby("learner", sort=False)
+    }
 
 
 def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dict[str, float]:

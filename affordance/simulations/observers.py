@@ -75,7 +75,8 @@ def run_observers(
         count: Number of observers; None for that of the setup.
     """
     given = [setup.seed, setup.settings, inputs if follows_from is None else follows_from]
-    key = compute_key(given, list_arm_files(setup.settings.arm), function=observe)
+    functions = [observe, *(each for each in inputs if callable(each))]
+    key = compute_key(given, list_arm_files(setup.settings.arm), functions=functions)
     arrays = run_repeats(
         setup.out / name / "repeats" / key,
         partial(_observe, observe, setup, inputs),

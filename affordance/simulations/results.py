@@ -153,7 +153,7 @@ class Results:
     title: str
     summary: str
     finding: str
-    data: xr.Dataset
+    data: xr.Dataset | pd.DataFrame
     numbers: dict[str, Any]
     claims: Sequence[ClaimResult]
     figures: Mapping[str, tuple[str, Callable[[], Figure]]] = field(default_factory=dict)
@@ -201,12 +201,14 @@ def _list_steps(results: Results, folder: Path, setup: Setup) -> dict[str, Calla
     """Lists the functions that write the files of an experiment but its section and numbers, by name."""
 
     def write_data(path: Path) -> None:
+        assert isinstance(results.data, xr.Dataset)
         results.data.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
 
     steps: dict[str, Callable[[], object]] = {
         file: partial(_save, draw, folder, file) for file, (_, draw) in results.figures.items()
     }
-    steps["data"] = lambda: write_atomic(folder / "data.nc", write_data)
+    if isinstance(results.data, xr.Dataset):
+        steps["data"] = lambda: write_atomic(folder / "data.nc", write_data)
     if (lifts := results.lifts) is not None:
         text = lifts.to_csv(index=False, float_format="%.7g", lineterminator="\n")
         steps["lifts"] = lambda: write_text(folder / "lifts.csv", text)
