@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from affordance.simulations import com, hammer, linear, next_lift, reach, spoilt_family, two_families, weight
+from affordance.simulations import com, hammer, linear, next_lift, reach, spoilt_family, two_families, vision, weight
 from affordance.simulations.observers import Setup
 from affordance.simulations.results import Results
 
@@ -26,6 +26,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     "hammer": Experiment(hammer.read, hammer.run),
     "linear_plus": Experiment(nothing, partial(linear.run, "linear_plus")),
     "linear_plus_plus": Experiment(nothing, partial(linear.run, "linear_plus_plus")),
+    "vision": Experiment(vision.read, vision.run),
     "next_lift": Experiment(next_lift.read, next_lift.run),
     "spoilt_family": Experiment(nothing, spoilt_family.run),
     "two_families": Experiment(nothing, two_families.run),
