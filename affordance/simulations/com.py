@@ -30,6 +30,7 @@ from affordance.simulations.experience import count_events, gain_experience, rec
 from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
+from affordance.simulations.prediction import ObserverNumbers, measure_learners
 from affordance.simulations.results import CM, MM, PERCENT, Results, check, claim, with_interval
 from affordance.vision.eye import observe as look_at
 from affordance.vision.systems import predict_object
@@ -95,6 +96,17 @@ def run(setup: Setup) -> Results:
         replay=replay_holds(tools, shown, setup.settings, f"com, seed {setup.seed}"),
         seen=tools,
     )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    tools = read(setup)
+
+    def measure_one(setup: Setup) -> dict[str, xr.DataArray]:
+        experience = gain_experience(setup, tools[:2])
+        return measure(run_observers("com", setup, observe, tools, experience, follows_from=tools), tools)
+
+    return measure_learners(setup, measure_one)
 
 
 def read(setup: Setup) -> list[Tool]:

@@ -20,9 +20,10 @@ from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.lift_figures import PeopleMark
 from affordance.simulations.drawings import draw_forces, predict_by_size
-from affordance.simulations.lifts import COLUMNS, cylinder, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
 from affordance.simulations.observers import Setup
 from affordance.simulations.people import Published, describe_people, find_spread
+from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
@@ -108,6 +109,11 @@ def run(name: str, setup: Setup) -> Results:
         lifts=lifts[[*COLUMNS]],
         learners=[*numbers["learners"]],
     )
+
+
+def predict(name: str, setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, with the spread between people."""
+    return ObserverNumbers(measure_each(collect(name, setup), measure), MEANINGS, lambda means: list_spreads(name))
 
 
 def collect(name: str, setup: Setup) -> pd.DataFrame:

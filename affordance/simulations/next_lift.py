@@ -38,6 +38,7 @@ from affordance.simulations.drawings import replay_holds
 from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, run_observers
+from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim, with_interval
 from affordance.vision.eye import measure_drawing
 
@@ -99,6 +100,13 @@ def run(setup: Setup) -> Results:
         seen=things,
         learners=[*learners],
     )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    things, _ = read(setup)
+    data = collect(setup)
+    return ObserverNumbers({str(each): measure(data.sel(learner=each), things) for each in data.learner.values}, MEANINGS)
 
 
 def read(setup: Setup) -> tuple[list[Tool], list[Tool]]:

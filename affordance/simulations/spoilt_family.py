@@ -19,8 +19,9 @@ from affordance.reporting.claims import ClaimResult
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
-from affordance.simulations.lifts import COLUMNS, cylinder, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
 from affordance.simulations.observers import Setup
+from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
@@ -73,6 +74,17 @@ def run(setup: Setup) -> Results:
         lifts=lifts[[*COLUMNS]],
         learners=[*numbers["learners"]],
     )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, with the spread between people."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+
+
+def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
+    """Lists the standard deviations between people; that of the share follows from that of the force."""
+    share = SPREADS["family_after_N"].sd / means["family_weight_N"]
+    return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 
 
 def collect(setup: Setup) -> pd.DataFrame:

@@ -4,6 +4,7 @@ A design of ours that nobody has done yet. Expected: one density for each colour
 ones too lightly for ever; learners with kinds do not.
 """
 
+import math
 from collections.abc import Mapping
 from functools import partial
 from typing import Any
@@ -16,8 +17,9 @@ from affordance.reporting.claims import ClaimResult
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
-from affordance.simulations.lifts import COLUMNS, cylinder, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
 from affordance.simulations.observers import Setup
+from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
@@ -66,6 +68,18 @@ def run(setup: Setup) -> Results:
         lifts=lifts[[*COLUMNS]],
         learners=[*numbers["learners"]],
     )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, with the spread between people."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+
+
+def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
+    """Lists the standard deviations between people; that of the ratio follows to first order, as if independent."""
+    shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
+    ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
+    return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
 
 
 def collect(setup: Setup) -> pd.DataFrame:

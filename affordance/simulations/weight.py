@@ -26,6 +26,7 @@ from affordance.simulations.drawings import add_motion, draw_density_and_drop, d
 from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
+from affordance.simulations.prediction import ObserverNumbers, measure_learners
 from affordance.simulations.results import CM, KG, KG_PER_M3, PERCENT, Results, check, claim, with_interval
 
 OBJECTS = "tools/weight.yaml"  # in the folder of models; the last is the decoy
@@ -74,6 +75,12 @@ def run(setup: Setup) -> Results:
         replay=replay_holds(tools, shown, setup.settings, f"weight, seed {setup.seed}"),
         seen=tools,
     )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    tools = read(setup)
+    return measure_learners(setup, lambda each: measure(run_observers("weight", each, observe, tools)))
 
 
 def read(setup: Setup) -> list[Tool]:

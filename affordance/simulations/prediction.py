@@ -1,0 +1,123 @@
+"""Predictions of learners for people who have not done an experiment yet: the numbers of every simulated observer."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.learner import Learner
+from affordance.files.atomic import to_plain, write_json
+from affordance.reporting.learner_predictions import Contrast, PeopleSpread, Prediction, contrast_learners, summarise
+from affordance.runs.repeats import list_versions, prepare_folder
+from affordance.simulations.observers import Setup
+
+# File of the predictions, in the folder of the experiment's results.
+FILE = "predictions.json"
+
+
+class ObserverNumbers(NamedTuple):
+    """Numbers of every observer, (observers, ...), by learner and name, with what is known of them.
+
+    Meanings are in words, by name; spreads are standard deviations between people, by name, given the predicted means.
+    """
+
+    values: Mapping[str, Mapping[str, Any]]
+    meanings: Mapping[str, str] = {}
+    find_spreads: Callable[[Mapping[str, float]], Mapping[str, PeopleSpread]] = lambda means: {}
+
+
+class Predicted(NamedTuple):
+    """Predictions, meanings and known spreads by number, contrasts of learners, the best first, and their file."""
+
+    predictions: Mapping[str, Mapping[Learner, Prediction]]
+    meanings: Mapping[str, str]
+    spreads: Mapping[str, PeopleSpread]
+    contrasts: Sequence[Contrast]
+    path: Path
+
+
+def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]) -> ObserverNumbers:
+    """Measures the observers of every learner by a function that returns the numbers of each observer."""
+    return ObserverNumbers(
+        {
+            learner.value: measure(replace(setup, settings=replace(setup.settings, learner=learner)))
+            for learner in Learner
+        }
+    )
+
+
+def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]) -> Predicted:
+    """Simulates the observers of every learner, and writes what each would do, and what tells learners apart.
+
+    Observers are kept where a run keeps them, so that a later run does not simulate them again.
+    """
+    folder = prepare_folder(setup.out / name)
+    found = measure(setup)
+    values = _sort_by_number(found.values)
+    predictions = {
+        number: {learner: summarise(each) for learner, each in by_learner.items()}
+        for number, by_learner in values.items()
+    }
+    means = {
+        number: float(np.mean([each.mean.mean for each in by_learner.values()]))
+        for number, by_learner in predictions.items()
+    }
+    people = found.find_spreads(means)
+    spreads = {number: people[base] for number in predictions if (base := number.split("[")[0]) in people}
+    contrasts = contrast_learners(predictions, {number: spread.sd for number, spread in spreads.items()})
+    content = _describe(predictions, spreads, contrasts)
+    run = {"seed": setup.seed, "repeats": setup.observers, "config": setup, "versions": list_versions()}
+    write_json(folder / FILE, {**content, **run})
+    return Predicted(predictions, found.meanings, spreads, contrasts, folder / FILE)
+
+
+def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[Learner, Array]]:
+    """Sorts the numbers of observers by number and learner, (R,); a list becomes one number per entry."""
+    values: dict[str, dict[Learner, Array]] = {}
+    for learner, numbers in found.items():
+        for key, array in numbers.items():
+            rows = np.asarray(array, dtype=float).reshape(len(array), -1)
+            for column in range(rows.shape[1]):
+                name = key if rows.shape[1] == 1 else f"{key}[{column}]"
+                values.setdefault(name, {})[Learner(learner)] = rows[:, column]
+    return values
+
+
+def _describe(
+    predictions: Mapping[str, Mapping[Learner, Prediction]],
+    spreads: Mapping[str, PeopleSpread],
+    contrasts: Sequence[Contrast],
+) -> dict[str, Any]:
+    """Returns the predictions as written to the file; numbers that are not finite are null."""
+    numbers = {
+        number: {
+            learner.value: {
+                "mean": float(found.mean.mean),
+                "mean_ci95": found.mean.ci95,
+                "sd": found.sd,
+                "p5": found.low,
+                "p95": found.high,
+            }
+            for learner, found in by_learner.items()
+        }
+        for number, by_learner in predictions.items()
+    }
+    compared = [
+        {{"measure": "number"}.get(name, name): value for name, value in contrast._asdict().items()}
+        for contrast in contrasts
+    ]
+    content = to_plain({"numbers": numbers, "contrasts": compared, "spread_between_people": spreads})
+    finite: dict[str, Any] = _keep_finite(content)
+    return finite
+
+
+def _keep_finite(value: Any) -> Any:
+    """Replaces every number that is not finite by null, as JSON has no such numbers."""
+    if isinstance(value, Mapping):
+        return {name: _keep_finite(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_keep_finite(entry) for entry in value]
+    return None if isinstance(value, float) and not np.isfinite(value) else value
