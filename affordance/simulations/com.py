@@ -1,8 +1,8 @@
 """Simulation II (paper, IV-B): the centre of mass of objects of equal weight.
 
 Two objects of wood and steel, one the other turned around, are held again and again. What is learned of the materials
-then serves to hold each of them once more, and a decoy that looks like the first and is made like the second. Expected:
-the two stay where they are, and the decoy is lifted (figure 6).
+then serves to hold each of them once more, and a decoy that looks like the first and is made like the second.
+Expected: the two stay where they are, and the decoy is lifted (figure 6).
 """
 
 import itertools
@@ -56,11 +56,15 @@ def run(setup: Setup) -> Results:
     return Results(
         order=2,
         title="Simulation II: the centre of mass",
-        summary=f"{count_observers(setup.observers)} held {first} and {second} in turn, {trials} trials of {DURATION:g} s, then "
-        f"each once more, and the decoy, which looks like {first} and is made like {second}; in this last pass nothing is "
-        "learned.",
-        finding=f"After {trials} trials the mass of an object is predicted from sight with a median error of "
-        f"{numbers['mass_error']:.1%}, its centre of mass with one of {1000.0 * numbers['com_error_m']:.1f} mm.",
+        summary=(
+            f"{count_observers(setup.observers)} held {first} and {second} in turn, {trials} trials of {DURATION:g}"
+            f" s, then each once more, and the decoy, which looks like {first} and is made like {second}; in this"
+            " last pass nothing is learned."
+        ),
+        finding=(
+            f"After {trials} trials the mass of an object is predicted from sight with a median error of "
+            f"{numbers['mass_error']:.1%}, its centre of mass with one of {1000.0 * numbers['com_error_m']:.1f} mm."
+        ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,
         claims=judge(numbers),
@@ -70,11 +74,13 @@ def run(setup: Setup) -> Results:
                 partial(draw_made_and_seen, tools),
             ),
             "figure6": (
-                "Figure 6. Heights of the objects' geometric centres. Right: points of the decoy. The arm braces for a "
-                f"centre of mass {x[0]:.1f} cm from the grip and meets one at {x[2]:.1f} cm, so the wrist turns the object, and "
-                "each of its points moves with its distance from the wrist: the grip by "
-                f"{100.0 * numbers['height_extreme_grip_m'][2]:.1f} cm, the centre of mass by "
-                f"{100.0 * numbers['height_extreme_com_m'][2]:.1f} cm, the geometric centre by {far[2]:.1f} cm.",
+                (
+                    "Figure 6. Heights of the objects' geometric centres. Right: points of the decoy. The arm braces"
+                    f" for a centre of mass {x[0]:.1f} cm from the grip and meets one at {x[2]:.1f} cm, so the wrist"
+                    " turns the object, and each of its points moves with its distance from the wrist: the grip by"
+                    f" {100.0 * numbers['height_extreme_grip_m'][2]:.1f} cm, the centre of mass by"
+                    f" {100.0 * numbers['height_extreme_com_m'][2]:.1f} cm, the geometric centre by {far[2]:.1f} cm."
+                ),
                 partial(draw_heights_of_points, data, POINTS, setup.seed),
             ),
         },
@@ -83,10 +89,15 @@ def run(setup: Setup) -> Results:
             "Densities after the last trial.": tabulate_densities(numbers),
         },
         remarks=[
-            f"The three objects weigh the same ({numbers['mass_true'][0]:.3f} kg) and have different centres of mass, as in the "
-            "paper's figure 5. Both are required of the objects before anything is simulated, and so are no claim.",
-            "The paper names wood and steel, but neither densities nor sizes; ours are in models/, with sources. What is "
-            "compared is which object rises, not by how many centimetres.",
+            (
+                f"The three objects weigh the same ({numbers['mass_true'][0]:.3f} kg) and have different centres of"
+                " mass, as in the paper's figure 5. Both are required of the objects before anything is simulated,"
+                " and so are no claim."
+            ),
+            (
+                "The paper names wood and steel, but neither densities nor sizes; ours are in models/, with sources."
+                " What is compared is which object rises, not by how many centimetres."
+            ),
         ],
         lifts=join_lifts(
             tabulate_experience(experience, tools[:2], learner),
@@ -109,7 +120,7 @@ def predict(setup: Setup) -> ObserverNumbers:
     return measure_learners(setup, measure_one)
 
 
-def read(setup: Setup) -> list[Tool]:
+def read(setup: Setup) -> Sequence[Tool]:
     """Reads the two objects and the decoy, and checks that they make the experiment."""
     file = setup.models / OBJECTS
     tools = load_tools(file)
@@ -202,9 +213,9 @@ def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, xr.DataArray]:
     of_centre = predicted[centre] / predicted[mass] - true[centre] / true[mass]
     return {
         "height_extreme_m": far,
-        "deviation_m": np.abs(far),
+        "deviation_m": abs(far),
         "density_median": data.density_median,
-        "mass_error": np.abs(predicted[mass] / true[mass] - 1.0),
+        "mass_error": abs(predicted[mass] / true[mass] - 1.0),
         "com_error_m": measure_length(of_centre),
         "inertia_error": measure_length(predicted[moments] - true[moments]) / measure_length(true[moments]),
         "height_extreme_grip_m": find_excursion(data.height_grip),
@@ -219,7 +230,10 @@ def measure(data: xr.Dataset, tools: Sequence[Tool]) -> dict[str, xr.DataArray]:
 
 def measure_length(vectors: xr.DataArray) -> xr.DataArray:
     """Computes the length of vectors along ``parameter``."""
-    return xr.apply_ufunc(np.linalg.norm, vectors, input_core_dims=[["parameter"]], kwargs={"axis": -1})
+    lengths: xr.DataArray = xr.apply_ufunc(
+        np.linalg.norm, vectors, input_core_dims=[["parameter"]], kwargs={"axis": -1}
+    )
+    return lengths
 
 
 def summarise(each: Mapping[str, xr.DataArray], tools: Sequence[Tool]) -> dict[str, Any]:
@@ -248,15 +262,21 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     """Judges what the paper says of figure 6."""
     deviation, far = n["deviation_m"], n["height_extreme_m"]
     return [
-        claim("mass_and_com", "paper IV-B; bounds are ours", "Visual features predict mass and centre of mass, once the materials are known.",
+        claim("mass_and_com", "paper IV-B; bounds are ours",
+              "Visual features predict mass and centre of mass, once the materials are known.",
               check("median error of the mass", n["mass_error"], PERCENT, at_most=0.1),
               check("median error of the centre of mass", n["com_error_m"], MM, at_most=0.01)),
-        claim("inertia", "paper IV-B; the bound is ours", "The moment of inertia matrix can be estimated from the visual features.",
-              check("median error of the moments of inertia about the grip", n["inertia_error"], PERCENT, at_most=0.1)),
-        claim("accurate_stay", "paper, figure 6", "The objects whose affordances are accurate stay near the height to hold.",
-              check("mean deviation of the two, below half of the decoy's excursion", deviation[:2], CM, below=0.5 * abs(far[2]))),
+        claim("inertia", "paper IV-B; the bound is ours",
+              "The moment of inertia matrix can be estimated from the visual features.",
+              check("median error of the moments of inertia about the grip",
+                    n["inertia_error"], PERCENT, at_most=0.1)),
+        claim("accurate_stay", "paper, figure 6",
+              "The objects whose affordances are accurate stay near the height to hold.",
+              check("mean deviation of the two, below half of the decoy's excursion",
+                    deviation[:2], CM, below=0.5 * abs(far[2]))),
         claim("decoy_lifted", "paper IV-B, figure 6", "An exaggerated lift of the decoy object is observed.",
-              check("mean excursion of the decoy, at least twice the deviation of the other two", far[2], CM, at_least=2.0 * deviation[:2].max()),
+              check("mean excursion of the decoy, at least twice the deviation of the other two",
+                    far[2], CM, at_least=2.0 * deviation[:2].max()),
               check("lower end of its 95 % interval", n["height_extreme_m_ci95"][2][0], CM, above=0)),
     ]  # fmt: skip
 

@@ -101,9 +101,17 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
     axes = ("grip", "time", "joint")
     return xr.Dataset(
         {
-            "q": (axes, [each.q for each in records], about("rad", "joint angles, simulated with the true densities")),
+            "q": (
+                axes,
+                [each.q for each in records],
+                about("rad", "joint angles, simulated with the true densities"),
+            ),
             "v": (axes, [each.v for each in records], about("rad/s", "joint velocities")),
-            "tau": (axes, [each.tau for each in records], about("N m", "joint torques over the control period before")),
+            "tau": (
+                axes,
+                [each.tau for each in records],
+                about("N m", "joint torques over the control period before"),
+            ),
         },
         {
             "grip": list(done),
@@ -136,8 +144,8 @@ def draw_forces(
 ) -> Figure:
     """Draws the forces of the lifts of some objects, one panel per learner; over the weights, where these differ.
 
-    Dashed is what other objects predict: a line through force and size over their lifts between one of the drawn objects
-    and the next.
+    Dashed is what other objects predict: a line through force and size over their lifts between one of the drawn
+    objects and the next.
     """
     chosen = lifts[lifts["object"].isin(objects)]
     observers = lifts["observer"].nunique()

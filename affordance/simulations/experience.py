@@ -1,7 +1,7 @@
 """Experience with the objects of Simulation II, which Simulations II to IV share.
 
-Observer r of a seed holds the same objects in the same order with the same errors of measurement, so that its memories
-serve all three. They are kept in a folder of their own, and made once.
+Observer r of a seed holds the same objects in the same order with the same errors of measurement, so that its
+memories serve all three. They are kept in a folder of their own, and made once.
 """
 
 import logging
@@ -50,18 +50,24 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
     order, memories, records = hold(setup, tools, observer)
     return xr.Dataset(
         {
-            "memories": ("moment", [format_memory(memory).encode() for memory in memories], about("1", "memory as JSON")),
+            "memories": (
+                "moment",
+                [format_memory(memory).encode() for memory in memories],
+                about("1", "memory as JSON"),
+            ),
             "object": ("trial", order, about("1", "index of the object")),
-            "outlier": ("trial", [each.is_outlier for each in records], about("1", "whether it is a 5-sigma outlier")),
+            "outlier": (
+                "trial",
+                [each.is_outlier for each in records],
+                about("1", "whether it is a 5-sigma outlier"),
+            ),
             **describe_holds([tools[index] for index in order], memories, records, setup.settings),
         }
     )
 
 
-def hold(
-    setup: Setup, tools: Sequence[Tool], observer: int
-) -> tuple[list[int], list[Memory], list[TrialRecord]]:
-    """Lets an observer hold the objects; a colour that was not recognised with certainty is forgotten after its trial.
+def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[int], list[Memory], list[TrialRecord]]:
+    """Lets an observer hold the objects; a colour that is not recognised with certainty is forgotten after its trial.
 
     Returns: Index of the object in each trial, memories before the first and after each, and records.
     """

@@ -80,9 +80,7 @@ def plan_grips(
     a SeeingError if a tool is not detected in a picture; a plan that is infeasible has a reason.
     """
     settings = replace(settings, faults=NO_FAULTS)
-    options = {
-        tool.name: list_options(tool, seed=seed, feature_source=settings.feature_source) for tool in tools
-    }
+    options = {tool.name: list_options(tool, seed=seed, feature_source=settings.feature_source) for tool in tools}
     tasks = [partial(_build_cost, task, option, settings) for each in options.values() for option in each]
     costs = iter(run_tasks(tasks, jobs=jobs, description=description))
     return {name: Choice(each, [next(costs) for _ in each], settings) for name, each in options.items()}
@@ -170,8 +168,8 @@ def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
 def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Estimate:
     """Estimates the share of correct choices, with Wilson's intervals, each (K + 1,).
 
-    Choices of all observers, (observers, K + 1), are compared with the index of the correct grip; one without a usable
-    option counts a half, as a guess. Choices drawn from the prior, (N,), replace those before the first trial.
+    Choices of all observers, (observers, K + 1), are compared with the index of the correct grip; one without a
+    usable option counts a half, as a guess. Choices drawn from the prior, (N,), replace those before the first trial.
     """
 
     def estimate(choices: Chosen) -> Estimate:
@@ -180,9 +178,7 @@ def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Est
 
     if before is None:
         return estimate(chosen)
-    return Estimate(
-        *(np.concatenate([[a], b[1:]]) for a, b in zip(estimate(before), estimate(chosen), strict=True))
-    )
+    return Estimate(*(np.concatenate([[a], b[1:]]) for a, b in zip(estimate(before), estimate(chosen), strict=True)))
 
 
 def measure_choices(
@@ -273,9 +269,9 @@ def caption_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> st
         chance = f"Of the {first} both ends look alike, so that chance is a half by symmetry"
         chance += "; of the others it is what their shapes say." if others else "."
     return (
-        f"Correct choices after trials with the objects of Simulation II. {chance} With the {first} two rules are shown: "
-        "works are compared at one density of each material, drawn from the belief, as in the paper, or as expected over "
-        "the whole belief."
+        f"Correct choices after trials with the objects of Simulation II. {chance} With the {first} two rules are"
+        " shown: works are compared at one density of each material, drawn from the belief, as in the paper, or as"
+        " expected over the whole belief."
     )
 
 
@@ -285,7 +281,9 @@ def tabulate_tools(numbers: Mapping[str, Any]) -> pd.DataFrame:
     for name, each in numbers["tools"].items():
         p = each["p_correct"]
         rows[name] = {
-            "absolute work by grip": " and ".join(f"{work:.2f} J ({grip})" for grip, work in each["energy_true"].items()),
+            "absolute work by grip": " and ".join(
+                f"{work:.2f} J ({grip})" for grip, work in each["energy_true"].items()
+            ),
             "correct grip": each["correct_grip"],
             "absolute work moves by, if a part sits 2 mm elsewhere": f"{each['off_axis_2mm_change']:.1%}",
             "correct before": f"{p[0]:.0%}{' (by symmetry)' if each['chance_by_symmetry'] else ''}",
@@ -301,7 +299,9 @@ def tabulate_rules(numbers: Mapping[str, Any]) -> pd.DataFrame:
     rows = {
         "one density drawn from the belief (the paper's)": numbers["p_correct"],
         "least absolute work expected over the whole belief": numbers["p_correct_bayes"],
-        "cases in which the least expected integral of torque squared would choose otherwise": numbers["effort_flips"],
+        "cases in which the least expected integral of torque squared would choose otherwise": numbers[
+            "effort_flips"
+        ],
     }
     shares = {rule: [", ".join(f"{share:.0%}" for share in each)] for rule, each in rows.items()}
     return pd.DataFrame.from_dict(shares, orient="index", columns=["correct choices"]).rename_axis("rule")
@@ -313,6 +313,6 @@ def compare_measures(numbers: Mapping[str, Any], tool: Tool) -> str:
     agrees = "agrees" if min(efforts, key=efforts.__getitem__) == numbers["correct_grip"] else "does not agree"
     shown = " and ".join(f"{effort:.0f} N²m²s ({grip})" for grip, effort in efforts.items())
     return (
-        f"The integral of torque squared, another measure of effort, {agrees} with the absolute work on the correct grip "
-        f"of the {tool.name.replace('_', ' ')}: {shown}."
+        f"The integral of torque squared, another measure of effort, {agrees} with the absolute work on the correct"
+        f" grip of the {tool.name.replace('_', ' ')}: {shown}."
     )

@@ -1,9 +1,9 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool so
-that driving a nail with a demanded peak force takes the least absolute work of the joints. They never hold it. Which
-grip is truly cheaper is found by simulating the blows, contact included. Expected: the share of correct choices grows
-from chance to 65 % after one trial and to all after two (figure 10).
+Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool
+so that driving a nail with a demanded peak force takes the least absolute work of the joints. They never hold it.
+Which grip is truly cheaper is found by simulating the blows, contact included. Expected: the share of correct choices
+grows from chance to 65 % after one trial and to all after two (figure 10).
 """
 
 import math
@@ -71,8 +71,9 @@ from affordance.simulations.results import Results, Unit, check, claim
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"  # in the folder of models; the first tool is the paper's
 FAILURE = "cannot be carried out"
 RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
-# Swings until the speed is that which the effective mass at the strike needs: the posture at the strike hardly depends
-# on it, so that the second is within a hundredth of the speed of the first, and a third within a tenth of that.
+# Swings until the speed is that which the effective mass at the strike needs: the posture at the strike hardly
+# depends on it, so that the second is within a hundredth of the speed of the first, and a third within a tenth of
+# that.
 SWINGS = 3
 TOUCH = np.arange(-0.002, 0.012, 2e-5)  # time around the first touch that is kept, if the nail rests by then, [s]
 SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # factor of slow motion, and its span around the strike, [s]
@@ -91,14 +92,14 @@ def run(setup: Setup) -> Results:
 
     first = tools[0]
     done = blows[first.name]
-    shares = measure_choices(
-        data, tools, choices, blows, off_axis, colours=list_colours(held), seed=setup.seed
-    )
+    shares = measure_choices(data, tools, choices, blows, off_axis, colours=list_colours(held), seed=setup.seed)
     numbers = {
         **shares,
         "force_ratios": [blow.force / task.force for each in blows.values() for blow in each.values()],
         **measure(done),
-        **({f"{key}_headed_tool": value for key, value in measure(blows[tools[1].name]).items()} if tools[1:] else {}),
+        **(
+            {f"{key}_headed_tool": value for key, value in measure(blows[tools[1].name]).items()} if tools[1:] else {}
+        ),
         **measure_demand(task, first, costs[first.name]),
         "p_light_end_held": count_light_ends(first, costs[first.name], held, setup.seed, exact),
         **count_events(experience),
@@ -113,13 +114,17 @@ def run(setup: Setup) -> Results:
     return Results(
         order=4,
         title="Simulation IV: choosing a grip for hammering",
-        summary=f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which end "
-        f"of the {name} to hold, to drive a nail with the least absolute work of the joints (braking counts as driving does) up "
-        f"to a resistance of {task.force:.0f} N. They never hold the {name}."
+        summary=(
+            f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which"
+            f" end of the {name} to hold, to drive a nail with the least absolute work of the joints (braking counts"
+            f" as driving does) up to a resistance of {task.force:.0f} N. They never hold the {name}."
+        )
         + (f" They also choose about {others}." if others else "")
         + " The blows of figure 9 are simulated with contact between tool and nail.",
-        finding=f"The end that drives the nail with less work is chosen in {p[0]:.0%} of cases before anything was held, in "
-        f"{p[1]:.0%} after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}.",
+        finding=(
+            f"The end that drives the nail with less work is chosen in {p[0]:.0%} of cases before anything was held,"
+            f" in {p[1]:.0%} after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}."
+        ),
         data=data.merge(label_motions(done, setup.settings)).merge(label_nails(list(done.values()))),
         numbers=numbers,
         claims=judge(numbers, find_grip_of_densest(first, at_hand=False)),
@@ -134,35 +139,47 @@ def run(setup: Setup) -> Results:
             ),
             "blow": (
                 f"Force on the nail during the blow, with each grip of the {name}, and how far the nail goes in.",
-                partial(draw_blow, {f"held by {grip}": blow.nail for grip, blow in done.items()}, force_demanded=task.force),
+                partial(
+                    draw_blow,
+                    {f"held by {grip}": blow.nail for grip, blow in done.items()},
+                    force_demanded=task.force,
+                ),
             ),
         },
         tables={
-            "Each tool, simulated under its true densities with contact, and choices by the paper's rule.": tabulate_tools(numbers),
+            "Each tool, simulated under its true densities with contact, and choices by the paper's rule.": (
+                tabulate_tools(numbers)
+            ),
             f"The demanded blow with each grip of the {name}, from rest to the strike.": tabulate(numbers),
             f"The {name} by two rules and two measures, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
         },
         remarks=[
-            "The paper gives neither nail nor force; those of models/nail.yaml have their sources in "
-            f"docs/decisions/0013-nail.md. Of the kinetic energy the nail takes {numbers['tip_energy']:.2f} J (F²/2k from the "
-            f"surface of the wood is {numbers['tip_energy_from_surface']:.2f} J).",
-            "Were a peak of the contact force demanded instead, both grips would need the same tip speed; at the slower one of "
-            f"the two they take {at_equal}.",
-            "No density drawn from the prior makes the blow feasible with any grip."
-            if light is None
-            else f"Of 100 choices by densities from the prior {100.0 * light:.1f} grip the less dense end.",
+            (
+                "The paper gives neither nail nor force; those of models/nail.yaml have their sources in"
+                f" docs/decisions/0013-nail.md. Of the kinetic energy the nail takes {numbers['tip_energy']:.2f} J"
+                f" (F²/2k from the surface of the wood is {numbers['tip_energy_from_surface']:.2f} J)."
+            ),
+            (
+                "Were a peak of the contact force demanded instead, both grips would need the same tip speed; at the"
+                f" slower one of the two they take {at_equal}."
+            ),
+            (
+                "No density drawn from the prior makes the blow feasible with any grip."
+                if light is None
+                else f"Of 100 choices by densities from the prior {100.0 * light:.1f} grip the less dense end."
+            ),
             compare_measures(numbers, first),
         ],
         lifts=tabulate_experience(experience, held, setup.settings.learner.value),
-        diagram=lambda: get_runner(setup.settings)
-        .get_diagram(duration, first.list_gripped()[best], strike.placement)
-        .diagram,
+        diagram=lambda: (
+            get_runner(setup.settings).get_diagram(duration, first.list_gripped()[best], strike.placement).diagram
+        ),
         replay=partial(replay, setup.settings.arm, first, done),
         seen=tools,
     )
 
 
-def read(setup: Setup) -> tuple[list[Tool], list[Tool], Hammer]:
+def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
     """Reads the objects that are held, the novel tools and the nail, and checks that they make the experiment."""
     held, nail, file = com.read(setup)[:2], setup.models / NAIL, setup.models / TOOLS
     task, tools = load_hammer(nail), load_tools(file)
@@ -177,7 +194,7 @@ def read(setup: Setup) -> tuple[list[Tool], list[Tool], Hammer]:
 
 def plan(
     setup: Setup, tools: Sequence[Tool], task: Hammer
-) -> tuple[dict[str, Choice], dict[str, dict[str, BlowCost]], dict[str, dict[str, Blow]]]:
+) -> tuple[dict[str, Choice], Mapping[str, Mapping[str, BlowCost]], dict[str, dict[str, Blow]]]:
     """Plans the blow with each grip as observed and as it is, and simulates it with contact and the true densities.
 
     A nail that cannot be driven with a grip, or without a cheaper grip, raises a BadValueError.
@@ -189,7 +206,7 @@ def plan(
     true = choices
     if replace(settings, faults=exact.faults) != exact:
         true = _plan_blows(setup, tools, task, exact, "hammer: plans, true")
-    costs = {
+    costs: dict[str, dict[str, Any]] = {
         name: {option.grip: cost for option, cost in zip(choice.options, choice.cost_models, strict=True)}
         for name, choice in true.items()
     }
@@ -226,9 +243,7 @@ def _plan_blows(
     return choices
 
 
-def check_depth(
-    file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]
-) -> None:
+def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
     """Raises a BadValueError if the nail cannot be driven as deep as demanded with each tool by each grip."""
     held = {(tool.name, grip): each for tool in tools for grip, each in tool.list_gripped().items()}
     for (name, grip), gripped in held.items():
@@ -243,9 +258,7 @@ def check_depth(
             raise BadValueError(file, "depth_demanded", problem)
 
 
-def compute_work(
-    task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool
-) -> float:
+def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
     """Plans the demanded blow with a gripped tool, from the one for its name and grip; returns its work, [J]."""
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)
@@ -345,15 +358,21 @@ def judge(n: Mapping[str, Any], densest_far: str) -> list[ClaimResult]:
     ratio = n["energy_ratio_true"] if n["correct_grip"] == densest_far else 1.0 / n["energy_ratio_true"]
     low, high = p[1] - ci95[1][0], ci95[1][1] - p[1]
     return [
-        claim("correct_grip", "paper IV-D", "For this task the optimal choice is to grasp the wooden side of the object.",
-              check("absolute work of the other grip over that of this one, simulated with contact", ratio, RATIO, above=1)),
+        claim("correct_grip", "paper IV-D",
+              "For this task the optimal choice is to grasp the wooden side of the object.",
+              check("absolute work of the other grip over that of this one, simulated with contact",
+                    ratio, RATIO, above=1)),
         claim("sufficient_force", "paper IV-D", "Efficiently hit a nail with sufficient force.",
-              check("peak force over the demanded one, each tool by each grip, contact simulated", n["force_ratios"], RATIO, at_least=1, at_most=1.1)),
+              check("peak force over the demanded one, each tool by each grip, contact simulated",
+                    n["force_ratios"], RATIO, at_least=1, at_most=1.1)),
         claim("chance", "paper IV-D", "At the start of the experiment the robot is at chance.",
               check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),
-        claim("after_one", "paper IV-D, figure 10", "After the first trial, the robot chooses the correct grasp 65 % of the times.",
-              check("correct after one trial, as far from 65 % as its 95 % interval reaches or nearer", p[1], SHARE, at_least=0.65 - high, at_most=0.65 + low)),
-        claim("after_two", "paper IV-D, figure 10", "After the second trial it chooses the correct grasp all the time.",
+        claim("after_one", "paper IV-D, figure 10",
+              "After the first trial, the robot chooses the correct grasp 65 % of the times.",
+              check("correct after one trial, as far from 65 % as its 95 % interval reaches or nearer",
+                    p[1], SHARE, at_least=0.65 - high, at_most=0.65 + low)),
+        claim("after_two", "paper IV-D, figure 10",
+              "After the second trial it chooses the correct grasp all the time.",
               check("correct after two trials", p[2], SHARE, at_least=1)),
     ]  # fmt: skip
 

@@ -8,6 +8,7 @@ clamped, and pushes up with the weight that the observer believes in; then the o
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
 from affordance.simulation.trial_record import TrialRecord
+from affordance.simulations.objects import check_can_be_held
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.results import with_interval
 from affordance.vision.eye import measure_features
@@ -73,7 +75,8 @@ def repeat(
         repetitions: Number of repetitions.
         rng: Random generator of the order.
         block: Name of the block.
-        order: "shuffled", "fixed", or "latin square": each object is equally often in each place and after each other.
+        order: "shuffled", "fixed", or "latin square": each object is equally often in each place and after each
+            other.
         first: Names of the objects that come first in each repetition, in this order.
         times: Number of trials with an object in a row.
         row: Row of the Latin square in the first repetition: the number of the observer.
@@ -113,12 +116,9 @@ def run_lifts(
 ) -> pd.DataFrame:
     """Lets observers of each learner lift objects, and returns a row per lift.
 
-    Settings that the closed form does not support raise a BadArgumentError or a BadValueError.
-
-    Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``, the
-        upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+    Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
+        the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
-    _check_settings(name, setup.settings)
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []
@@ -134,14 +134,19 @@ def run_lifts(
     return pd.concat(tables, ignore_index=True)
 
 
-def _check_settings(name: str, settings: Settings) -> None:
-    """Refuses settings of which lifts in closed form know nothing."""
+def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
+    """Checks the objects of an experiment, and that the closed form supports the settings.
+
+    A setting that it does not support raises a BadArgumentError or a BadValueError, an object that is too heavy for
+    the arm an InfeasibleError.
+    """
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {name}, in closed form")
     if settings.faults != NO_FAULTS:
         problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
         raise BadValueError("--fault", "", problem)
+    check_can_be_held(Path(name), tools, settings)
 
 
 def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> xr.Dataset:
@@ -153,44 +158,44 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> 
     record = lifter.run([Lift(each) for each in objects], setup.start_memory(observer), (*seed, Stream.LIFT))
     pairs = zip(objects, record.memories[:-1], record.memories[1:], strict=True)
     seen = pd.DataFrame([expect(tools[each], before, after, setup.settings) for each, before, after in pairs])
-    return xr.Dataset(
-        {
-            "block": ("lift", trials["block"].to_numpy(dtype=str), about("1", "block")),
-            "cycle": ("lift", trials["cycle"].to_numpy(), about("1", "repetition within the block, from 1")),
-            "object": ("lift", trials["object"].to_numpy(dtype=str), about("1", "object")),
-            "force": ("lift", record.force, about("N", "upward force before release")),
-            "weight": ("lift", record.weight, about("N", "true weight")),
-            "expected": ("lift", record.expected, about("kg", "mass at the most probable densities, before the lift")),
-            "believed_density": ("lift", seen.believed_density, about("kg/m^3", "most probable density of the colour")),
-            "kind": ("lift", seen.kind, about("1", "kind of the object after the lift; 0 without kinds")),
-            "p_value": ("lift", record.compute_p_values(), about("1", "p-value of what was felt, by the belief before")),
-        }
-    )  # fmt: skip
+    variables = (
+        ("block", trials["block"].to_numpy(dtype=str), "1", "block"),
+        ("cycle", trials["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
+        ("object", trials["object"].to_numpy(dtype=str), "1", "object"),
+        ("force", record.force, "N", "upward force before release"),
+        ("weight", record.weight, "N", "true weight"),
+        ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
+        ("believed_density", seen.believed_density, "kg/m^3", "most probable density of the colour, before the lift"),
+        ("kind", seen.kind, "1", "kind of the object after the lift; 0 without kinds"),
+        ("p_value", record.compute_p_values(), "1", "p-value of what was felt, by the belief before the lift"),
+    )
+    return xr.Dataset({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
 
 
 def summarise_lifts(
     lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series], *, without_interval: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Summarises the numbers of observers, each of its own lifts: means over observers, by learner, with 95 % intervals.
+    """Computes means over observers with 95 % intervals, by learner, of the numbers that each has of its own lifts.
 
     Returns: Numbers of the first learner, and those of all under ``learners``, as in metrics.json.
     """
     learners: dict[str, dict[str, Any]] = {}
     for learner, found in measure_each(lifts, measure).items():
         learners[learner] = {}
-        for name in found:
-            numbers = with_interval(name, found[name].to_numpy())
+        for name, values in found.items():
+            numbers = with_interval(name, values)
             learners[learner] |= {name: numbers[name]} if name in without_interval else numbers
     kappa = {each.value: KAPPA[each.pick] for each in map(Learner, learners) if each.pick is not None}
     return {**next(iter(learners.values())), "learners": learners, "people": {}, "kappa": kappa}
 
 
-def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, pd.DataFrame]:
-    """Computes the numbers of each observer from its own lifts; a row per observer and a column per number, by learner."""
-    return {
-        str(learner): pd.DataFrame({observer: measure(own) for observer, own in of_one.groupby("observer")}).T
-        for learner, of_one in lifts.groupby("learner", sort=False)
-    }
+def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
+    """Computes the numbers of each observer from its own lifts, (observers,), by learner and name."""
+    found = {}
+    for learner, of_one in lifts.groupby("learner", sort=False):
+        rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
+        found[str(learner)] = {str(name): rows[name].to_numpy() for name in rows}
+    return found
 
 
 def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dict[str, float]:
@@ -198,7 +203,8 @@ def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dic
 
     Returns: ``expected``, the mass at the most probable densities, [kg], NaN where features are observed with errors;
         ``believed_density``, the most probable density of the colour of its first part, [kg/m^3]; and ``kind``, the
-        number of the kind of that colour to which it is assigned, from 1, the oldest, or 0 for learners without kinds.
+        number of the kind of that colour to which it is assigned, from 1, the oldest, or 0 for learners without
+        kinds.
     """
     seen = measure_features(tool, VisionError(), np.random.default_rng(0))
     met, colour = before.recognise(seen[0].colour, 0.0, settings.prior)
@@ -216,19 +222,28 @@ def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dic
 def describe_holds(
     tools: Sequence[Tool], memories: Sequence[Memory], records: Sequence[TrialRecord], settings: Settings
 ) -> dict[str, Any]:
-    """Returns variables along ``trial`` of an observer who holds objects, with the memory before the first and after each."""
+    """Returns variables along ``trial`` of an observer who holds objects.
+
+    Memories are those before the first trial and after each.
+    """
     pairs = zip(tools, memories[:-1], memories[1:], strict=True)
     found = pd.DataFrame([expect(tool, before, after, settings) for tool, before, after in pairs])
-    return {
-        "expected": ("trial", found.expected, about("kg", "mass at the most probable densities, before the hold")),
-        "believed_density": ("trial", found.believed_density, about("kg/m^3", "most probable density of the first part")),
-        "kind": ("trial", found.kind, about("1", "kind to which the object is assigned after the hold; 0 without kinds")),
-        "p_value": ("trial", [each.p_value for each in records], about("1", "p-value of the torques, by the belief before")),
-        "log_evidence": ("trial", [each.log_evidence for each in records], about("1", "log density of the torques")),
-        "periods_limited": ("trial", [each.counts.limited for each in records], about("1", "periods with an active limit")),
-        "periods_failed": ("trial", [each.counts.failed for each in records], about("1", "periods without a plan")),
-        "samples_rejected": ("trial", [each.samples.rejected for each in records], about("1", "rejected torque samples")),
-    }  # fmt: skip
+    variables = (
+        ("expected", found.expected, "kg", "mass at the most probable densities, before the hold"),
+        ("believed_density", found.believed_density, "kg/m^3", "most probable density of the first part's colour"),
+        ("kind", found.kind, "1", "kind to which the object is assigned after the hold; 0 without kinds"),
+        ("p_value", [each.p_value for each in records], "1", "p-value of the torques, by the belief before"),
+        ("log_evidence", [each.log_evidence for each in records], "1", "log probability density of the torques"),
+        ("periods_limited", [each.counts.limited for each in records], "1", "control periods with an active limit"),
+        ("periods_failed", [each.counts.failed for each in records], "1", "control periods without a plan"),
+        (
+            "samples_rejected",
+            [each.samples.rejected for each in records],
+            "1",
+            "samples of torque that were rejected",
+        ),
+    )
+    return {name: ("trial", values, about(unit, meaning)) for name, values, unit, meaning in variables}
 
 
 def tabulate_holds(

@@ -1,9 +1,10 @@
 """Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627).
 
 Cylinders of one look, whose weight is in proportion to their size, become familiar; then one more comes, of a size
-between theirs, that weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before each lift the
-hand is clamped and pushes upward to match the weight. Expected: people lift the test object by its family in Linear+,
-and learn two thirds of its own weight in Linear++; kappa, the breadth of a category, was fitted to these two groups.
+between theirs, that weighs a third (Linear+) or two thirds (Linear++) more than its size predicts. Before each lift
+the hand is clamped and pushes upward to match the weight. Expected: people lift the test object by its family in
+Linear+, and learn two thirds of its own weight in Linear++; kappa, the breadth of a category, was fitted to these two
+groups.
 """
 
 import math
@@ -15,19 +16,33 @@ import numpy as np
 import pandas as pd
 
 from affordance.belief.learner import Learner
+from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.lift_figures import PeopleMark
 from affordance.simulations.drawings import draw_forces, predict_by_size
-from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import (
+    COLUMNS,
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
 from affordance.simulations.observers import Setup
 from affordance.simulations.people import Published, describe_people, find_spread
 from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
-TRAINING = {"training_60mm": 0.06, "training_75mm": 0.075, "training_105mm": 0.105, "training_120mm": 0.12}  # heights, [m]
+TRAINING = {
+    "training_60mm": 0.06,
+    "training_75mm": 0.075,
+    "training_105mm": 0.105,
+    "training_120mm": 0.12,
+}  # heights, [m]
 RADIUS, HEIGHT = 0.0461, 0.09  # radius of all cylinders, and height of the test object, [m]
 DENSITY = 10.0  # mass of the family by height, [kg/m]
 PREDICTED = 8.826  # weight that the size of the test object predicts, [N]
@@ -61,8 +76,9 @@ GROUPS = {
     ),
     "linear_plus_plus": Group(
         "Linear++", 1.5, "two thirds", 9,
-        {"weight_N": Published(14.72), "first_N": Published(8.13, 7.19, 9.08), "end_N": Published(13.15, 11.56, 14.74),
-         "family_N": Published(9.65, 8.62, 10.68), "training_correlation": Published(0.85, 0.72, 0.92)},
+        {"weight_N": Published(14.72), "first_N": Published(8.13, 7.19, 9.08),
+         "end_N": Published(13.15, 11.56, 14.74), "family_N": Published(9.65, 8.62, 10.68),
+         "training_correlation": Published(0.85, 0.72, 0.92)},
     ),
 }  # fmt: skip
 
@@ -84,27 +100,36 @@ def run(name: str, setup: Setup) -> Results:
     return Results(
         order=40 if name == "linear_plus" else 41,
         title=f"{group.name}: an odd member of a family ({SOURCE})",
-        summary=f"{count_observers(setup.observers)} of each learner lifted four objects of one look {FAMILIAR} times each, then "
-        f"one more of {group.mass:g} kg whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED} times among them. Force is what is "
-        "exerted against a stiff clamp before release. Kappa, the breadth of a category, was fitted to this group and the "
-        "other one; nothing else was fitted.",
-        finding="Of the difference between the weight of the test object and what its family predicts, "
-        f"{', '.join(learned)} is learned.",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted four objects of one look {FAMILIAR} times"
+            f" each, then one more of {group.mass:g} kg whose size predicts {DENSITY * HEIGHT:g} kg, {MIXED} times"
+            " among them. Force is what is exerted against a stiff clamp before release. Kappa, the breadth of a"
+            " category, was fitted to this group and the other one; nothing else was fitted."
+        ),
+        finding=(
+            "Of the difference between the weight of the test object and what its family predicts, "
+            f"{', '.join(learned)} is learned."
+        ),
         data=lifts,
         numbers=numbers,
         claims=judge(numbers["learners"], people),
         figures={
             "test_object": (
-                "Force before each lift of the test object; thin lines are single observers. Black: people's means and 95 % "
-                "intervals.",
+                (
+                    "Force before each lift of the test object; thin lines are single observers. Black: people's"
+                    " means and 95 % intervals."
+                ),
                 partial(draw_forces, lifts, ["test"], title=title, predicted_by=[*TRAINING], people=marks),
             )
         },
         tables={"Means over observers and people, with 95 % intervals.": tabulate(numbers)},
         remarks=[
             "The interval of people's f follows from those published of its forces, taken as independent.",
-            "Observers differ by what they feel, and by what they draw; people also differ in how hard they push. The score "
-            "that people saw after each lift is not modelled; what is felt of the weight stands for it.",
+            (
+                "Observers differ by what they feel, and by what they draw; people also differ in how hard they push."
+                " The score that people saw after each lift is not modelled; what is felt of the weight stands"
+                " for it."
+            ),
         ],
         lifts=lifts[[*COLUMNS]],
         learners=[*numbers["learners"]],
@@ -116,11 +141,17 @@ def predict(name: str, setup: Setup) -> ObserverNumbers:
     return ObserverNumbers(measure_each(collect(name, setup), measure), MEANINGS, lambda means: list_spreads(name))
 
 
-def collect(name: str, setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects of a group."""
+def read(name: str, setup: Setup) -> list[Tool]:
+    """Makes the objects of a group, and checks that the arm can hold them."""
     tools = [cylinder(each, radius=RADIUS, height=height, mass=DENSITY * height) for each, height in TRAINING.items()]
     tools.append(cylinder("test", radius=RADIUS, height=HEIGHT, mass=GROUPS[name].mass))
-    return run_lifts(name, setup, tools, design)
+    check_can_be_lifted(name, tools, setup.settings)
+    return tools
+
+
+def collect(name: str, setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects of a group."""
+    return run_lifts(name, setup, read(name, setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -163,13 +194,16 @@ def list_people(group: Group) -> dict[str, Published]:
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
     """Judges what people did, by each learner."""
     first = [
-        check(f"first force over what the size predicts, {Learner(learner).label}", found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
+        check(f"first force over what the size predicts, {Learner(learner).label}",
+              found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
         for learner, found in n.items()
     ]  # fmt: skip
     f = people["f"]
     return [
-        claim("first_lift", SOURCE, "The test object is first lifted by what its family predicts, by each learner.", *first),
-        claim("fraction", f"{SOURCE}; kappa was fitted to it", "Observers with kinds that are drawn learn as much of its own weight as people.",
+        claim("first_lift", SOURCE,
+              "The test object is first lifted by what its family predicts, by each learner.", *first),
+        claim("fraction", f"{SOURCE}; kappa was fitted to it",
+              "Observers with kinds that are drawn learn as much of its own weight as people.",
               check("learned fraction, drawn kinds", n["kinds_drawn"]["f"], at_least=f.low, at_most=f.high)),
     ]  # fmt: skip
 
@@ -177,8 +211,11 @@ def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -
 def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
     """Tabulates forces and learned fraction of each learner, and of people."""
     columns = {
-        "first_N": "first lift (N)", "end_N": "end (N)", "family_N": "predicted by the family (N)", "f": "learned fraction f",
-    }  # fmt: skip
+        "first_N": "first lift (N)",
+        "end_N": "end (N)",
+        "family_N": "predicted by the family (N)",
+        "f": "learned fraction f",
+    }
     who = {Learner(learner).label: found for learner, found in numbers["learners"].items()}
     rows = {
         name: {

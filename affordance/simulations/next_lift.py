@@ -1,17 +1,16 @@
 """What is lifted next after an odd object, and when is it enough? A design of ours that nobody has done yet.
 
-A rod of steel and one of beech become familiar. Then a rod is held that looks like steel and is made of beech; from then
-on observers hold what they like: another rod that looks like steel, another of beech, or a rod and a block of brass, of
-which no tool is made. They know that a stick and a hammer of steel and beech are to be gripped for reaching and for
-driving a nail. Expected: who chooses by what it is worth to these tasks doubts one of the two rods that look alike and
-differ, takes up the third, and then has enough. The first two claims were written before any of its numbers was seen;
-the third after the simulation, and before any people's data.
+A rod of steel and one of beech become familiar. Then a rod is held that looks like steel and is made of beech; from
+then on observers hold what they like: another rod that looks like steel, another of beech, or a rod and a block of
+brass, of which no tool is made. They know that a stick and a hammer of steel and beech are to be gripped for reaching
+and for driving a nail. Expected: who chooses by what it is worth to these tasks doubts one of the two rods that look
+alike and differ, takes up the third, and then has enough. The first two claims were written before any of its numbers
+was seen; the third after the simulation, and before any people's data.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -42,13 +41,20 @@ from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim, with_interval
 from affordance.vision.eye import measure_drawing
 
-OBJECTS, TOOLS = "tools/next_lift.yaml", "tools/novel.yaml"  # in the folder of models; a stick and a hammer come first
+OBJECTS, TOOLS = (
+    "tools/next_lift.yaml",
+    "tools/novel.yaml",
+)  # in the folder of models; a stick and a hammer come first
 TASKS = ("reach", "hammer")
 FAMILIAR = ("rod of steel", "rod of beech")
 ODD, LIKE_IT, BRASS = "odd rod", "third rod of steel look", ("rod of brass", "block of brass")
 OBSERVERS = 40  # of each learner, unless another number is asked for
 DURATION = 1.0  # of each hold, [s]
 SAMPLES = 1000  # of a belief, by which an observer chooses
+CAPTION = (
+    "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next in "
+    "a quarter."
+)
 MEANINGS = {
     "place_of_like": "lift in which it is the third rod of steel look, the odd one first",
     "like_next": "share that lifts it next after the odd one; 0.25 by chance",
@@ -72,9 +78,12 @@ def run(setup: Setup) -> Results:
     return Results(
         order=52,
         title="What is lifted next after an odd object?",
-        summary=f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then one that looks "
-        "like steel and is of beech, and then chose what to hold next for the grips of a stick and a hammer: another rod of "
-        "each look, or two things of brass, of which no tool is made. Nobody has done it yet.",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then one that"
+            " looks like steel and is of beech, and then chose what to hold next for the grips of a stick and a"
+            " hammer: another rod of each look, or two things of brass, of which no tool is made. Nobody has done it"
+            " yet."
+        ),
         finding=f"After an odd rod, one that looks like it is lifted next by {', '.join(shares)}.",
         data=data,
         numbers=numbers,
@@ -85,10 +94,7 @@ def run(setup: Setup) -> Results:
                 partial(draw_things, things[len(FAMILIAR) :]),
             )
         },
-        tables={
-            "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next in a "
-            "quarter.": tabulate(learners)
-        },
+        tables={CAPTION: tabulate(learners)},
         lifts=pd.concat([tabulate_lifts(data.sel(learner=learner), things) for learner in data.learner.values]),
         diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
         replay=replay_holds(
@@ -106,10 +112,12 @@ def predict(setup: Setup) -> ObserverNumbers:
     """Computes the numbers of each observer of every learner."""
     things, _ = read(setup)
     data = collect(setup)
-    return ObserverNumbers({str(each): measure(data.sel(learner=each), things) for each in data.learner.values}, MEANINGS)
+    return ObserverNumbers(
+        {str(each): measure(data.sel(learner=each), things) for each in data.learner.values}, MEANINGS
+    )
 
 
-def read(setup: Setup) -> tuple[list[Tool], list[Tool]]:
+def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
     """Reads the objects, and the tools whose grips are to be chosen."""
     file = setup.models / OBJECTS
     things, tools = load_tools(file), load_tools(setup.models / TOOLS)[:2]
@@ -132,11 +140,13 @@ def collect(setup: Setup) -> xr.Dataset:
     return xr.concat(parts, "learner", combine_attrs="override")
 
 
-def hold(setup: Setup, things: Sequence[Tool], observer: int) -> tuple[list[int], list[Memory], list[TrialRecord], list[bool]]:
+def hold(
+    setup: Setup, things: Sequence[Tool], observer: int
+) -> tuple[list[int], list[Memory], list[TrialRecord], list[bool]]:
     """Lets one observer hold the familiar rods, the odd one, and then one after the other what it chooses.
 
-    Returns: Index of the object in each trial, memories before the first and after each, records, and, for each of the
-        free trials, whether it would rather have stopped by then.
+    Returns: Index of the object in each trial, memories before the first and after each, records, and, for each of
+        the free trials, whether it would rather have stopped by then.
     """
     settings, runner = setup.settings, get_runner(setup.settings)
     names = [thing.name for thing in things]
@@ -144,7 +154,8 @@ def hold(setup: Setup, things: Sequence[Tool], observer: int) -> tuple[list[int]
     colours = list_colours(familiar)
     memory = setup.start_memory(observer).add_colours(colours, settings.prior).restrict_to(colours)
     hand = Observer(runner, memory, duration=DURATION, remembered=colours)
-    order, memories, records = [], [memory], []
+    order: list[int] = []
+    memories, records = [memory], []
     rng = np.random.default_rng([setup.seed, observer, Stream.ORDER])
     for trial, place in enumerate(rng.permutation(len(familiar))):
         order.append(names.index(FAMILIAR[place]))
@@ -153,7 +164,8 @@ def hold(setup: Setup, things: Sequence[Tool], observer: int) -> tuple[list[int]
     colours = list_colours(things)
     memory = hand.memory.add_colours(colours, settings.prior).restrict_to(colours)
     hand = Observer(runner, memory, duration=DURATION, remembered=colours)
-    left, stopped = [index for index, name in enumerate(names) if name not in FAMILIAR], []
+    left = [index for index, name in enumerate(names) if name not in FAMILIAR]
+    stopped: list[bool] = []
     for number in range(len(left)):
         offered = [names.index(ODD)] if number == 0 else left
         seed = (setup.seed, observer, Stream.CHOSEN, number)
@@ -169,7 +181,10 @@ def hold(setup: Setup, things: Sequence[Tool], observer: int) -> tuple[list[int]
 def choose(
     offered: Sequence[Tool], things: Sequence[Tool], memory: Memory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
-    """Chooses what to hold next by its worth for the tasks; returns its place, and True if nothing is worth holding."""
+    """Chooses what to hold next by its worth for the tasks.
+
+    Returns: Place of the object among those offered, and True if none is worth holding.
+    """
     _, tools = read(setup)
     options = [
         Option(tool.name, grip.name, measure_drawing(tool), grip.X_TG) for tool in tools for grip in tool.grips
@@ -206,7 +221,11 @@ def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
     return xr.Dataset(
         {
             "object": ("trial", order, about("1", "index of the object")),
-            "stopped": ("free", stopped, about("1", "whether the observer would rather have stopped before the lift")),
+            "stopped": (
+                "free",
+                stopped,
+                about("1", "whether the observer would rather have stopped before the lift"),
+            ),
             **describe_holds([things[index] for index in order], memories, records, setup.settings),
         }
     )
@@ -248,7 +267,8 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
         claim("brass_last", "ours, a prediction", "What no tool is made of is lifted last.",
               check("mean lift, one density for each colour", one["place_of_brass"], at_least=4),
               check("mean lift, kinds, most probable", kinds["place_of_brass"], at_least=4)),
-        claim("three_lifts", "ours, a prediction; written after simulation, before any people's data", "Three lifts are enough, the odd one among them.",
+        claim("three_lifts", "ours, a prediction; written after simulation, before any people's data",
+              "Three lifts are enough, the odd one among them.",
               check("median of lifts, one density for each colour", one["lifts_median"], at_least=3, at_most=3),
               check("median of lifts, kinds, most probable", kinds["lifts_median"], at_least=3, at_most=3)),
     ]  # fmt: skip

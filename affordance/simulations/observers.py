@@ -94,7 +94,7 @@ def about(units: str, long_name: str) -> dict[str, str]:
 
 
 def _observe(observe: Callable[..., xr.Dataset], setup: Setup, inputs: tuple[Any, ...], observer: int) -> Arrays:
-    """Runs an observer, and returns its arrays by variable, with dimensions and attributes of all variables as JSON."""
+    """Runs an observer; returns its arrays by variable, and dimensions and attributes of all variables as JSON."""
     found = observe(setup, *inputs, observer).reset_coords()
     variables = {str(name): each.variable for name, each in {**found.data_vars, **found.coords}.items()}
     labels = {name: {"dims": each.dims, "attrs": each.attrs} for name, each in variables.items()}
@@ -117,4 +117,4 @@ def _join(arrays: Arrays) -> xr.Dataset:
 
 def find_excursion(height: xr.DataArray) -> xr.DataArray:
     """Finds the height of largest magnitude over time, with its sign."""
-    return height.isel(time=np.abs(height).argmax("time"))
+    return height.isel(time=abs(height).argmax("time"))

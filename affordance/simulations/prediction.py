@@ -21,7 +21,8 @@ FILE = "predictions.json"
 class ObserverNumbers(NamedTuple):
     """Numbers of every observer, (observers, ...), by learner and name, with what is known of them.
 
-    Meanings are in words, by name; spreads are standard deviations between people, by name, given the predicted means.
+    Meanings are in words, by name; spreads are standard deviations between people, by name, given the predicted
+    means.
     """
 
     values: Mapping[str, Mapping[str, Any]]

@@ -1,8 +1,9 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
-Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool so
-that moving its free end along a path takes the least absolute work of the joints. They never hold it: they compare
-inner simulations at densities that they believe in. Expected: the share of correct choices grows from chance (figure 8).
+Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool
+so that moving its free end along a path takes the least absolute work of the joints. They never hold it: they compare
+inner simulations at densities that they believe in. Expected: the share of correct choices grows from chance (figure
+8).
 """
 
 from collections.abc import Mapping, Sequence
@@ -85,12 +86,16 @@ def run(setup: Setup) -> Results:
     return Results(
         order=3,
         title="Simulation III: choosing a grip for reaching",
-        summary=f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which end "
-        f"of the {name} to hold, to move its free end along a path of {task.duration:.2g} s with the least absolute work of the "
-        f"joints, in which braking counts as driving does. They never hold the {name}."
+        summary=(
+            f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which"
+            f" end of the {name} to hold, to move its free end along a path of {task.duration:.2g} s with the least"
+            f" absolute work of the joints, in which braking counts as driving does. They never hold the {name}."
+        )
         + (f" They also choose about {others}." if others else ""),
-        finding=f"The end that costs less work is chosen in {p[0]:.0%} of cases before anything was held, in {p[1]:.0%} after "
-        f"one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}.",
+        finding=(
+            f"The end that costs less work is chosen in {p[0]:.0%} of cases before anything was held, in {p[1]:.0%}"
+            f" after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}."
+        ),
         data=data.merge(label_motions(done, setup.settings)).merge(label_paths(done)),
         numbers=numbers,
         claims=judge(numbers, find_grip_of_densest(first, at_hand=True)),
@@ -104,13 +109,17 @@ def run(setup: Setup) -> Results:
                 partial(draw_grips, tools),
             ),
             "path": (
-                f"The path (dotted), and where the free end of the {name} went with each grip, simulated under the true "
-                "densities.",
+                (
+                    f"The path (dotted), and where the free end of the {name} went with each grip, simulated under"
+                    " the true densities."
+                ),
                 partial(draw_paths, best.reference, {f"held by {grip}": each.path for grip, each in done.items()}),
             ),
         },
         tables={
-            "Each tool, simulated under its true densities, and choices by the paper's rule.": tabulate_tools(numbers),
+            "Each tool, simulated under its true densities, and choices by the paper's rule.": tabulate_tools(
+                numbers
+            ),
             f"The {name} by two rules and two measures, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
         },
         remarks=[
@@ -124,7 +133,7 @@ def run(setup: Setup) -> Results:
     )
 
 
-def read(setup: Setup) -> tuple[list[Tool], list[Tool], Reach]:
+def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
     """Reads the objects that are held, the novel tools and the path, and checks that they make the experiment."""
     held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
     task, tools = Reach(load_path(path_file)), load_tools(file)
@@ -220,10 +229,13 @@ def judge(n: Mapping[str, Any], densest_at_hand: str) -> list[ClaimResult]:
     return [
         claim("correct_grip", "paper IV-C", "The optimal solution is to grasp the object by the steel component.",
               check("absolute work of the other grip over that of this one, simulated", ratio, RATIO, above=1)),
-        claim("chance", "paper IV-D, of figure 10; expected here too", "At the start of the experiment the robot is at chance.",
+        claim("chance", "paper IV-D, of figure 10; expected here too",
+              "At the start of the experiment the robot is at chance.",
               check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),
-        claim("increases", "paper IV-C, figure 8", "The proportion of correct choices increases as the robot gains experience with similar objects.",
-              check("lower end of the 95 % interval at the end, above the upper end of that at the start", ci95[-1][0], SHARE, above=ci95[0][1])),
+        claim("increases", "paper IV-C, figure 8",
+              "The proportion of correct choices increases as the robot gains experience with similar objects.",
+              check("lower end of the 95 % interval at the end, above the upper end of that at the start",
+                    ci95[-1][0], SHARE, above=ci95[0][1])),
         claim("learned", "ours", f"After {len(p) - 1} trials at least 95 of 100 choices are correct.",
               check("correct after the last trial", p[-1], SHARE, at_least=0.95)),
     ]  # fmt: skip
@@ -244,11 +256,15 @@ def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
     reference = next(iter(motions.values())).reference
     return xr.Dataset(
         {
-            "p_WF": (("grip", "time", "axis"), [done.path for done in motions.values()], about("m", "where the free end went")),
+            "p_WF": (
+                ("grip", "time", "axis"),
+                [done.path for done in motions.values()],
+                about("m", "where the free end went"),
+            ),
             "p_WF_reference": (("time", "axis"), reference, about("m", "the path")),
         },
         {"axis": ["x", "y", "z"]},
-    )  # fmt: skip
+    )
 
 
 def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout, file: Path) -> None:

@@ -93,7 +93,9 @@ def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult
 def _judge(criterion: Criterion) -> CriterionResult:
     known = [np.asarray(each, dtype=float) for each in (criterion.value, *criterion.bounds.values())]
     decided = all(each.size and np.isfinite(each).all() for each in known)
-    met = decided and all(bool(np.all(COMPARISONS[how][0](known[0], bound))) for how, bound in criterion.bounds.items())
+    met = decided and all(
+        bool(np.all(COMPARISONS[how][0](known[0], bound))) for how, bound in criterion.bounds.items()
+    )
     shown = [f"{COMPARISONS[how][1]} {_show_bound(criterion.unit, bound)}" for how, bound in criterion.bounds.items()]
     return CriterionResult(criterion.name, _show(criterion.unit, *known[:2]), " and ".join(shown), met)
 
@@ -105,7 +107,9 @@ def _show(unit: Unit, value: Any, bound: Any) -> str:
     entries = np.ravel(value) * unit.scale
     limits = np.broadcast_to(bound * unit.scale if bound.size else np.inf, entries.shape)
     pairs = zip(entries[:_SHOWN], limits, strict=False)
-    return _join([format_beside(float(entry), float(limit), unit.digits) for entry, limit in pairs], unit, len(entries))
+    return _join(
+        [format_beside(float(entry), float(limit), unit.digits) for entry, limit in pairs], unit, len(entries)
+    )
 
 
 def _show_bound(unit: Unit, bound: Any) -> str:
@@ -243,10 +247,13 @@ def _describe(results: Results, folder: Path, setup: Setup) -> Section:
     captions |= {"diagram": "The Diagram that was run, drawn from its own connections.", "seen": _PICTURES}
     suffixes = {"diagram": ".svg"}
     figures = [
-        ReportFigure(file=f"{file}{suffixes.get(file, '.png')}", caption=caption) for file, caption in captions.items()
+        ReportFigure(file=f"{file}{suffixes.get(file, '.png')}", caption=caption)
+        for file, caption in captions.items()
     ]
     tables = [
-        Table(caption, [frame.index.name or "", *map(str, frame)], frame.astype(str).reset_index().values.tolist())
+        Table(
+            caption, [str(frame.index.name or ""), *map(str, frame)], frame.astype(str).reset_index().values.tolist()
+        )
         for caption, frame in results.tables.items()
     ]
     faults = describe_faults(setup.settings.faults)
@@ -260,7 +267,9 @@ def _describe(results: Results, folder: Path, setup: Setup) -> Section:
         tables=tables,
         remarks=[*results.remarks, *([faults] if faults else [])],
         finding=results.finding,
-        caution=f"Only {count_observers(setup.observers)}: claims need about {ENOUGH_OBSERVERS} or more." if few else "",
+        caution=(
+            f"Only {count_observers(setup.observers)}: claims need about {ENOUGH_OBSERVERS} or more." if few else ""
+        ),
     )
 
 

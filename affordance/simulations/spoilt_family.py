@@ -3,8 +3,8 @@
 Four cylinders of one look become familiar. Then one of them that looks like the rest, of a size between theirs, and
 weighs a third of what it looks, is lifted six times in a row; then the family again. Expected: one density for each
 colour lifts the whole family as if it had become lighter; with kinds the odd one's second lift is right, and its
-family's next is as it was. Designed before any of its numbers was seen; it was then one of two that were kept of three,
-by the largest difference between learners.
+family's next is as it was. Designed before any of its numbers was seen; then it was one of two that were kept of
+three, by the largest difference between learners.
 """
 
 from collections.abc import Mapping
@@ -15,11 +15,20 @@ import numpy as np
 import pandas as pd
 
 from affordance.belief.learner import Learner
+from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
-from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import (
+    COLUMNS,
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
 from affordance.simulations.observers import Setup
 from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
@@ -54,10 +63,14 @@ def run(setup: Setup) -> Results:
     return Results(
         order=50,
         title="Does one odd member spoil a family?",
-        summary=f"{count_observers(setup.observers)} of each learner lifted four objects of one look ten times each, then six "
-        "times one that weighs a third of what it looks, then the four once more. Nobody has done it yet.",
-        finding="After a light odd one, its family is lifted too lightly by a share of its weight of "
-        f"{', '.join(shares)}.",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted four objects of one look ten times each, then"
+            " six times one that weighs a third of what it looks, then the four once more. Nobody has done it yet."
+        ),
+        finding=(
+            "After a light odd one, its family is lifted too lightly by a share of its weight of "
+            f"{', '.join(shares)}."
+        ),
         data=lifts,
         numbers=numbers,
         claims=judge(numbers["learners"]),
@@ -87,11 +100,17 @@ def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
     return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
 
 
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects."""
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
     tools = [cylinder(name, radius=RADIUS, height=height, mass=DENSITY * height) for name, height in FAMILY.items()]
     tools.append(cylinder("odd", radius=RADIUS, height=ODD_HEIGHT, mass=ODD_MASS))
-    return run_lifts("spoilt_family", setup, tools, design)
+    check_can_be_lifted("spoilt_family", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects."""
+    return run_lifts("spoilt_family", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:

@@ -1,33 +1,175 @@
 """Catalogue of the experiments, and runs of several of them into one folder."""
 
-from collections.abc import Callable, Mapping
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
+from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError, describe_choice
+from affordance.files.atomic import remove_leftovers
+from affordance.plant.load import load_arm
+from affordance.reporting.report import note_left_out, remove_section, write_report
+from affordance.robots.changes import read_lacks
+from affordance.runs.cluster import use_cluster
+from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.simulations import com, hammer, linear, next_lift, reach, spoilt_family, two_families, vision, weight
 from affordance.simulations.observers import Setup
-from affordance.simulations.results import Results
+from affordance.simulations.prediction import ObserverNumbers
+from affordance.simulations.results import Results, write_results
+from affordance.vision.pixels.rgbd import save_frame
+
+_LOG = logging.getLogger(__name__)
 
 
 class Experiment(NamedTuple):
-    """Functions of an experiment: one that reads and checks its files, and one that runs it."""
+    """Functions of an experiment, and what is known of it before it is run.
 
-    read: Callable[[Setup], Any]
+    Attributes:
+        run: Runs it.
+        read: Reads and checks its files, simulating nothing.
+        predict: Computes the numbers of each observer of every learner; None if it is run with one learner at a time.
+        observers: Number of observers unless another is asked for.
+        needs: Tasks that the arm must be able to do; if the import of an arm could not fit one, it is not planned.
+        feels: True if its observers hold objects in simulation, so that a lasting memory may learn from them.
+    """
+
     run: Callable[[Setup], Results]
+    read: Callable[[Setup], Any]
+    predict: Callable[[Setup], ObserverNumbers] | None = None
+    observers: int = 200
+    needs: tuple[str, ...] = ()
+    feels: bool = True
 
 
-def nothing(setup): ...
+def _of_group(name: str) -> Experiment:
+    return Experiment(
+        partial(linear.run, name),
+        partial(linear.read, name),
+        partial(linear.predict, name),
+        linear.OBSERVERS,
+        feels=False,
+    )
 
 
 EXPERIMENTS: Mapping[str, Experiment] = {
-    "weight": Experiment(weight.read, weight.run),
-    "com": Experiment(com.read, com.run),
-    "reach": Experiment(reach.read, reach.run),
-    "hammer": Experiment(hammer.read, hammer.run),
-    "linear_plus": Experiment(nothing, partial(linear.run, "linear_plus")),
-    "linear_plus_plus": Experiment(nothing, partial(linear.run, "linear_plus_plus")),
-    "vision": Experiment(vision.read, vision.run),
-    "next_lift": Experiment(next_lift.read, next_lift.run),
-    "spoilt_family": Experiment(nothing, spoilt_family.run),
-    "two_families": Experiment(nothing, two_families.run),
+    "weight": Experiment(weight.run, weight.read, weight.predict, needs=("objects",)),
+    "com": Experiment(com.run, com.read, com.predict, needs=("objects",)),
+    "reach": Experiment(reach.run, reach.read, needs=("objects", "path")),
+    "hammer": Experiment(hammer.run, hammer.read, needs=("objects", "blow")),
+    "vision": Experiment(vision.run, vision.read, feels=False),
+    "linear_plus": _of_group("linear_plus"),
+    "linear_plus_plus": _of_group("linear_plus_plus"),
+    "spoilt_family": Experiment(
+        spoilt_family.run, spoilt_family.read, spoilt_family.predict, spoilt_family.OBSERVERS, feels=False
+    ),
+    "two_families": Experiment(
+        two_families.run, two_families.read, two_families.predict, two_families.OBSERVERS, feels=False
+    ),
+    "next_lift": Experiment(next_lift.run, next_lift.read, next_lift.predict, next_lift.OBSERVERS),
 }
+# Experiments of `affordance run all`, in order.
+OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
+
+
+class SuiteResult(NamedTuple):
+    """Report of several experiments, and the reasons why some of them could not be done, by name."""
+
+    report: Path
+    left_out: dict[str, str]
+
+
+def find_experiment(name: str) -> Experiment:
+    """Finds an experiment by its name; raises a BadValueError for another one."""
+    if name not in EXPERIMENTS:
+        raise BadValueError("experiment", "", describe_choice(name, EXPERIMENTS))
+    return EXPERIMENTS[name]
+
+
+def run_suite(
+    names: Sequence[str], setup: Setup, *, cluster: str | None = None, announce: Callable[[Path], None] | None = None
+) -> SuiteResult:
+    """Runs experiments and writes the report of all that the folder of results holds.
+
+    If several experiments are run, those that cannot be done are left out and named in the log and the report.
+
+    Args:
+        names: Names of EXPERIMENTS, one or more.
+        setup: Setup of all of them; each has a subfolder of its name in the folder of results.
+        cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
+        announce: Function that is given the report after the first of several experiments, which then grows.
+
+    Raises:
+        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
+            nothing was written.
+        ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
+        SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
+        AffordanceError: No experiment can be done; the message gives the reason for the first.
+    """
+    check_folder(setup.out)  # before planning, which takes minutes
+    if setup.settings.faults.stuck_joint:  # which the arm must have
+        setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
+    attempts = _Attempts(len(names))
+    found = [name for name in names if attempts.make(name, partial(_read, name, setup), InfeasibleError)]
+    done: list[str] = []
+    try:
+        with use_cluster(cluster, setup.models) if cluster is not None else nullcontext():
+            for name in found:
+                start = time.perf_counter()
+                for results in attempts.make(name, partial(find_experiment(name).run, setup)):
+                    prepare_folder(setup.out / name)
+                    remove_leftovers(setup.out)
+                    write_results(results, name, setup, start)
+                    done.append(name)
+                    end_processes()
+                    if len(found) > 1:
+                        report = write_report(setup.out)
+                        if announce is not None and len(done) == 1:
+                            announce(report)
+    except SeeingError as error:
+        raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
+    for name in attempts.left_out:
+        remove_section(setup.out / name)  # from another run, perhaps with other models
+    note_left_out(setup.out, attempts.left_out, done=done)
+    return SuiteResult(write_report(setup.out), attempts.left_out)
+
+
+def _read(name: str, setup: Setup) -> None:
+    """Reads the files of an experiment, unless the import of the arm has found that it cannot be done."""
+    experiment, lacks = find_experiment(name), read_lacks(setup.models)
+    for need in experiment.needs:
+        if need in lacks:
+            problem = f"cannot be done by this arm, as its import found: {lacks[need]}"
+            raise InfeasibleError(setup.settings.arm, need, problem)
+    experiment.read(setup)
+
+
+class _Attempts:
+    """Collects the errors of some of several experiments, by name, so that the others can be done."""
+
+    def __init__(self, number: int) -> None:
+        """Sets the number of experiments."""
+        self.left_out: dict[str, str] = {}
+        self._number = number
+        self._first: AffordanceError | None = None
+
+    def make[T](
+        self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
+    ) -> tuple[T, ...]:
+        """Returns a function's result for an experiment in a tuple, empty if an expected error leaves it out.
+
+        An unexpected error, a SeeingError, or the first error if no experiment is left is raised.
+        """
+        try:
+            return (make(),)
+        except SeeingError:
+            raise
+        except expected as error:
+            self._first = self._first or error
+            self.left_out[name] = str(error)
+            if len(self.left_out) == self._number:
+                raise self._first from None
+            _LOG.warning("%s is left out: %s", name, error)
+            return ()

@@ -1,7 +1,7 @@
 """Two families of one look: small cylinders are dense, large ones light, so that the small ones weigh more.
 
-A design of ours that nobody has done yet. Expected: one density for each colour lifts large objects too hard and small
-ones too lightly for ever; learners with kinds do not.
+A design of ours that nobody has done yet. Expected: one density for each colour lifts large objects too hard and
+small ones too lightly for ever; learners with kinds do not.
 """
 
 import math
@@ -13,11 +13,20 @@ import numpy as np
 import pandas as pd
 
 from affordance.belief.learner import Learner
+from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
-from affordance.simulations.lifts import COLUMNS, cylinder, measure_each, repeat, run_lifts, summarise_lifts
+from affordance.simulations.lifts import (
+    COLUMNS,
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
 from affordance.simulations.observers import Setup
 from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results, check, claim
@@ -28,7 +37,8 @@ SMALL = {"small_60mm": (0.06, 0.9), "small_70mm": (0.07, 1.05)}  # height, [m], 
 LARGE = {"large_140mm": (0.14, 0.7), "large_160mm": (0.16, 0.8)}  # 5 kg/m
 REPETITIONS = 16
 SOURCE = (
-    "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals, last 16 lifts of one object"
+    "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals, last 16 lifts of one"
+    " object"
 )
 SPREADS = {name: PeopleSpread(1.75, SOURCE) for name in ("small_N", "large_N")}
 MEANINGS = {
@@ -48,10 +58,14 @@ def run(setup: Setup) -> Results:
     return Results(
         order=51,
         title="Two families of one look",
-        summary=f"{count_observers(setup.observers)} of each learner lifted two small dense and two large light objects of one "
-        "look sixteen times each. Nobody has done it yet.",
-        finding=f"Expected over true weight, of large objects over small ones of the same look: {', '.join(ratios)}; 1 if both "
-        "are right.",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted two small dense and two large light objects"
+            " of one look sixteen times each. Nobody has done it yet."
+        ),
+        finding=(
+            f"Expected over true weight, of large objects over small ones of the same look: {', '.join(ratios)}; 1 if"
+            " both are right."
+        ),
         data=lifts,
         numbers=numbers,
         claims=judge(numbers["learners"]),
@@ -82,11 +96,17 @@ def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
     return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
 
 
-def collect(setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects."""
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
     sizes = {**SMALL, **LARGE}
     tools = [cylinder(name, radius=RADIUS, height=height, mass=mass) for name, (height, mass) in sizes.items()]
-    return run_lifts("two_families", setup, tools, design)
+    check_can_be_lifted("two_families", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects."""
+    return run_lifts("two_families", setup, read(setup), design)
 
 
 def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
@@ -114,6 +134,8 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
     """Judges what was expected."""
     ratio = n["density"]["illusion"] / n["kinds_map"]["illusion"]
     return [
-        claim("apart", "ours, a prediction", "One density for each colour lifts large ones too hard and small ones too lightly for ever; kinds do not.",
+        claim("apart", "ours, a prediction",
+              "One density for each colour lifts large ones too hard and small ones too lightly for ever; "
+              "kinds do not.",
               check("illusion, one density for each colour over kinds", ratio, at_least=1.5)),
     ]  # fmt: skip

@@ -1,9 +1,9 @@
 """Features from pictures: how accurate are sizes and masses, and do their stated intervals hold the truth?
 
-The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here objects of one to three touching
-ellipsoids are drawn at random, presented to the camera, and their parts detected in a noisy picture. Expected: errors
-within the bounds of the claims, and intervals that hold. It also answers the question of the paper's figure 1: which of
-two uncommon objects is better for mashing, and how should it be held?
+The paper assumes that three-dimensional sizes are recovered from pictures (IV-A). Here objects of one to three
+touching ellipsoids are drawn at random, presented to the camera, and their parts detected in a noisy picture.
+Expected: errors within the bounds of the claims, and intervals that hold. It also answers the question of the paper's
+figure 1: which of two uncommon objects is better for mashing, and how should it be held?
 """
 
 import math
@@ -66,13 +66,20 @@ def run(setup: Setup) -> Results:
     count = math.ceil(COVERAGE_FACTOR * setup.observers)
     data = run_observers("vision", setup, observe, unit="object", count=count).rename(observer="object")
     novice, expert = rank_uncommon(setup, tools, task)
-    numbers = {**measure(data, setup.observers), "mashing_novice": list_ranking(novice), "mashing_expert": list_ranking(expert)}
+    numbers = {
+        **measure(data, setup.observers),
+        "mashing_novice": list_ranking(novice),
+        "mashing_expert": list_ranking(expert),
+    }
     accurate = data.isel(object=slice(setup.observers))
     detected, failed = (np.flatnonzero((accurate.failure.values != "") == each) for each in (False, True))
     figures: dict[str, Any] = {
         "uncommon": (
-            "Two uncommon objects as the camera saw them. Which is better for mashing, and how should it be held? For one who "
-            f"knows the materials: {expert.ranked[0].option.name}, with probability {expert.ranked[0].p_best:.2f}.",
+            (
+                "Two uncommon objects as the camera saw them. Which is better for mashing, and how should it be"
+                f" held? For one who knows the materials: {expert.ranked[0].option.name}, with probability"
+                f" {expert.ranked[0].p_best:.2f}."
+            ),
             partial(draw_uncommon, tools, setup.seed),
         ),
         "errors": (
@@ -92,20 +99,26 @@ def run(setup: Setup) -> Results:
         order=6,
         title="Features from pictures",
         summary=summarise(numbers),
-        finding="Nothing was detected."
-        if numbers["mass_error_median"] is None
-        else "From one picture each, the axes of parts across the view are found with a median error of "
-        f"{numbers['semi_axis_error_visible_median']:.1%}, and masses, at true densities, with one of "
-        f"{numbers['mass_error_median']:.1%}.",
+        finding=(
+            "Nothing was detected."
+            if numbers["mass_error_median"] is None
+            else (
+                "From one picture each, the axes of parts across the view are found with a median error of "
+                f"{numbers['semi_axis_error_visible_median']:.1%}, and masses, at true densities, with one of "
+                f"{numbers['mass_error_median']:.1%}."
+            )
+        ),
         data=data,
         numbers=numbers,
         claims=judge(numbers),
         figures=figures,
         tables={"Mashing with the two uncommon objects, least expected absolute work first.": tabulate(numbers)},
         remarks=[
-            "The paper assumes that sizes are recovered from pictures; here they are. The picture is rendered: of perfect "
-            "ellipsoids in even light before a plain stand, with the noise of a sensor but without its distortion, shadows of "
-            "its projector, or gloss.",
+            (
+                "The paper assumes that sizes are recovered from pictures; here they are. The picture is rendered: of"
+                " perfect ellipsoids in even light before a plain stand, with the noise of a sensor but without its"
+                " distortion, shadows of its projector, or gloss."
+            ),
             "Of mashing only the motion is judged: the absolute work of moving the working end down and up.",
         ],
         diagram=lambda: build_rig_diagram(tools[0]),
@@ -116,7 +129,7 @@ def run(setup: Setup) -> Results:
     )
 
 
-def read(setup: Setup) -> tuple[list[Tool], Reach]:
+def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
     """Reads the two uncommon objects and the path of mashing."""
     file, path = setup.models / UNCOMMON, setup.models / PATH
     tools, task = load_tools(file), Reach(load_path(path))
@@ -197,7 +210,11 @@ def compare(tool: Tool, detection: Detection | None) -> xr.Dataset:
         error, deviation = mass / tool.mass - 1.0, (mass - tool.mass) / sd
     return xr.Dataset(
         {
-            "visible_error": (("part", "axis"), visible, about("1", "relative errors of the semi-axes across the view")),
+            "visible_error": (
+                ("part", "axis"),
+                visible,
+                about("1", "relative errors of the semi-axes across the view"),
+            ),
             "depth_error": ("part", depth, about("1", "relative error of the semi-axis along the view")),
             "colour_error": ("part", colours, about("1", "distance of the colour from the true one in CIELAB")),
             "mass_error": ((), error, about("1", "relative error of the mass at the true densities")),
@@ -281,7 +298,8 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               check("median relative error", mass, SHARE, at_most=TARGETS["mass at true densities"])),
         claim("coverage", "ours", "Intervals of 90 % for the predicted mass hold the truth in 85 to 95 of 100 cases.",
               check("share of detected objects", coverage, PERCENT, at_least=0.85, at_most=0.95)),
-        claim("time", "ours", "Detection takes at most 150 ms of one processor an object, without taking the picture.",
+        claim("time", "ours",
+              "Detection takes at most 150 ms of one processor an object, without taking the picture.",
               check("median time", n["ms_per_object"], Unit("ms", digits=0), at_most=150)),
     ]  # fmt: skip
 
@@ -294,11 +312,11 @@ def summarise(n: Mapping[str, Any]) -> str:
     )
     missed = f"{failures}{f' ({kinds})' if failures else ''}"
     return (
-        f"{count} {'object' if count == 1 else 'objects'} of one to {MAX_PARTS} ellipsoids, drawn at random, 3 to 30 cm along "
-        f"each axis, {'is' if count == 1 else 'are'} presented to a camera of 640 by 480 pixels with the noise of the first "
-        f"Kinect, and their parts are detected in one picture each. Not detected: {missed}; pictures are kept in "
-        "vision/frames. Two uncommon objects, as in the paper's figure 1: which is better for mashing, and how should it be "
-        "held? The options are ranked from a picture of each."
+        f"{count} {'object' if count == 1 else 'objects'} of one to {MAX_PARTS} ellipsoids, drawn at random, 3 to 30"
+        f" cm along each axis, {'is' if count == 1 else 'are'} presented to a camera of 640 by 480 pixels with the"
+        f" noise of the first Kinect, and their parts are detected in one picture each. Not detected: {missed};"
+        " pictures are kept in vision/frames. Two uncommon objects, as in the paper's figure 1: which is better for"
+        " mashing, and how should it be held? The options are ranked from a picture of each."
     )
 
 

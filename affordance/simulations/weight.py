@@ -45,10 +45,15 @@ def run(setup: Setup) -> Results:
     return Results(
         order=1,
         title="Simulation I: the weight of objects (Mounoud and Bower)",
-        summary=f"{count_observers(setup.observers)} held {len(tools) - 1} rods of {tools[0].components[0].material.name}, and "
-        f"then a decoy that looks like the last and is made of {tools[-1].components[0].material.name}, for {DURATION:g} s each.",
-        finding=f"With the first rod the hand sinks by {drop[0]:.1f} cm, with the last by {drop[-1]:.1f} cm; with the decoy "
-        f"it rises by {lift:.1f} cm.",
+        summary=(
+            f"{count_observers(setup.observers)} held {len(tools) - 1} rods of"
+            f" {tools[0].components[0].material.name}, and then a decoy that looks like the last and is made of"
+            f" {tools[-1].components[0].material.name}, for {DURATION:g} s each."
+        ),
+        finding=(
+            f"With the first rod the hand sinks by {drop[0]:.1f} cm, with the last by {drop[-1]:.1f} cm; with the"
+            f" decoy it rises by {lift:.1f} cm."
+        ),
         data=add_motion(data, shown, setup.settings),
         numbers=numbers,
         claims=judge(numbers),
@@ -64,11 +69,16 @@ def run(setup: Setup) -> Results:
         },
         tables={"Trial by trial, means over observers.": tabulate(numbers, tools)},
         remarks=[
-            "The paper gives no constants. Ours come from sources (docs/decisions/), so heights cannot be compared in "
-            "centimetres; what is compared is which objects sink, which rise, and in what order.",
-            f"After one trial our estimate is {abs(numbers['density_median'][1] / numbers['density_true'] - 1):.0%} off the "
-            "truth; by its figure 3 the paper's still has far to go. That is what the Weber fraction and the threshold "
-            "found in the literature say of one measurement a trial, with a prior as broad as ours.",
+            (
+                "The paper gives no constants. Ours come from sources (docs/decisions/), so heights cannot be"
+                " compared in centimetres; what is compared is which objects sink, which rise, and in what order."
+            ),
+            (
+                "After one trial our estimate is"
+                f" {abs(numbers['density_median'][1] / numbers['density_true'] - 1):.0%} off the truth; by its figure"
+                " 3 the paper's still has far to go. That is what the Weber fraction and the threshold found in the"
+                " literature say of one measurement a trial, with a prior as broad as ours."
+            ),
         ],
         lifts=tabulate_holds(data, tools, learner=setup.settings.learner.value, block="lifts"),
         diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
@@ -83,12 +93,14 @@ def predict(setup: Setup) -> ObserverNumbers:
     return measure_learners(setup, lambda each: measure(run_observers("weight", each, observe, tools)))
 
 
-def read(setup: Setup) -> list[Tool]:
+def read(setup: Setup) -> Sequence[Tool]:
     """Reads the rods and the decoy, which comes last, and checks that they make the experiment."""
     file = setup.models / OBJECTS
     tools = load_tools(file)
     if len(tools) < 3:
-        raise BadValueError(file, "tools", f"has {len(tools)} entries, must have at least 3: two objects and the decoy")
+        raise BadValueError(
+            file, "tools", f"has {len(tools)} entries, must have at least 3: two objects and the decoy"
+        )
     check_no_grips(file, tools)
     *rods, decoy = tools
     looks = list_looks(tools)
@@ -99,7 +111,9 @@ def read(setup: Setup) -> list[Tool]:
     check_honest(file, rods)
     density = decoy.mass / sum(part.shape.volume for part in decoy.components)
     if density >= looks[0].density * (1.0 - 1e-9):  # equal up to rounding is not less
-        problem = f"has a density of {density:g} kg/m^3, must be less than the {looks[0].density:g} of {looks[0].name}"
+        problem = (
+            f"has a density of {density:g} kg/m^3, must be less than the {looks[0].density:g} of {looks[0].name}"
+        )
         raise BadValueError(file, f"tools: {decoy.name}", f"{problem}, which it looks like")
     check_can_be_held(file, tools, setup.settings)
     return tools
@@ -120,7 +134,7 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Memor
 
 
 def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
-    """Runs one observer: heights over time in each trial, and the density believed before the first and after each."""
+    """Runs one observer: heights over time in each trial, and the densities believed between the trials."""
     memories, records = hold(setup, tools, observer)
     beliefs = [memory.belief for memory in memories]
     quantiles = [belief.compute_percentiles(QUARTILES)[:, 0] for belief in beliefs]
@@ -133,7 +147,11 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
                 about("m", "height of the object's geometric centre above where it was given"),
             ),
             "density": (("moment", "quantile"), quantiles, about("kg/m^3", "quantile of the believed density")),
-            "density_mode": ("moment", modes, about("kg/m^3", "most probable density, by which the arm is controlled")),
+            "density_mode": (
+                "moment",
+                modes,
+                about("kg/m^3", "most probable density, by which the arm is controlled"),
+            ),
             **describe_holds(tools, memories, records, setup.settings),
         },
         {
@@ -156,7 +174,7 @@ def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
         "density_mode": rods.density_mode,
         "drop_m": drop,
         "drop_growth_m": drop.diff("trial"),
-        "deviation_m": np.abs(find_excursion(rods.height)),
+        "deviation_m": abs(find_excursion(rods.height)),
         "decoy_lift_m": np.maximum(0.0, decoy.height.max("time")),
         "decoy_rises": find_excursion(decoy.height) > 0.0,
         "log_evidence": data.log_evidence,
@@ -193,23 +211,29 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
     true, median, drop, deviation = n["density_true"], n["density_median"], n["drop_m"], n["deviation_m"]
     counted = np.maximum(drop, 0.005)  # drops below 5 mm count as 5 mm
     return [
-        claim("density_estimate", "paper IV-A, figure 3", "The density estimate starts below the true density and closes on it.",
+        claim("density_estimate", "paper IV-A, figure 3",
+              "The density estimate starts below the true density and closes on it.",
               check("error of the median after the last trial", abs(median[-1] / true - 1), PERCENT, at_most=0.1),
               check("median before the first trial", median[0], KG_PER_M3, below=true)),
         claim("percentiles", "paper, figure 3", "The percentiles of the estimate draw together from trial to trial.",
-              check("change of the interquartile range", np.diff(n["density_p75"] - n["density_p25"]), KG_PER_M3, below=0)),
-        claim("drop_reduced", "paper IV-A, figure 3", "The drop is reduced from trial to trial, even though the mass of the objects increases.",
+              check("change of the interquartile range",
+                    np.diff(n["density_p75"] - n["density_p25"]), KG_PER_M3, below=0)),
+        claim("drop_reduced", "paper IV-A, figure 3",
+              "The drop is reduced from trial to trial, even though the mass of the objects increases.",
               check("each drop over the drop before it, at least 5 mm each", counted[1:] / counted[:-1], at_most=1),
               check("last drop over the first", drop[-1] / drop[0], at_most=0.25),
               check("growth of the mass", np.diff(n["mass_true"]), KG, above=0)),
-        claim("first_object", "paper, figure 4", "The first object dips lower than the goal, because its density is believed lower than it is.",
+        claim("first_object", "paper, figure 4",
+              "The first object dips lower than the goal, because its density is believed lower than it is.",
               check("drop of the first object", drop[0], CM, above=drop[1:].max()),
               check("most probable density before it", n["density_mode"][0], KG_PER_M3, below=true)),
         claim("flatter", "paper, figure 4", "As the affordance is learned, the trajectory becomes flatter.",
               check("mean deviation of the last rod", deviation[-1], CM, at_most=deviation.min()),
               check("mean deviation of the later rods", deviation[1:], CM, below=deviation[0])),
-        claim("decoy_lifted", "paper IV-A, figure 4", "The decoy, much less dense than it looks, is lifted much above the desired height.",
-              check("mean lift, at least five times the deviation of the last rod", n["decoy_lift_m"], CM, at_least=5 * deviation[-1]),
+        claim("decoy_lifted", "paper IV-A, figure 4",
+              "The decoy, much less dense than it looks, is lifted much above the desired height.",
+              check("mean lift, at least five times the deviation of the last rod",
+                    n["decoy_lift_m"], CM, at_least=5 * deviation[-1]),
               check("share of the observers in which it rises", n["decoy_rises"], PERCENT, at_least=0.95)),
     ]  # fmt: skip
 
