@@ -7,7 +7,6 @@ clamped, and pushes up with the weight that the observer believes in; then the o
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -123,8 +122,7 @@ def run_lifts(
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []
     for learner in learners:
-        of_learner = replace(setup, settings=replace(setup.settings, learner=learner))
-        data = run_observers(name, of_learner, lift, tuple(tools), design)
+        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design)
         table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.value)
         table["lift"] += 1
         table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)

@@ -9,7 +9,6 @@ was seen; the third after the simulation, and before any people's data.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -52,8 +51,8 @@ OBSERVERS = 40  # of each learner, unless another number is asked for
 DURATION = 1.0  # of each hold, [s]
 SAMPLES = 1000  # of a belief, by which an observer chooses
 CAPTION = (
-    "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next in "
-    "a quarter."
+    "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next "
+    "in a quarter."
 )
 MEANINGS = {
     "place_of_like": "lift in which it is the third rod of steel look, the odd one first",
@@ -72,7 +71,7 @@ def run(setup: Setup) -> Results:
     learners = {str(learner): summarise(numbers) for learner, numbers in each.items()}
     first, *_ = learners.values()
     numbers = {**first, "learners": learners}
-    shown, records = hold(of_learner(setup, Learner(data.learner.values[0])), things, OBSERVER_SHOWN)[::2]
+    shown, records = hold(setup.change(learner=Learner(data.learner.values[0])), things, OBSERVER_SHOWN)[::2]
     free = shown[len(FAMILIAR) :]
     shares = [f"{found['like_next']:.0%} ({Learner(learner).label})" for learner, found in learners.items()]
     return Results(
@@ -125,16 +124,13 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
     return things, tools
 
 
-def of_learner(setup: Setup, learner: Learner) -> Setup:
-    """Returns the setup with another learner."""
-    return replace(setup, settings=replace(setup.settings, learner=learner))
-
-
 def collect(setup: Setup) -> xr.Dataset:
     """Runs the observers of each learner."""
     things, _ = read(setup)
     parts = [
-        run_observers("next_lift", of_learner(setup, learner), observe, things).assign_coords(learner=learner.value)
+        run_observers("next_lift", setup.change(learner=learner), observe, things).assign_coords(
+            learner=learner.value
+        )
         for learner in Learner
     ]
     return xr.concat(parts, "learner", combine_attrs="override")

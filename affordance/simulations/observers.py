@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,10 @@ class Setup:
     models: Path = MODELS
     out: Path = Path("results")
     settings: Settings = DEFAULT_SETTINGS
+
+    def change(self, **settings: Any) -> "Setup":
+        """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""
+        return replace(self, settings=replace(self.settings, **settings))
 
     def start_memory(self, observer: int) -> Memory:
         """Returns the memory with which an observer begins."""

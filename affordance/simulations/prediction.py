@@ -1,7 +1,6 @@
 """Predictions of learners for people who have not done an experiment yet: the numbers of every simulated observer."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,12 +41,7 @@ class Predicted(NamedTuple):
 
 def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]) -> ObserverNumbers:
     """Measures the observers of every learner by a function that returns the numbers of each observer."""
-    return ObserverNumbers(
-        {
-            learner.value: measure(replace(setup, settings=replace(setup.settings, learner=learner)))
-            for learner in Learner
-        }
-    )
+    return ObserverNumbers({learner.value: measure(setup.change(learner=learner)) for learner in Learner})
 
 
 def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]) -> Predicted:

@@ -60,7 +60,7 @@ SHARE = Unit("%", 100.0)
 
 def run(setup: Setup) -> Results:
     """Runs the experiment; objects or a path that do not make it raise a BadValueError."""
-    setup = replace(setup, settings=replace(setup.settings, feature_source=FeatureSource.FEATURES))
+    setup = setup.change(feature_source=FeatureSource.FEATURES)  # it always takes pictures
     tools, task = read(setup)
     check_mashing(setup, tools, task)
     count = math.ceil(COVERAGE_FACTOR * setup.observers)
