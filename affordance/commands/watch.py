@@ -155,7 +155,7 @@ class _Show:
 
 
 def _begin(name: str, setup: Setup) -> tuple[Sequence[Tool], float, tuple[Reach | Hammer, Tool] | None]:
-    """Returns the objects in the order of an observer, the duration of a hold, [s], and the task with its tool, if any."""
+    """Returns the objects in an observer's order, the duration of a hold, [s], and the task with its tool, if any."""
     if name in ("reach", "hammer"):
         held, tools, task = reach.read(setup) if name == "reach" else hammer.read(setup)
         return held, experience.DURATION, (task, tools[0])

@@ -21,6 +21,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import CM, MM, PERCENT, check, claim, with_interval
 from affordance.reporting.formatting import count_observers
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import get_runner
@@ -31,7 +32,7 @@ from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
 from affordance.simulations.prediction import ObserverNumbers, measure_learners
-from affordance.simulations.results import CM, MM, PERCENT, Results, check, claim, with_interval
+from affordance.simulations.results import Results
 from affordance.vision.eye import observe as look_at
 from affordance.vision.systems import predict_object
 

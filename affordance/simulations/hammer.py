@@ -35,6 +35,7 @@ from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.load import load_arm
 from affordance.reporting.blow_figures import draw_blow, draw_renderings
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import Unit, check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Scene, write_replay
@@ -66,7 +67,7 @@ from affordance.simulations.grips import (
 )
 from affordance.simulations.objects import check_can_be_held, check_honest
 from affordance.simulations.observers import Setup, about, run_observers
-from affordance.simulations.results import Results, Unit, check, claim
+from affordance.simulations.results import Results
 
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"  # in the folder of models; the first tool is the paper's
 FAILURE = "cannot be carried out"

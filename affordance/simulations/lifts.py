@@ -24,13 +24,13 @@ from affordance.objects.materials import MaterialEntry
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.faults import NO_FAULTS
+from affordance.reporting.criteria import with_interval
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
 from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.objects import check_can_be_held
 from affordance.simulations.observers import Setup, about, run_observers
-from affordance.simulations.results import with_interval
 from affordance.vision.eye import measure_features
 from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.systems import predict_object

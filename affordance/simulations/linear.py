@@ -18,6 +18,7 @@ import pandas as pd
 from affordance.belief.learner import Learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.lift_figures import PeopleMark
@@ -34,7 +35,7 @@ from affordance.simulations.lifts import (
 from affordance.simulations.observers import Setup
 from affordance.simulations.people import Published, describe_people, find_spread
 from affordance.simulations.prediction import ObserverNumbers
-from affordance.simulations.results import Results, check, claim
+from affordance.simulations.results import Results
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
 TRAINING = {

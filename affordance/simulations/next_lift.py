@@ -27,6 +27,7 @@ from affordance.choice.tasks import load_task
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import check, claim, with_interval
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.runs.random_streams import Stream
@@ -37,7 +38,7 @@ from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, run_observers
 from affordance.simulations.prediction import ObserverNumbers
-from affordance.simulations.results import Results, check, claim, with_interval
+from affordance.simulations.results import Results
 from affordance.vision.eye import measure_drawing
 
 OBJECTS, TOOLS = (

@@ -27,6 +27,7 @@ from affordance.objects.tool import Tool, find_free_end, list_colours, list_dens
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import Unit, check, claim
 from affordance.reporting.figures import draw_paths
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.object_drawings import Drawing, draw_objects
@@ -57,7 +58,7 @@ from affordance.simulations.grips import (
 )
 from affordance.simulations.objects import check_can_be_held, check_honest
 from affordance.simulations.observers import Setup, about, run_observers
-from affordance.simulations.results import Results, Unit, check, claim
+from affordance.simulations.results import Results
 
 TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is the paper's
 FAILURE = "cannot be followed"

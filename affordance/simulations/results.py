@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -23,13 +23,12 @@ from affordance.named_settings import describe_changes
 from affordance.objects.tool import Tool
 from affordance.proprioception.faults import Faults
 from affordance.reporting.camera_figures import CameraView, draw_camera_views
-from affordance.reporting.claims import COMPARISONS, ClaimResult, CriterionResult, ReportFigure
+from affordance.reporting.claims import ClaimResult, ReportFigure
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
-from affordance.reporting.formatting import ENOUGH_OBSERVERS, count_observers, format_beside
+from affordance.reporting.formatting import ENOUGH_OBSERVERS, count_observers
 from affordance.reporting.report import OWN_MODELS, write_section
 from affordance.reporting.section import Section, Table
-from affordance.reporting.statistics import estimate_mean
 from affordance.runs.commit import find_commit
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, list_versions
@@ -40,95 +39,10 @@ from affordance.vision.pixels.camera_sensor import get_camera_sensor
 
 _LOG = logging.getLogger(__name__)
 
-# Most entries of a value that are shown.
-_SHOWN = 100
 _PICTURES = (
     "Images of each object before it is grasped: colour, depth (white where there is no reading), detected parts, "
     "and outlines of the ellipsoids fitted to them. Features come from such images only."
 )
-
-
-class Unit(NamedTuple):
-    """Unit in which a value is shown: its name, the factor from SI, and the number of decimals."""
-
-    name: str = ""
-    scale: float = 1.0
-    digits: int = 2
-
-
-NONE, KG, KG_PER_M3 = Unit(), Unit("kg"), Unit("kg/m³", 1.0, 0)
-CM, MM, PERCENT = Unit("cm", 100.0), Unit("mm", 1000.0), Unit("%", 100.0, 1)
-
-
-class Criterion(NamedTuple):
-    """Value of which every entry must meet bounds, each a comparison with a number or with as many numbers."""
-
-    name: str
-    value: Any
-    unit: Unit
-    bounds: Mapping[str, Any]
-
-
-def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
-    """States a criterion: ``check("last drop over the first", drop[-1] / drop[0], at_most=0.25)``.
-
-    Args:
-        name: What the value is, in words.
-        value: Number or array of numbers, all of which must meet the bounds.
-        unit: Unit in which value and bounds are shown; both are in SI units.
-        bounds: ``above``, ``at_least``, ``at_most`` or ``below``, each a number or an array of the value's shape.
-    """
-    unknown = [name for name in bounds if name not in COMPARISONS]
-    if unknown or not bounds:
-        raise TypeError(f"bounds are {', '.join(bounds) or 'missing'}, must be of {', '.join(COMPARISONS)}")
-    return Criterion(name, value, unit, bounds)
-
-
-def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult:
-    """Judges a claim: it is met if all criteria are. A value that is infinite, undefined or empty meets none."""
-    judged = tuple(_judge(each) for each in criteria)
-    return ClaimResult(key, source, text, all(each.met for each in judged), judged)
-
-
-def _judge(criterion: Criterion) -> CriterionResult:
-    known = [np.asarray(each, dtype=float) for each in (criterion.value, *criterion.bounds.values())]
-    decided = all(each.size and np.isfinite(each).all() for each in known)
-    met = decided and all(
-        bool(np.all(COMPARISONS[how][0](known[0], bound))) for how, bound in criterion.bounds.items()
-    )
-    shown = [f"{COMPARISONS[how][1]} {_show_bound(criterion.unit, bound)}" for how, bound in criterion.bounds.items()]
-    return CriterionResult(criterion.name, _show(criterion.unit, *known[:2]), " and ".join(shown), met)
-
-
-def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit, with decimals that show on which side of the bound it lies."""
-    if not value.size:
-        return "none"
-    entries = np.ravel(value) * unit.scale
-    limits = np.broadcast_to(bound * unit.scale if bound.size else np.inf, entries.shape)
-    pairs = zip(entries[:_SHOWN], limits, strict=False)
-    return _join(
-        [format_beside(float(entry), float(limit), unit.digits) for entry, limit in pairs], unit, len(entries)
-    )
-
-
-def _show_bound(unit: Unit, bound: Any) -> str:
-    """Formats a bound in the unit of its value; a plain number keeps the digits that it was written with."""
-    entries = np.unique(np.atleast_1d(bound) * unit.scale)
-    is_computed = isinstance(bound, np.ndarray | np.generic | xr.DataArray)
-    shown = [f"{entry:.{unit.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
-    return _join(shown, unit, len(entries))
-
-
-def _join(shown: Sequence[str], unit: Unit, count: int) -> str:
-    more = f", ... ({count} in all)" if count > len(shown) else ""
-    return f"{', '.join(shown)}{more} {unit.name}".strip()
-
-
-def with_interval(name: str, values: Any) -> dict[str, Any]:
-    """Returns the mean over observers (the first axis), and its 95 % interval under ``NAME_ci95``."""
-    estimate = estimate_mean(np.asarray(values))
-    return {name: estimate.mean, f"{name}_ci95": estimate.ci95}
 
 
 @dataclass

@@ -17,6 +17,7 @@ import pandas as pd
 from affordance.belief.learner import Learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
@@ -31,7 +32,7 @@ from affordance.simulations.lifts import (
 )
 from affordance.simulations.observers import Setup
 from affordance.simulations.prediction import ObserverNumbers
-from affordance.simulations.results import Results, check, claim
+from affordance.simulations.results import Results
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
 FAMILY = {"family_60mm": 0.06, "family_75mm": 0.075, "family_105mm": 0.105, "family_120mm": 0.12}  # heights, [m]

@@ -15,6 +15,7 @@ import pandas as pd
 from affordance.belief.learner import Learner
 from affordance.objects.tool import Tool
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import check, claim
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.simulations.drawings import draw_forces
@@ -29,7 +30,7 @@ from affordance.simulations.lifts import (
 )
 from affordance.simulations.observers import Setup
 from affordance.simulations.prediction import ObserverNumbers
-from affordance.simulations.results import Results, check, claim
+from affordance.simulations.results import Results
 
 OBSERVERS = 50  # of each learner, unless another number is asked for
 RADIUS = 0.0461  # of all cylinders, [m]

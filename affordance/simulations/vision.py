@@ -38,10 +38,11 @@ from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
 from affordance.reporting.camera_figures import CameraView, draw_calibration, draw_camera_views
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import PERCENT, Unit, check, claim
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.random_objects import MAX_PARTS, draw_object
-from affordance.simulations.results import PERCENT, Results, Unit, check, claim
+from affordance.simulations.results import Results
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 from affordance.vision.pixels.pipeline import Detection

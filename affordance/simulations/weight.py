@@ -19,6 +19,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.reporting.claims import ClaimResult
+from affordance.reporting.criteria import CM, KG, KG_PER_M3, PERCENT, check, claim, with_interval
 from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
@@ -27,7 +28,7 @@ from affordance.simulations.lifts import describe_holds, tabulate_holds
 from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
 from affordance.simulations.prediction import ObserverNumbers, measure_learners
-from affordance.simulations.results import CM, KG, KG_PER_M3, PERCENT, Results, check, claim, with_interval
+from affordance.simulations.results import Results
 
 OBJECTS = "tools/weight.yaml"  # in the folder of models; the last is the decoy
 DURATION = 3.0  # of each hold, [s]
