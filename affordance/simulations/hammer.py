@@ -6,50 +6,40 @@ Which grip is truly cheaper is found by simulating the blows, contact included. 
 grows from chance to 65 % after one trial and to all after two (figure 10).
 """
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.blow_cost import AIM, BlowCost
-from affordance.choice.hammer import Hammer, find_swing, load_hammer, sample_swing
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.motion_cost import MotionCost
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.control.start_posture import check_start
-from affordance.exceptions import BadValueError, name_object
 from affordance.objects.load import load_tools
-from affordance.objects.tool import Tool, list_colours, list_densities
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.effective_mass import EffectiveMass
+from affordance.objects.tool import Tool, list_colours
 from affordance.plant.load import load_arm
-from affordance.reporting.blow_figures import draw_blow, draw_renderings
+from affordance.reporting.blow_figures import draw_blow
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.criteria import Unit, check, claim
 from affordance.reporting.formatting import count_observers
-from affordance.reporting.renderings import Pose, render_close_ups, render_poses
-from affordance.reporting.replay import Scene, write_replay
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
-from affordance.simulation.blow import Blow, simulate_blow
+from affordance.simulation.blow import Blow
 from affordance.simulation.trial import get_runner
 from affordance.simulations import com
+from affordance.simulations.blow_drawings import draw_start_and_strike, label_nails, replay
+from affordance.simulations.blows import compute_work, plan_blows
 from affordance.simulations.drawings import label_motions
 from affordance.simulations.experience import count_events, gain_experience, recall, tabulate_experience
 from affordance.simulations.grips import (
     NUM_PRIOR_CHOICES,
-    blame,
     caption_proportions,
     check_colours_known,
     check_one_grip_is_cheaper,
@@ -60,7 +50,6 @@ from affordance.simulations.grips import (
     draw_proportions,
     find_grip_of_densest,
     measure_choices,
-    plan_grips,
     remove_errors,
     tabulate_rules,
     tabulate_tools,
@@ -70,20 +59,15 @@ from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.results import Results
 
 TOOLS, NAIL = "tools/novel.yaml", "nail.yaml"  # in the folder of models; the first tool is the paper's
-FAILURE = "cannot be carried out"
 RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
-# Swings until the speed is that which the effective mass at the strike needs: the posture at the strike hardly
-# depends on it, so that the second is within a hundredth of the speed of the first, and a third within a tenth of
-# that.
-SWINGS = 3
-TOUCH = np.arange(-0.002, 0.012, 2e-5)  # time around the first touch that is kept, if the nail rests by then, [s]
-SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # factor of slow motion, and its span around the strike, [s]
 
 
 def run(setup: Setup) -> Results:
     """Runs the experiment; objects or a nail that do not make it raise a BadValueError."""
     held, tools, task = read(setup)
-    choices, costs, blows = plan(setup, tools, task)
+    choices, costs, blows = plan_blows(setup, tools, task, setup.models / NAIL)
+    for tool in tools:
+        check_one_grip_is_cheaper(setup.models / TOOLS, tool, [blow.work for blow in blows[tool.name].values()])
     exact = remove_errors(setup.settings)
     work = partial(compute_work, task, exact, costs)
     off_axis = measure_changes(work, tools, jobs=setup.jobs, description="hammer: parts moved")
@@ -191,87 +175,6 @@ def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
     gripped = [each for tool in tools for each in tool.list_gripped().values()]
     check_can_be_held(file, gripped, setup.settings, task.start)
     return held, tools, task
-
-
-def plan(
-    setup: Setup, tools: Sequence[Tool], task: Hammer
-) -> tuple[dict[str, Choice], Mapping[str, Mapping[str, BlowCost]], dict[str, dict[str, Blow]]]:
-    """Plans the blow with each grip as observed and as it is, and simulates it with contact and the true densities.
-
-    A nail that cannot be driven with a grip, or without a cheaper grip, raises a BadValueError.
-
-    Returns: Choices by tool, and costs of the true tools and simulated blows by tool and grip.
-    """
-    file, settings, exact = setup.models / NAIL, setup.settings, remove_errors(setup.settings)
-    choices = _plan_blows(setup, tools, task, settings, "hammer: plans")
-    true = choices
-    if replace(settings, faults=exact.faults) != exact:
-        true = _plan_blows(setup, tools, task, exact, "hammer: plans, true")
-    costs: dict[str, dict[str, Any]] = {
-        name: {option.grip: cost for option, cost in zip(choice.options, choice.cost_models, strict=True)}
-        for name, choice in true.items()
-    }
-    check_depth(file, tools, task, costs)
-    held = [(tool, grip, each) for tool in tools for grip, each in tool.list_gripped().items()]
-    strikes = [
-        partial(simulate_blow, each, task, costs[tool.name][grip], list_densities([tool]), exact)
-        for tool, grip, each in held
-    ]
-    with blame(file, "blow", FAILURE):
-        simulated = run_tasks(strikes, jobs=setup.jobs, description="hammer: blows")
-    blows: dict[str, dict[str, Blow]] = {tool.name: {} for tool in tools}
-    for (tool, grip, _), blow in zip(held, simulated, strict=True):
-        if problem := blow.describe_force_error(task.force, load_arm(settings.arm)):
-            asked = f"asks for {task.force:.0f} N, {name_object(tool.name)} by {grip} {problem}"
-            raise BadValueError(file, "blow", asked)
-        blows[tool.name][grip] = blow
-    for tool in tools:
-        check_one_grip_is_cheaper(setup.models / TOOLS, tool, [blow.work for blow in blows[tool.name].values()])
-    return choices, costs, blows
-
-
-def _plan_blows(
-    setup: Setup, tools: Sequence[Tool], task: Hammer, settings: Settings, description: str
-) -> dict[str, Choice]:
-    """Plans the blow with each grip; one that no swing can do raises a BadValueError."""
-    file = setup.models / NAIL
-    with blame(file, "blow", FAILURE):
-        choices = plan_grips(tools, task, settings, seed=setup.seed, jobs=setup.jobs, description=description)
-    for choice in choices.values():
-        for option, cost in zip(choice.options, choice.cost_models, strict=True):
-            if cost.infeasible_reason:
-                raise BadValueError(file, "blow", f"{FAILURE}: {option.name}: {cost.infeasible_reason}")
-    return choices
-
-
-def check_depth(file: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
-    """Raises a BadValueError if the nail cannot be driven as deep as demanded with each tool by each grip."""
-    held = {(tool.name, grip): each for tool in tools for grip, each in tool.list_gripped().items()}
-    for (name, grip), gripped in held.items():
-        if reason := costs[name][grip].explain_infeasibility(gripped.parameters):
-            depth = min(costs[one][by].find_greatest_depth(each.parameters) for (one, by), each in held.items())
-            floor = math.floor(1e4 * depth) / 1e4
-            bound = f"must be at most {floor:g} m"
-            if floor <= task.nail.depth_set:
-                bound = "no depth is within the joints' limits"
-            asked = f"is {task.nail.depth_demanded:g} m and asks for {task.force:.0f} N"
-            problem = f"{asked}, for which with {name_object(name)} by {grip} {reason}; {bound}"
-            raise BadValueError(file, "depth_demanded", problem)
-
-
-def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
-    """Plans the demanded blow with a gripped tool, from the one for its name and grip; returns its work, [J]."""
-    model = ArmModel(load_arm(settings.arm))
-    target = task.find_target(model, held.components)
-    planned, pi = costs[held.name][held.grip], held.parameters[None]
-    speed = float(planned.find_speed(pi)[0])
-    swing = planned.pick_swing(speed)
-    for _ in range(SWINGS):
-        swing = find_swing(model, target, task, speed, swing)
-        (mass,) = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end).compute(pi)
-        speed = float(task.nail.compute_tip_speed(np.array(AIM * task.force), mass))
-    assert swing is not None  # there is at least one
-    return float(MotionCost(model, sample_swing(swing, settings.control_period)).compute(pi).work[0])
 
 
 def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
@@ -389,60 +292,3 @@ def tabulate(n: Mapping[str, Any]) -> pd.DataFrame:
         "travel (mm)": {grip: f"{1000.0 * travel:.1f}" for grip, travel in n["travel_m"].items()},
     }
     return pd.DataFrame(columns).rename_axis("grip")
-
-
-def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
-    """Draws figure 9, rendered: the start and the strike with each grip of a tool, and the nail."""
-    held = tool.list_gripped()
-    poses, close = [], []
-    for grip, blow in blows.items():
-        times, nail = blow.record.times, blow.nail
-        row = int(np.argmin(np.abs(times - nail.time_of_touch)))
-        start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
-        travel = float(np.interp(times[row], nail.times, nail.travel))
-        strike = start._replace(q=blow.record.q[row], travel=travel)
-        poses += [start, strike]
-        close.append(strike)
-    images = render_poses(arm, poses, width=1000, height=380)
-    close_ups = render_close_ups(arm, close, width=400, height=380)
-    rows = {f"held by {grip}": [*images[2 * i : 2 * i + 2], close_ups[i]] for i, grip in enumerate(blows)}
-    return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
-
-
-def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
-    """Labels the force on the nail and its travel around the strike, with each grip."""
-    longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
-    times = np.arange(TOUCH[0], max(TOUCH[-1], longest - TOUCH[0]), TOUCH[1] - TOUCH[0])
-
-    def interpolate(name: str) -> list[Any]:
-        return [np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name)) for b in blows]
-
-    axes = ("grip", "time_since_touch")
-    return xr.Dataset(
-        {
-            "resistance": (axes, interpolate("resistance"), about("N", "resistance of the nail")),
-            "contact": (axes, interpolate("contact"), about("N", "force of the tool on the nail")),
-            "travel": (axes, interpolate("travel"), about("m", "distance by which the nail was driven")),
-        },
-        {"time_since_touch": (axes[1:], times, about("s", "time since the tool touched the nail"))},
-    )
-
-
-def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow], file: Path) -> None:
-    """Writes the blow with each grip as a page, in slow motion around the strike."""
-    held = tool.list_gripped()
-    scenes = []
-    for grip, blow in blows.items():
-        strike, times = blow.strike.time_of_strike, blow.record.times
-        scenes.append(
-            Scene(
-                held[grip],
-                times,
-                blow.record.q,
-                f"held by {grip}: absolute work {blow.work:.1f} J, {blow.force:.0f} N",
-                placement=blow.strike.placement,
-                travel=np.interp(times, blow.nail.times, blow.nail.travel),
-                slow=(strike - SLOW_BEFORE, strike + SLOW_AFTER, SLOWER),
-            )
-        )
-    write_replay(file, arm, scenes, title=f"Simulation IV: {tool.name}")
