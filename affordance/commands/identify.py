@@ -72,7 +72,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--claimed", type=Path, metavar="FILE", help="payload that is set on the controller (docs/identify.md)")
     add("--tolerance", type=float, default=0.05, help="of its mass and centre of mass, relative (default .05)")
     add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
-    add("--off", nargs="+", default=[], choices=NUISANCES, help="parts of the uncertainty to leave out, to see their effect")
+    what = "parts of the uncertainty to leave out, to see their effect"
+    add("--off", nargs="+", default=[], choices=NUISANCES, help=what)
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording that comes with the package")

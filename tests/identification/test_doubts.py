@@ -67,6 +67,11 @@ def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
     with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad by .*; are these degrees"):
         identify(narrow, pair, settings=_SETTINGS)
     assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
+    turned = pair._replace(
+        loaded=replace(pair.loaded, q=pair.loaded.q + np.array([0.0, 2.0 * np.pi, 0.0, 0.0, 0.0, 0.0]))
+    )
+    with pytest.raises(BadValueError, match=r"q of joint_2: is .* by .*robot.urdf; is it counted a turn"):
+        identify(robot, turned, settings=_SETTINGS)
 
 
 def test_a_sensor_that_sticks_is_named_with_its_time(robot):

@@ -1,7 +1,7 @@
 """Recorded run: one table of times, joint motion and signals, validated on construction.
 
-Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees, currents in
-milliamperes. Each error names the file, the row, the column, the value and its bound.
+Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees or with
+jumps, currents in milliamperes. Each error names the file, the row, the column, the value and its bound.
 """
 
 import difflib
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.identification.recording.joint_rates import DEGREES, FASTEST, LONGEST_STEP, check_rates
 from affordance.identification.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
@@ -24,18 +25,18 @@ _MIN_ROWS = 20
 _GAP, _GAP_STEPS = 0.25, 5.0
 # Length of gravity on Earth, [m/s^2], as drivers round it.
 _EARTH = (9.7, 9.9)
-_STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
+_STEP_BOUNDS = (1e-5, LONGEST_STEP)  # from 100 kHz to 2 Hz, [s]
 # Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
 _BOUNDS = {
     "q": (4.0 * np.pi, "rad"),
-    "v": (8.0 * np.pi, "rad/s"),
+    "v": (FASTEST, "rad/s"),
     "vdot": (1e4, "rad/s^2"),
     "tau": (5e3, "N m"),
     "current": (100.0, "A"),
     "wrench": (5e3, "N or N m"),
 }
 _HINTS = {
-    "q": "are these degrees? then its description must have 'units: {q: deg}'",
+    "q": DEGREES,
     "v": "are these degrees a second? then its description must have 'units: {v: deg/s}'",
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
@@ -123,6 +124,7 @@ class Run:
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
+            check_rates(self)  # or a jump would look like a column of other rates
             self._check_rate("v", self.v, "q", self.q)
             if self.vdot is not None:
                 self._check_rate("vdot", self.vdot, "v", self.v)
