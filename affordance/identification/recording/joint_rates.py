@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 FASTEST = 8.0 * np.pi
 # Longest step of a recording, [s]; and angles beyond a joint's limits that some controllers allow, [rad].
 LONGEST_STEP, ANGLE_SLACK = 0.5, 0.5
+# Units that are likely to be wrong, in words.
 DEGREES = "are these degrees? then its description must have 'units: {q: deg}'"
-# The same of rates, as a factor: files of robots limit joints more narrowly than some controllers do.
+LONGER_UNIT = "is the unit of time a thousand times as long? 'units: {time: s}' of the description names it"
+# Factor by which rates may exceed limits: files of robots limit joints more narrowly than some controllers do.
 _RATE_SLACK = 1.5
 # Change of an angle that noise and rounding do not reach, however short the step, [rad].
 _NOISE = 0.05

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.joint_rates import DEGREES, FASTEST, LONGEST_STEP, check_rates
+from affordance.identification.recording.joint_rates import (
+    DEGREES,
+    FASTEST,
+    LONGER_UNIT,
+    LONGEST_STEP,
+    check_rates,
+    find_jumps,
+)
 from affordance.identification.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
@@ -225,15 +232,23 @@ class Run:
         low, high = _STEP_BOUNDS
         typical = float(np.median(steps))
         if not low <= typical <= high:
-            units = (name for name, unit in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)) if unit * typical <= high)
-            hint = f"; in other units the description must have 'units: {{time: {next(units, 's')}}}'"
-            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}{hint}"
+            hint = LONGER_UNIT if typical < low else self._explain_long_steps(typical)
+            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}; {hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))
         bound = max(_GAP, _GAP_STEPS * typical)
         if steps[longest] > bound:
             problem = f"jumps by {steps[longest]:.3g} s, must be at most {bound:.3g} s; cut the table there"
             raise self.error_at(longest + 1, "time", problem)
+
+    def _explain_long_steps(self, typical: float) -> str:
+        """Says what a table may be whose typical step is too long, [s]."""
+        units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+        unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
+        jumps = find_jumps(units[unit] * self.times, self.q, np.full(self.q.shape[1], np.inf))
+        if len({jump.row for jump in jumps}) > 0.5 * len(self.times):  # in that unit, too
+            return "are these postures that were held? the motion from each to the next must be recorded too"
+        return f"in other units the description must have 'units: {{time: {unit}}}'"
 
     def _check_values(self, name: str, values: Array) -> None:
         bound, unit = _BOUNDS[name]
