@@ -83,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is not to be trusted."""
+    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is doubted or shows no mass."""
     if arguments.demo:
         return _run_demo(arguments)
     if arguments.loaded is None:
@@ -139,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _write(arguments.out, belief, is_used)
     options.give_answer(arguments, "belief", text, content)
-    return 0 if belief.is_trusted else 3
+    return 0 if belief.is_trusted and belief.shows_mass else 3
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:

@@ -54,6 +54,10 @@ def _give_verdict(belief: PayloadBelief) -> str:
     lines = [f"{belief.source}: {belief.analysis}"]
     if belief.doubts:
         lines += ["NOT TO BE TRUSTED:", *(f"  {doubt}" for doubt in belief.doubts)]
+    elif not belief.shows_mass:
+        low, high = belief.mass_interval90
+        lines.append(f"NOT SEEN: the mass, 90 % from {low:.2g} to {high:.2g} kg.")
+        lines.append(f"  to see it: {belief.advice}")
     else:
         lines.append("No reason was found to distrust the result.")
     lines += [f"  warning: {warning}" for warning in belief.warnings]
@@ -101,7 +105,8 @@ def _write_lines(belief: PayloadBelief, anyway: bool) -> str:
     if belief.doubts and not anyway:
         return "For the robot: no lines, as the result is not to be trusted (--anyway writes them)."
     if belief.setting is None:
-        return "For the robot: no lines, as the mass was not seen."
+        why = "little or nothing is held" if belief.is_light else "the mass was not seen"
+        return f"For the robot: no lines, as {why}."
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     lines = [f"For the robot, if the tip, {belief.tip}, is its flange{mark}:"]
     lines += [f"  {robot}: {line}" for robot, line in format_payload(belief.setting).items()]

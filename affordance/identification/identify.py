@@ -17,7 +17,7 @@ from affordance.identification.evidence.gains import Gains, arrange_gains, build
 from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
-from affordance.identification.excitation.more_motion import suggest_motion
+from affordance.identification.excitation.more_motion import suggest_motion, suggest_run
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject
@@ -130,7 +130,8 @@ def identify(
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
-        return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings), tip=arm.tip)
+        doubts = find_doubts(arm, loaded, empty, belief, before, settings)
+        return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
         problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
         raise BadValueError(loaded.source, "", problem) from error

@@ -45,7 +45,7 @@ def folder(tmp_path_factory):
     robot = build_robot(folder)
     rng = np.random.default_rng(11)
     held = {"empty": None, "loaded": PAYLOAD, "heavy": 2.0 * PAYLOAD, "stick": _STICK.parameters}
-    held["stick_again"] = held["stick"]
+    held |= {"stick_again": held["stick"], "nothing": None}
     for name, pi in held.items():
         run = generate_run(robot, pi, truth=_TRUTH, rng=rng, kind=SignalKind.CURRENT, rate=50.0)
         _write(folder, name, run)
@@ -194,6 +194,27 @@ def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_beh
     text = _run(folder, *swapped, tmp_path / "b", "--anyway", status=3).out
     assert "its flange, NOT TO BE TRUSTED" in text
     assert (tmp_path / "b" / "gains.yaml").exists()
+
+
+def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, tmp_path):
+    """Without an empty run the mass is hardly known; with one, an empty hand is known to hold next to nothing."""
+    loaded, empty, nothing, heavy = _name(folder, "loaded", "empty", "nothing", "heavy")
+    text = _run(folder, "--loaded", loaded, status=3).out
+    assert text.splitlines()[1].startswith("NOT SEEN: the mass, 90 % from ")
+    assert text.splitlines()[2].startswith("  to see it: record the same motion with an empty hand (--empty)")
+    assert "No reason was found" not in text
+    assert "no lines, as the mass was not seen" in text
+    found = _run(folder, "--loaded", loaded, "--json", status=3).content
+    assert found["trusted"] is True
+    assert found["mass_seen"] is False
+    assert "(--empty)" in found["would_show_mass"]
+    _run(folder, "--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0], "--out", tmp_path)
+    words = ("--empty", empty, "--loaded", nothing, "--gains", tmp_path / "gains.yaml")
+    text = _run(folder, *words).out
+    assert text.splitlines()[1] == "No reason was found to distrust the result."
+    assert "mass (mass): little or nothing is held" in text
+    assert "no lines, as little or nothing is held" in text
+    assert _run(folder, *words, "--json").content["mass_seen"] is True
 
 
 def test_payload_of_the_controller_is_compared(folder, tmp_path):
