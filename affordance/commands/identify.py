@@ -244,8 +244,12 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
         )
     robot = given[0] if given else MODELS
     tip = arguments.tip or loaded.description.tip
-    if not tip and robot.is_dir():  # a camera's object is posed in the hand
-        tip = HAND_FRAME if arguments.object is not None else find_imported_tip(robot) or HAND_FRAME
+    if not tip and robot.is_dir():
+        of_file = find_imported_tip(robot)
+        tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME  # objects are posed in the hand
+        if tip == HAND_FRAME and of_file is not None and loaded.description.compensated_payload.any():
+            problem = "is in the frame of the tip as the controller's payload is, so that --tip must name the tip"
+            raise BadValueError(loaded.source, "compensated_payload", f"{problem} of the robot's file")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
     return load_robot(robot, tip, arguments.base or loaded.description.base or None)

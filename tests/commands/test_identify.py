@@ -108,7 +108,7 @@ def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
 
 @pytest.mark.parametrize("axis", ["y", "-z"])
 def test_an_imported_robot_gives_the_lines_and_the_verdict_of_its_file(folder, tmp_path, axis):
-    """In the hand, which is turned, a run is the same payload: by Drake, its lines are those of the tip of the file."""
+    """A result in the hand, which is turned, has by Drake the lines of the tip of the file."""
     import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis=axis), tmp_path / "six", **_QUICK)
     empty, loaded = _name(folder, "empty", "heavy")
     description, claimed = tmp_path / "tipless.yaml", tmp_path / "set.yaml"
@@ -156,6 +156,12 @@ def test_moments_of_a_seen_object_are_turned_from_the_hand_to_the_flange(folder,
     words += ["--object", MODELS / "tools" / "novel.yaml", "--object-name", "stick", "--object-pose", *pose]
     found = answer("identify", tmp_path / "six", *words, "--json").content
     assert (found["frame"], found["flange"]) == ("hand_grip", "flange")
+    # What a controller subtracts is posed as a controller has it, so that the frame must be named.
+    description.write_text(description.read_text() + "compensated_payload: {mass: 0.2, com: [0, 0, 0.1]}\n")
+    said = answer("identify", tmp_path / "six", *words, status=2).err
+    assert (
+        "compensated_payload: is in the frame of the tip as the controller's payload is, so that --tip must" in said
+    )
     inertia = RotationalInertia(*found["inertia_kg_m2"]).ReExpress(R_FH)
     line = found["payload_settings"]["Universal Robots (URScript)"].split("#")[0]
     numbers = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line)]
@@ -202,12 +208,11 @@ def test_the_frame_of_a_wrist_sensor_is_no_flange(folder, tmp_path):
     text = (folder / "empty.yaml").read_text().replace("signal: current", "signal: wrench")
     (tmp_path / "held.yaml").write_text(text)
     words = ["--loaded", tmp_path / "held.csv"]
-    assert (
-        "no lines, as no controller takes it in that of a sensor, flange (--flange NAME" in _run(folder, *words).out
-    )
+    text = _run(folder, *words).out
+    assert "no lines, as no controller takes a payload in the frame of a sensor, flange (--flange NAME" in text
     lines = _run(folder, *words, "--flange", "link_6").out
     found = _run(folder, *words, "--json").content
-    centre = ", ".join(f"{value:.5f}" for value in np.array(found["com_m"]) + [0.08, 0.0, 0.0])
+    centre = ", ".join(f"{value:.5f}" for value in found["com_m"] + np.array([0.08, 0.0, 0.0]))
     assert f"set_target_payload({found['mass_kg']:.4f}, [{centre}]" in lines
 
 
