@@ -23,7 +23,7 @@ from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
-from affordance.identification.recording.joint_rates import ANGLE_SLACK, check_rates
+from affordance.identification.recording.joint_rates import ANGLE_SLACK
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -94,7 +94,7 @@ def identify(
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
-        check_rates(run, arm.velocity_limits, arm.limits, arm.source)
+        run.check_rates(arm.velocity_limits, arm.limits, arm.source)
         _check_angles(arm, run)
         check_sensors(run)
     description = loaded.description

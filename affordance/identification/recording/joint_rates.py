@@ -3,15 +3,12 @@
 A table with jumps is no recording of a motion: a filter turns each jump into a motion that never happened.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-
-if TYPE_CHECKING:
-    from affordance.identification.recording.run import Run
 
 # Largest rate of a joint of an arm of any size, four turns a second, [rad/s].
 FASTEST = 8.0 * np.pi
@@ -75,34 +72,56 @@ def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
     )
 
 
-def check_rates(run: "Run", limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-    """Checks that no joint turns faster than it can, or raises a BadValueError that says what the data look like.
+class Fault(NamedTuple):
+    """Rate that rules a table out."""
+
+    row: int  # number of the sample, from 0
+    joint: int  # number of the joint, from 0
+    problem: str  # rate, bound, and what the table looks like
+
+
+def find_fault(
+    times: Array,
+    q: Array,
+    rows: NDArray[np.intp],
+    *,
+    limits: Array | None = None,
+    ranges: Array | None = None,
+    source: str = "",
+) -> Fault | None:
+    """Finds the joint that turns fastest beyond its velocity limit, and says what such a table looks like.
 
     Args:
-        run: Recorded run.
+        times: Times of the samples, shape (N,), increasing, [s].
+        q: Joint angles, shape (N, n), [rad].
+        rows: Row of the file that holds each sample, shape (N,).
         limits: Velocity limits by the robot's file, shape (n,), [rad/s]; None if the robot is not known.
         ranges: Least and largest angle of each joint by the file, shape (2, n), [rad]; None if not known.
         source: The robot's file.
+
+    Returns: The fault; None if no joint turns too fast.
     """
-    n = run.q.shape[1]
+    n = q.shape[1]
     limits = np.full(n, np.inf) if limits is None else limits
-    ranges = _TURN * np.array([-np.ones(n), np.ones(n)]) if ranges is None else ranges
-    jumps = find_jumps(run.times, run.q, limits)
-    is_smooth = not jumps or np.mean([_is_smooth(run.q[:, jump.joint], jump.row) for jump in jumps]) > 0.5
+    jumps = find_jumps(times, q, limits)
+    is_smooth = not jumps or np.mean([_is_smooth(q[:, jump.joint], jump.row) for jump in jumps]) > 0.5
+    typical = float(np.median(np.diff(times)))
     if not jumps:  # a smooth motion shows its rate over several samples
-        every = int(np.clip(_WINDOW * run.rate, 1, len(run.times) // 3))
-        thin = find_jumps(run.times[::every], run.q[::every], limits)
+        every = int(np.clip(_WINDOW / typical, 1, len(times) // 3))
+        thin = find_jumps(times[::every], q[::every], limits)
         jumps = tuple(jump._replace(row=every * jump.row) for jump in thin)
     if not jumps:
-        return
+        return None
     worst = max(jumps, key=lambda jump: jump.rate / jump.limit)
+    if is_smooth:
+        looks = _explain_units(q, typical, worst, _TURN * np.array([[-1.0], [1.0]]) if ranges is None else ranges)
+    else:
+        looks = _explain_jumps(q, rows, jumps)
     by = f"by {source}" if worst.limit < FASTEST else "as of any arm"
     rate = f"{worst.rate:.3g} rad/s, must be at most {worst.limit:.3g} {by}"
     change = f"changes by {abs(worst.change):.3g} rad within {worst.step:.3g} s"
-    time = f"{run.times[worst.row] - run.times[0]:.4g} s after the start"
-    looks = _explain_units(run, worst, ranges) if is_smooth else _explain_jumps(run, jumps)
-    name = f"q_{worst.joint + 1} ({run.description.joint_names[worst.joint]})"
-    raise run.error_at(worst.row, name, f"{change}, {time}: {rate}; {looks}")
+    since = f"{times[worst.row] - times[0]:.4g} s after the start"
+    return Fault(worst.row, worst.joint, f"{change}, {since}: {rate}; {looks}")
 
 
 def _is_smooth(q: Array, row: int) -> bool:
@@ -111,36 +130,32 @@ def _is_smooth(q: Array, row: int) -> bool:
     return bool((changes * np.sign(q[row] - q[row - 1]) >= _SMOOTH * abs(q[row] - q[row - 1])).all())
 
 
-def _explain_units(run: "Run", worst: Jump, ranges: Array) -> str:
-    """Says which unit is likely to be wrong if a motion is smooth and too fast."""
-    low, high = ranges
-    step = 1.0 / run.rate
+def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
+    """Says which unit is likely to be wrong if a motion, sampled in steps, [s], is smooth and too fast."""
     if step <= _SHORTEST and worst.rate <= _NEXT_UNIT * _RATE_SLACK * worst.limit:
-        every = f"a sample every {1e6 * step:.3g} us is unlikely"
-        return (
-            f"{every}: is the unit of time a thousand times as long? 'units: {{time: s}}' of the description names it"
-        )
-    if ((run.q < low - ANGLE_SLACK) | (run.q > high + ANGLE_SLACK)).any():
+        return f"a sample every {1e6 * step:.3g} us is unlikely: {LONGER_UNIT}"
+    low, high = ranges
+    if ((q < low - ANGLE_SLACK) | (q > high + ANGLE_SLACK)).any():
         return DEGREES
     return "are time and angles in the units that its description says, and is the robot's file that of this arm?"
 
 
-def _explain_jumps(run: "Run", jumps: tuple[Jump, ...]) -> str:
+def _explain_jumps(q: Array, rows: NDArray[np.intp], jumps: tuple[Jump, ...]) -> str:
     """Says what a table with jumps looks like."""
     changes = np.abs([jump.change for jump in jumps])
     beside = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
     allowed = np.array([_RATE_SLACK * jump.limit * jump.step + _NOISE for jump in jumps])
     if np.mean(beside <= allowed) > 0.5:
         return "the angle jumps by a turn (2 pi), as of an encoder that starts again: unwrap it, as numpy.unwrap does"
-    rows = np.unique([jump.row for jump in jumps])
-    alone = _find_alone(run, rows, allowed.min())
-    if 2 * len(alone) == len(rows):
-        numbers = alone + 1 if run.rows is None else run.rows[alone]
-        more = " ..." if len(numbers) > _LISTED else ""
-        return f"row {', '.join(map(str, numbers[:_LISTED]))}{more} differs from those before and after: leave it out"
-    pieces = np.split(run.q, rows)
+    places = np.unique([jump.row for jump in jumps])
+    alone = _find_alone(q, places, 2.0 * allowed.min())
+    if 2 * len(alone) == len(places):
+        more = " ..." if len(alone) > _LISTED else ""
+        listed = ", ".join(map(str, rows[alone[:_LISTED]]))
+        return f"row {listed}{more} differs from those before and after: leave it out"
+    pieces = np.split(q, places)
     at_rest = sum(len(piece) for piece in pieces if np.ptp(piece, axis=0).max() <= _NOISE)
-    if at_rest > 0.5 * len(run.q):
+    if at_rest > 0.5 * len(q):
         return (
             f"these look like {len(pieces)} postures that were held, one after the other: the motion from each "
             "to the next must be recorded too"
@@ -148,9 +163,9 @@ def _explain_jumps(run: "Run", jumps: tuple[Jump, ...]) -> str:
     return f"these look like {len(pieces)} recordings in one table, or rows are missing: give one whole motion"
 
 
-def _find_alone(run: "Run", rows: NDArray[np.intp], allowed: float) -> NDArray[np.intp]:
+def _find_alone(q: Array, places: NDArray[np.intp], allowed: float) -> NDArray[np.intp]:
     """Finds samples that jump away from the one before, and back to it with the next, among those that jump."""
-    first = rows[np.isin(rows + 1, rows) & (rows + 1 < len(run.q))]
-    returns = np.abs(run.q[first + 1] - run.q[first - 1]).max(axis=1, initial=0.0) <= 2.0 * allowed
+    first = places[np.isin(places + 1, places)]
+    returns = np.abs(q[first + 1] - q[first - 1]).max(axis=1, initial=0.0) <= allowed
     found: NDArray[np.intp] = first[returns]
     return found

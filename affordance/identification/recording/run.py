@@ -21,7 +21,7 @@ from affordance.identification.recording.joint_rates import (
     FASTEST,
     LONGER_UNIT,
     LONGEST_STEP,
-    check_rates,
+    find_fault,
     find_jumps,
 )
 from affordance.identification.settings import SignalKind
@@ -131,7 +131,7 @@ class Run:
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
-            check_rates(self)  # or a jump would look like a column of other rates
+            self.check_rates()  # or a jump would look like a column of other rates
             self._check_rate("v", self.v, "q", self.q)
             if self.vdot is not None:
                 self._check_rate("vdot", self.vdot, "v", self.v)
@@ -218,6 +218,14 @@ class Run:
         """Builds the error that reports a problem of a sample."""
         number = row + 1 if self.rows is None else int(self.rows[row])
         return BadValueError(self.source, f"row {number}, column {column}", problem)
+
+    def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
+        """Raises a BadValueError for a joint that turns too fast, by ``find_fault``, whose arguments these are."""
+        rows = np.arange(1, len(self.q) + 1) if self.rows is None else self.rows
+        fault = find_fault(self.times, self.q, rows, limits=limits, ranges=ranges, source=source)
+        if fault is not None:
+            name = self.description.joint_names[fault.joint]
+            raise self.error_at(fault.row, f"q_{fault.joint + 1} ({name})", fault.problem)
 
     def _check_times(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.times))

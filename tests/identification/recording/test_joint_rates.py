@@ -7,7 +7,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.identification.identify import Runs, identify
-from affordance.identification.recording.joint_rates import FASTEST, check_rates, find_jumps
+from affordance.identification.recording.joint_rates import FASTEST, find_jumps
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
@@ -30,7 +30,7 @@ def _move(seconds=20.0, rate=_RATE):
 
 
 def _check(run, ranges=_RANGES):
-    return refuse(check_rates, run, _LIMITS, ranges, "robot.urdf")
+    return refuse(run.check_rates, _LIMITS, ranges, "robot.urdf")
 
 
 def _hold(seconds, rate=_RATE, noise=1e-4):
@@ -44,15 +44,15 @@ def _hold(seconds, rate=_RATE, noise=1e-4):
 def test_a_motion_within_the_limits_has_no_jumps(rate):
     run = _build(_move(rate=rate) + 1e-3 * np.random.default_rng(1).standard_normal(_move(rate=rate).shape), rate)
     assert find_jumps(run.times, run.q, _LIMITS) == ()
-    check_rates(run, _LIMITS, _RANGES, "robot.urdf")
+    run.check_rates(_LIMITS, _RANGES, "robot.urdf")
 
 
 def test_stamps_of_rows_that_came_together_are_no_jumps():
     """Rows stamped as they arrive, four at once: the steps between them are short though the motion is not fast."""
-    run = _build(_move())
+    run = _build(_move(rate=10.0), 10.0)
     late = run.times.reshape(-1, 4)[:, -1:] + 1e-5 * np.arange(4)
     late = replace(run, times=late.ravel())
-    check_rates(late, _LIMITS, _RANGES, "robot.urdf")
+    late.check_rates(_LIMITS, _RANGES, "robot.urdf")
 
 
 def test_jumps_are_those_between_postures():
@@ -124,7 +124,7 @@ def test_joints_without_a_limit_turn_four_times_a_second_at_most():
     run = _build(q)
     jumps = find_jumps(run.times, q, np.full(2, np.inf))
     assert [(jump.row, jump.joint, jump.limit) for jump in jumps] == [(500, 0, FASTEST)]
-    said = refuse(check_rates, run)
+    said = refuse(run.check_rates)
     assert "must be at most 25.1 as of any arm" in said
 
 
