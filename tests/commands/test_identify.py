@@ -87,7 +87,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
 
 def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
     """The folder knows the tip of the file, with the same numbers; its hand is the tip, turned."""
-    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y"), tmp_path / "six", **_QUICK)
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y", roll=0.0), tmp_path / "six", **_QUICK)
     empty, loaded = _name(folder, "empty", "heavy")
     words = ("--empty", empty, "--loaded", loaded, "--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500, "--json")
     of_file, imported, in_hand = (
@@ -109,7 +109,8 @@ def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
 @pytest.mark.parametrize("axis", ["y", "-z"])
 def test_an_imported_robot_gives_the_lines_and_the_verdict_of_its_file(folder, tmp_path, axis):
     """A result in the hand, which is turned, has by Drake the lines of the tip of the file."""
-    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis=axis), tmp_path / "six", **_QUICK)
+    roll = 0.5
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis=axis, roll=roll), tmp_path / "six", **_QUICK)
     empty, loaded = _name(folder, "empty", "heavy")
     description, claimed = tmp_path / "tipless.yaml", tmp_path / "set.yaml"
     description.write_text((folder / "empty.yaml").read_text().replace("tip: flange\n", ""))
@@ -131,10 +132,10 @@ def test_an_imported_robot_gives_the_lines_and_the_verdict_of_its_file(folder, t
         assert imported["claimed"][key] == pytest.approx(of_file["claimed"][key], rel=1e-6)
     assert (in_hand["frame"], in_hand["flange"], in_hand["claimed"]["frame"]) == ("hand_grip", "flange", "flange")
     assert of_file["claimed"]["verdict"] == in_hand["claimed"]["verdict"] == "right"
-    # Hx points along the axis, and H lies at the tip.
+    # Hx points along the axis, H is rolled about it, and lies at the tip.
     R = RotationMatrix(
         np.eye(3)[:, [1, 2, 0]] if axis == "y" else np.eye(3)[:, [2, 0, 1]] @ np.diag([-1.0, -1.0, 1.0])
-    )
+    ) @ RotationMatrix.MakeXRotation(roll)
     line = in_hand["payload_settings"]["Drake (Python)"]
     found = eval(line, {"SpatialInertia": SpatialInertia, "RotationalInertia": RotationalInertia})
     expected = R @ np.array(in_hand["com_m"])
@@ -145,7 +146,7 @@ def test_an_imported_robot_gives_the_lines_and_the_verdict_of_its_file(folder, t
 
 def test_moments_of_a_seen_object_are_turned_from_the_hand_to_the_flange(folder, tmp_path):
     """By Drake; a camera's object is posed in the hand, so that the result is too."""
-    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="-y"), tmp_path / "six", **_QUICK)
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="-y", roll=0.0), tmp_path / "six", **_QUICK)
     empty, stick = _name(folder, "empty", "stick")
     description = tmp_path / "tipless.yaml"
     description.write_text((folder / "empty.yaml").read_text().replace("tip: flange\n", ""))
