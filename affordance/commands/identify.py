@@ -12,7 +12,7 @@ from affordance.belief.object_belief import Memory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
 from affordance.commands.payload_text import describe_payload
-from affordance.exceptions import BadValueError, hide_password
+from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
@@ -25,6 +25,7 @@ from affordance.identification.recording.run_entry import ObjectPoseEntry
 from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
 from affordance.memory.identified_trial import build_identified_trial, teach
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.past_arms import count_past_arms, describe_past_arms
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools
@@ -130,7 +131,7 @@ def run(arguments: argparse.Namespace) -> int:
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
     elif place := arguments.learned or arguments.memory:
-        lesson = f"{hide_password(place)} learns nothing: of no object was it said what a camera saw (--object)"
+        lesson = f"{place} learns nothing: of no object was it said what a camera saw (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     content["flange"] = None if isinstance(flange, str) else flange.name
@@ -168,8 +169,6 @@ def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> Memor
     """Recalls a memory; one that does not exist yet knows nothing."""
     if place is None:
         return MaterialMemory()
-    from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
-
     if not has_memory(place):
         if same_colours:
             raise BadValueError("--same-colour", "", f"is of what is remembered, but {place} does not exist")
@@ -190,10 +189,10 @@ def _teach(
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
-    place, shown = arguments.learned or arguments.memory, hide_password(arguments.learned or arguments.memory)
+    place = arguments.learned or arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
-        return belief, f"{shown} learns nothing: {reason} (--anyway teaches it)"
+        return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
     memory, is_new = teach(
@@ -201,7 +200,7 @@ def _teach(
     )
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     learned = "has learned them" if is_new else "learns nothing: this run has taught it before"
-    return belief, f"{shown} {learned}"
+    return belief, f"{place} {learned}"
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
