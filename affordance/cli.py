@@ -5,15 +5,16 @@ cannot be imported. The name of an experiment stands for ``run`` with that exper
 """
 
 import argparse
+import contextlib
 import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn, Protocol, cast
+from typing import Any, NoReturn, Protocol, TextIO, cast
 
 from affordance.commands.study import FORMER
 from affordance.drake.system_libraries import provide_libraries
-from affordance.exceptions import AffordanceError, describe_choice, show_value, suggest
+from affordance.exceptions import PROSE, AffordanceError, describe_choice, show_text, show_value, suggest
 from affordance.files.model_folder import import_study, list_studies
 from affordance.version import __version__
 
@@ -142,7 +143,9 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     if name not in COMMANDS:
         print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}", file=sys.stderr)
         return 2
-    logging.basicConfig(format="%(message)s", level=logging.WARNING)
+    handler = logging.StreamHandler()
+    handler.setFormatter(_ShownFormatter("%(message)s"))
+    logging.basicConfig(handlers=[handler], level=logging.WARNING)
     try:
         if name not in _FREE:
             provide_libraries()
@@ -156,7 +159,9 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
         parser = OneLineParser(prog=f"{program} {name}", description=description)
         command.add_arguments(parser)
-        return command.run(parser.parse(words))
+        chosen = parser.parse(words)
+        with contextlib.redirect_stdout(cast(TextIO, _ShownOutput(sys.stdout))):
+            return command.run(chosen)
     except AffordanceError as error:
         print(f"{program}: {error}", file=sys.stderr)
         return 2
@@ -168,10 +173,30 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 2
 
 
+class _ShownFormatter(logging.Formatter):
+    """Formatter of log messages without characters that would not be seen."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return show_text(super().format(record), PROSE)
+
+
+class _ShownOutput:
+    """Standard output in which characters that would not be seen, as in names of files, are replaced."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        return self._stream.write(show_text(text, PROSE))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
 def describe_system_error(error: OSError) -> str:
     """Describes an error of the system in one line: the file, if known, and the fault."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
-    return " ".join(": ".join(str(part) for part in parts if part).split())
+    return show_text(" ".join(": ".join(str(part) for part in parts if part).split()))
 
 
 def load_command(name: str) -> Command:

@@ -2,7 +2,8 @@
 
 import difflib
 import re
-from collections.abc import Iterable
+import unicodedata
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,14 @@ from numpy.typing import NDArray
 
 # Largest number of characters shown of a value, and of a whole message.
 _SHOWN, _LONGEST = 100, 2000
+# Characters that Python counts as printable, and that show nothing: fillers, joiners, variation selectors.
+_BLANK = re.compile(
+    "[\u034f\u115f\u1160\u17b4\u17b5\u180b-\u180f\u2800\u3164\ufe00-\ufe0f\uffa0\U000e0100-\U000e01ef]"
+)
+# Most marks on one letter; more of them cover the lines around. Vietnamese has two, Hebrew four.
+_MOST_MARKS = 4
+# What a text of several lines may hold besides: line ends, tabs, and spaces of fixed width.
+PROSE = "\n\t\u00a0\u2009\u202f\u3000"
 # Words that replace an article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
 
@@ -24,6 +33,33 @@ class AffordanceError(Exception):
     def __post_init__(self) -> None:
         # Of errors with parts: their arguments, so that they can be passed between processes.
         self.args = tuple(getattr(self, each.name) for each in fields(self))  # type: ignore[arg-type]
+
+
+def find_hidden(text: str, allowed: str = "") -> str:
+    """Describes the first character that readers do not see, or that changes what they see; empty if there is none.
+
+    These are characters that control a terminal, lines or the direction of writing, that have no width, that are
+    private or half of a pair, spaces other than " ", and marks heaped on a letter.
+    """
+    if text.isascii() and text.isprintable():
+        return ""
+    hidden = (each for each, is_hidden in _flag_hidden(text, allowed) if is_hidden)
+    return next((f"the hidden character U+{ord(each):04X}" for each in hidden), "")
+
+
+def show_text(text: str, allowed: str = "") -> str:
+    """Returns a text with \ufffd in place of each character that ``find_hidden`` finds."""
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join("\ufffd" if is_hidden else each for each, is_hidden in _flag_hidden(text, allowed))
+
+
+def _flag_hidden(text: str, allowed: str) -> Iterator[tuple[str, bool]]:
+    marks = 0
+    for each in text:
+        marks = marks + 1 if unicodedata.combining(each) else 0
+        is_shown = each in allowed or (each.isprintable() and not _BLANK.match(each))
+        yield each, not is_shown or marks > _MOST_MARKS
 
 
 def show_value(value: Any) -> str:
@@ -208,5 +244,5 @@ class NoFitError(SeeingError):
 
 def _on_one_line(text: str) -> str:
     """Returns the text as one line of limited length, without control characters and passwords of URLs."""
-    line = "".join(letter if letter.isprintable() else "\ufffd" for letter in " ".join(hide_password(text).split()))
+    line = show_text(" ".join(hide_password(text).split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -12,7 +12,7 @@ from affordance.belief.object_belief import Memory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
 from affordance.commands.payload_text import describe_payload
-from affordance.exceptions import BadValueError, hide_password
+from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
@@ -23,8 +23,9 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_entry import ObjectPoseEntry
 from affordance.identification.recording.run_file import read_run
-from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
+from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings, SignalKind
 from affordance.memory.identified_trial import build_identified_trial, teach
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.past_arms import count_past_arms, describe_past_arms
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools
@@ -33,6 +34,7 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import name_robot
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
+from affordance.robots.flange import Flange, find_flange, find_imported_tip
 from affordance.robots.recorded_arm import load_robot
 
 # Nuisances that can be switched off, named as in the settings.
@@ -45,8 +47,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
     add("robot", nargs="?", type=Path, help=what)
     add("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as other commands name it")
-    what = "link that carries the payload, or the wrist sensor (default: the run's description, of a folder the hand)"
+    what = "link that carries the payload, or the wrist sensor (default: the run's description, or a folder's own)"
     add("--tip", help=what)
+    what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip of the robot's file)"
+    add("--flange", metavar="NAME", help=what)
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, metavar="RUN", help="recording with the load (must be given)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
@@ -72,7 +76,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--claimed", type=Path, metavar="FILE", help="payload that is set on the controller (docs/identify.md)")
     add("--tolerance", type=float, default=0.05, help="of its mass and centre of mass, relative (default .05)")
     add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
-    add("--off", nargs="+", default=[], choices=NUISANCES, help="nuisances to leave out")
+    what = "parts of the uncertainty to leave out, to see their effect"
+    add("--off", nargs="+", default=[], choices=NUISANCES, help=what)
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording that comes with the package")
@@ -82,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is not to be trusted."""
+    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is doubted or shows no mass."""
     if arguments.demo:
         return _run_demo(arguments)
     if arguments.loaded is None:
@@ -96,6 +101,9 @@ def run(arguments: argparse.Namespace) -> int:
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
+    flange = _find_flange(arguments, robot, loaded)
+    if claimed is not None and isinstance(flange, str):
+        raise BadValueError("--claimed", "", f"is a payload in the frame of the flange, but {flange}")
     materials = load_materials(arguments.materials or _find_materials(robot))
     same_colours = options.read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, prior, same_colours)
@@ -123,22 +131,23 @@ def run(arguments: argparse.Namespace) -> int:
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
     elif place := arguments.learned or arguments.memory:
-        lesson = f"{hide_password(place)} learns nothing: of no object was it said what a camera saw (--object)"
+        lesson = f"{place} learns nothing: of no object was it said what a camera saw (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
-    if is_used and belief.setting is not None:
-        content["payload_settings"] = format_payload(belief.setting)
+    content["flange"] = None if isinstance(flange, str) else flange.name
+    if is_used and belief.setting is not None and not isinstance(flange, str):
+        content["payload_settings"] = format_payload(belief.setting.express(flange.X_FT), flange.name)
     claim = None
-    if claimed is not None:
-        claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
-        verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted}
+    if claimed is not None and not isinstance(flange, str):
+        claim = claimed, judge_claim(belief, claimed, arguments.tolerance, flange.X_FT)
+        verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted, "frame": flange.name}
         content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
-    text = describe_payload(belief, claim, materials=colours, taught=lesson, anyway=arguments.anyway)
+    text = describe_payload(belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
         _write(arguments.out, belief, is_used)
     options.give_answer(arguments, "belief", text, content)
-    return 0 if belief.is_trusted else 3
+    return 0 if belief.is_trusted and belief.shows_mass else 3
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
@@ -160,8 +169,6 @@ def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> Memor
     """Recalls a memory; one that does not exist yet knows nothing."""
     if place is None:
         return MaterialMemory()
-    from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
-
     if not has_memory(place):
         if same_colours:
             raise BadValueError("--same-colour", "", f"is of what is remembered, but {place} does not exist")
@@ -182,10 +189,10 @@ def _teach(
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
     """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
-    place, shown = arguments.learned or arguments.memory, hide_password(arguments.learned or arguments.memory)
+    place = arguments.learned or arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
-        return belief, f"{shown} learns nothing: {reason} (--anyway teaches it)"
+        return belief, f"{place} learns nothing: {reason} (--anyway teaches it)"
     trial = build_identified_trial(belief, seen, robot, run, object_name, settings.unseen_share)
     known = arguments.memory if arguments.learned and arguments.memory else ""
     memory, is_new = teach(
@@ -193,7 +200,7 @@ def _teach(
     )
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
     learned = "has learned them" if is_new else "learns nothing: this run has taught it before"
-    return belief, f"{shown} {learned}"
+    return belief, f"{place} {learned}"
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
@@ -235,10 +242,34 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
             "--robot", "", f"is given {len(given)} times, must be given once, as an option or without"
         )
     robot = given[0] if given else MODELS
-    tip = arguments.tip or loaded.description.tip or (HAND_FRAME if robot.is_dir() else "")
+    tip = arguments.tip or loaded.description.tip
+    if not tip and robot.is_dir():
+        of_file = find_imported_tip(robot)
+        tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME  # objects are posed in the hand
+        if tip == HAND_FRAME and of_file is not None and loaded.description.compensated_payload.any():
+            problem = "is in the frame of the tip as the controller's payload is, so that --tip must name the tip"
+            raise BadValueError(loaded.source, "compensated_payload", f"{problem} of the robot's file")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
     return load_robot(robot, tip, arguments.base or loaded.description.base or None)
+
+
+def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
+    """Finds the frame in which the controller takes a payload, or says why there is none."""
+    if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
+        return (
+            f"no controller takes a payload in the frame of a sensor, {robot.tip} (--flange NAME names the flange's)"
+        )
+    base = arguments.base or loaded.description.base or None
+    flange = find_flange(robot, arguments.flange or "", base)
+    if flange is not None:
+        return flange
+    folder = Path(robot.source).parent
+    if find_imported_tip(folder) is None:
+        return f"no controller knows {robot.tip}, our frame of the hand (--flange NAME names a frame that it knows)"
+    return (
+        f"{folder} lacks the tip of the robot's file: import it again (affordance import-arm), or name one (--flange)"
+    )
 
 
 def _find_materials(robot: SerialChain) -> Path:

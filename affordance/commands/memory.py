@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
     add("action", choices=ACTIONS, help="what to do; forget needs one of the options that select trials")
-    add("memory", metavar="MEMORY", help="SQLite file, or URL of a database")
+    add("memory", metavar="MEMORY", help="SQLite file")
     add("files", nargs="*", metavar="FILE", help="memories to merge, file to export to, or files to import")
     add("--robot", default="", metavar="NAME", help="trials of this robot")
     add("--object", default="", metavar="NAME", help="trials with objects of this name")
@@ -90,11 +90,10 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
     if not any(selection):
         raise BadValueError("forget", "", "must be told what: --robot, --object, --since, --until or --trial")
     number = ledger.forget(selection)
-    trials = [] if number else ledger.list_trials()
-    robots, objects = {each.robot for each in trials}, {each.object_name for each in trials}
+    robots, objects = ([], []) if number else ledger.list_names()
     for option, name, known in (("--robot", arguments.robot, robots), ("--object", arguments.object, objects)):
-        if trials and name and name not in known:
-            raise BadValueError(option, "", describe_choice(name, sorted(known)))
+        if known and name and name not in known:
+            raise BadValueError(option, "", describe_choice(name, known))
     return number
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.belief.density_belief import Prior
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
@@ -131,6 +131,7 @@ def give_answer(
     draw: "Callable[[], Figure] | None" = None,
 ) -> None:
     """Prints an answer as text or JSON, and writes both to the folder of ``--out``, with a figure if it is drawn."""
+    text = show_text(text, PROSE)
     if arguments.out is not None:
         write_text(arguments.out / f"{name}.txt", text + "\n")
         write_json(arguments.out / f"{name}.json", content)

@@ -7,6 +7,7 @@ from affordance.identification.payload_formats import PayloadSetting, format_pay
 from affordance.identification.posterior.marginals import UNITS
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.objects.colour import Colour, is_same_colour, show_colour
+from affordance.robots.flange import Flange
 
 _NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or wrong, the run cannot tell"}
@@ -15,6 +16,7 @@ _VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or 
 def describe_payload(
     belief: PayloadBelief,
     claim: tuple[PayloadSetting, ClaimVerdict] | None,
+    flange: Flange | str,
     *,
     materials: Mapping[str, Colour],
     taught: str,
@@ -22,8 +24,9 @@ def describe_payload(
 ) -> str:
     """Writes a belief for a terminal, with the verdict on a claimed payload, and what a memory has learned.
 
-    Densities are named by the materials of their colours. Of a result that is not to be trusted, lines for the robot
-    are written only if ``anyway``.
+    Claim and lines are in the frame of the flange; a text in its place says why there are none. Densities are named
+    by the materials of their colours. Of a result that is not to be trusted, lines for the robot are written only if
+    ``anyway``.
     """
     blocks = [_give_verdict(belief), _tabulate(belief)]
     if (halves := belief.halves) is not None:
@@ -36,11 +39,11 @@ def describe_payload(
         for each in belief.learned
     ]
     blocks += _list("Densities", [*learned, *([taught] if taught else [])])
-    if claim is not None:
-        blocks.append(_compare(belief, *claim))
+    if claim is not None and not isinstance(flange, str):
+        blocks.append(_compare(belief, *claim, flange))
     blocks += _list("Found", belief.notes)
     blocks += _list("Assumed", belief.assumptions)
-    blocks.append(_write_lines(belief, anyway))
+    blocks.append(_write_lines(belief, flange, anyway))
     return "\n\n".join(blocks)
 
 
@@ -54,6 +57,10 @@ def _give_verdict(belief: PayloadBelief) -> str:
     lines = [f"{belief.source}: {belief.analysis}"]
     if belief.doubts:
         lines += ["NOT TO BE TRUSTED:", *(f"  {doubt}" for doubt in belief.doubts)]
+    elif not belief.shows_mass:
+        low, high = belief.mass_interval90
+        lines.append(f"NOT SEEN: the mass, 90 % from {low:.2g} to {high:.2g} kg.")
+        lines.append(f"  to see it: {belief.advice}")
     else:
         lines.append("No reason was found to distrust the result.")
     lines += [f"  warning: {warning}" for warning in belief.warnings]
@@ -77,10 +84,11 @@ def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
         yield "\n".join([f"{title}:", *(f"  {sentence}" for sentence in sentences)])
 
 
-def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdict) -> str:
-    def show(mass: float, centre: list[float]) -> str:
-        return f"{mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in centre)}) m"
+def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdict, flange: Flange) -> str:
+    def show(payload: PayloadSetting) -> str:
+        return f"{payload.mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in payload.centre_of_mass)}) m"
 
+    found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     errors = ", ".join(
         f"{name} {error:.2g}" for name, error in zip(belief.channel_names, verdict.torque_error, strict=True)
@@ -90,19 +98,24 @@ def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdi
             f"Claimed{mark}: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
             f"{verdict.probability:.2f}: mass to {verdict.mass_tolerance:.3f} kg, first moment to "
             f"{verdict.moment_tolerance:.4f} kg m)",
-            f"  set: {show(setting.mass, list(setting.centre_of_mass))}",
-            f"  found: {show(belief.mass, list(belief.centre_of_mass))}",
+            f"  set, in the frame {flange.name}: {show(setting)}",
+            f"  found, in the same frame: {show(found)}",
             f"  largest errors of torque in this run with the setting (N m): {errors}",
         ]
     )
 
 
-def _write_lines(belief: PayloadBelief, anyway: bool) -> str:
+def _write_lines(belief: PayloadBelief, flange: Flange | str, anyway: bool) -> str:
     if belief.doubts and not anyway:
         return "For the robot: no lines, as the result is not to be trusted (--anyway writes them)."
     if belief.setting is None:
-        return "For the robot: no lines, as the mass was not seen."
+        why = "little or nothing is held" if belief.is_light else "the mass was not seen"
+        return f"For the robot: no lines, as {why}."
+    if isinstance(flange, str):
+        return f"For the robot: no lines, as {flange}."
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
-    lines = [f"For the robot, if the tip, {belief.tip}, is its flange{mark}:"]
-    lines += [f"  {robot}: {line}" for robot, line in format_payload(belief.setting).items()]
-    return "\n".join(lines)
+    lines = [f"For the robot, with {flange.name} as its flange (--flange names another frame){mark}:"]
+    payload = belief.setting.express(flange.X_FT)
+    return "\n".join(
+        [*lines, *(f"  {robot}: {line}" for robot, line in format_payload(payload, flange.name).items())]
+    )

@@ -11,7 +11,7 @@ from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import give_answer, read_robot
 from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
-from affordance.exceptions import BadValueError, hide_password
+from affordance.exceptions import BadValueError
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         name,
         robot.name,
         arguments.see,
-        Path(hide_password(arguments.memory)).name if arguments.memory else "",
+        Path(arguments.memory).name if arguments.memory else "",
         tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
         name_materials(tools, materials),
         robot.count_past_arms(arguments.memory),

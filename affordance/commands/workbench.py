@@ -22,6 +22,7 @@ from affordance.commands import options
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
+from affordance.memory.ledger import open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
@@ -72,7 +73,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
-    add("--memory", metavar="MEMORY", help="lasting memory of materials: SQLite file or URL (default: none)")
+    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
     options.add_same_colours(parser)
     options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
     options.add_robot(parser)
@@ -169,7 +170,5 @@ def _recall(place: str | None, settings: Settings, same_colours: SameColours) ->
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
         return MaterialMemory()
-    from affordance.memory.ledger import open_memory  # here, as SQLAlchemy takes a third of a second
-
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)

@@ -20,7 +20,7 @@ from typing import Any
 import yaml
 from yaml.composer import Composer
 
-from affordance.exceptions import BadValueError, show_value, suggest
+from affordance.exceptions import PROSE, BadValueError, find_hidden, show_value, suggest
 
 _MB = 1_000_000
 # Protocols, tools, materials and other settings in YAML, and tables of human data: the largest of our own has 8 kB.
@@ -36,8 +36,6 @@ RESULTS = 100 * _MB
 # Most entries and levels of a YAML file, and the characters of a text that count as one more entry. The largest of
 # our own files has 720 entries and 10 levels; 100000 entries take seconds to read.
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
-# Characters that control a terminal, or reverse a line: a text with them does not display its true content.
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 # Most characters of a number: the largest double, written without an exponent, has 309.
 _MOST_DIGITS = 1000
 # Least similarity, as of difflib, of names of files that are taken for a slip: one letter of seven has 0.86.
@@ -109,9 +107,13 @@ def _complain(path: Path, size: int, most: int) -> BadValueError:
 def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
     """Reads the rows of a table, from that of column names, of at most ``most`` bytes, or raises a BadValueError."""
     try:
-        return list(csv.reader(StringIO(read_text(path, most)), strict=True))
+        rows = list(csv.reader(StringIO(read_text(path, most)), strict=True))
     except csv.Error as error:
         raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
+    for number, row in enumerate(rows, 1):
+        if hidden := find_hidden("".join(row), PROSE):
+            raise BadValueError(path, f"row {number}", f"holds {hidden}")
+    return rows
 
 
 def read_number(path: Path, row: int, column: str, text: str) -> float:
@@ -192,8 +194,8 @@ class _Loader(yaml.SafeLoader):
                 raise _Refusal(problem="is an alias inside of its own anchor", problem_mark=mark)
             self._entries += self._sizes[id(node)]
         else:
-            if isinstance(node, yaml.ScalarNode) and (found := _CONTROL.search(node.value)):
-                raise _Refusal(problem=f"holds the control character {found[0]!r}", problem_mark=mark)
+            if isinstance(node, yaml.ScalarNode) and (hidden := find_hidden(node.value, PROSE)):
+                raise _Refusal(problem=f"holds {hidden}", problem_mark=mark)
             self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
         if self._entries > _MOST_ENTRIES:
             problem = f"makes more than {_MOST_ENTRIES} entries, aliases counted as often as they are named"

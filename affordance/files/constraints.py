@@ -11,18 +11,18 @@ import re
 import types
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, override
+from typing import Annotated, Any, override
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from affordance.exceptions import BadArgumentError, describe_choice, show_value
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, find_hidden, show_value
 
 # Type of the errors that our own checks raise, with their problem as message.
 OURS = "ours"
@@ -164,6 +164,25 @@ class Text(Constraint):
 
 
 @dataclass(frozen=True)
+class OneLine(Text):
+    """Constraint on a text: a name in one line, all of whose characters are seen."""
+
+    longest: int = 200
+
+    @override
+    def check(self, value: Any) -> str:
+        text: str = super().check(value)
+        if hidden := find_hidden(text):
+            raise complain(f"is {show_value(value)}, must be without {hidden}")
+        return text
+
+
+# Names from files: of objects, materials, grips, joints, links, columns and so on. They are used in tables, labels
+# and files of trajectories, where each occupies the length of the longest.
+type Name = Annotated[str, OneLine()]
+
+
+@dataclass(frozen=True)
 class FileName(Text):
     """Constraint on a text: the name of a file that stays in the folder that the program chooses, on every system."""
 
@@ -213,6 +232,16 @@ def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = ""
         context: Mapping[str, Any] = error.context or {}
         problem = f"{context['problem']} {unit}".strip()
         raise BadArgumentError(f"{name}{context['at']}", key, problem) from None
+
+
+def check_names(path: Path, key: str, names: Iterable[str]) -> None:
+    """Raises a BadValueError for a name from a file, at a place in it, that is not a ``Name``; it may be empty."""
+    for name in names:
+        if name:
+            try:
+                run_check("", OneLine().check, name)
+            except BadArgumentError as error:
+                raise BadValueError(path, key, error.problem) from error
 
 
 def check_path(name: str, value: Any) -> Path:

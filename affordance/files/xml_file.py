@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import PROSE, BadValueError, find_hidden
 from affordance.files.bounded import read_bytes
 
 # Most levels and elements: a chain of a hundred nested bodies, and some ten elements per body.
@@ -42,13 +42,16 @@ def check_xml(content: bytes, path: Path) -> None:
     def refuse(problem: str) -> BadValueError:
         return BadValueError(path, f"line {parser.CurrentLineNumber}", problem)
 
-    def begin(_: str, __: Mapping[str, str]) -> None:
+    def begin(_: str, attributes: Mapping[str, str]) -> None:
         nonlocal depth, elements
         depth, elements = depth + 1, elements + 1
         if depth > _MOST_DEEP:
             raise refuse(f"is more than {_MOST_DEEP} elements deep")
         if elements > _MOST_ELEMENTS:
             raise refuse(f"makes more than {_MOST_ELEMENTS} elements")
+        for name, value in attributes.items():
+            if hidden := find_hidden(value, PROSE):
+                raise refuse(f"has the attribute {name} with {hidden}")
 
     def end(_: str) -> None:
         nonlocal depth

@@ -19,7 +19,7 @@ from affordance.identification.fit_checks import FEWEST, JUDGED, compute_strengt
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
-from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
 # Factor to which a robot's file knows the torques of the arm's own weight: two standard deviations of the gains that
@@ -39,6 +39,15 @@ _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
 # Time over which the errors of a model of the arm agree, [s].
 _AGREEMENT = 1.0
+# What a result lacks if a part of its uncertainty is switched off, by the setting.
+_SWITCHED_OFF = {
+    "gains": "intervals are too narrow, as gains may not differ in this run from those known before",
+    "load_friction": "intervals may be too narrow, as friction that grows with the load is left out",
+    "friction": "intervals are wrong, as the load takes the part of friction and offsets, which are left out",
+    "tare": "the empty run is not used: what it shows counts as load, and the errors it shows are in no interval",
+    "floor": "intervals are too narrow, as errors of the models that do not average out are left out",
+    "correlated_noise": "intervals are too narrow, as neighbouring samples count as independent",
+}
 
 
 class OwnWeight(NamedTuple):
@@ -63,9 +72,9 @@ def find_doubts(
     The arm has the gravity and the joints the order of the runs; gains are those before the loaded run, drift
     included, or as calibrated in it.
     """
+    doubts = list(_list_switched_off(belief, before, settings, has_empty=bool(empty)))
     if loaded.description.kind is SignalKind.WRENCH:
-        return tuple(judge_wrench(loaded, belief, before, settings))
-    doubts: list[str] = []
+        return (*doubts, *judge_wrench(loaded, belief, before, settings))
     for run in (*empty, loaded):
         doubts += _find_stuck(run)
         if not run.description.compensates_arm:
@@ -99,6 +108,27 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
         error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
     return OwnWeight(gain, explained, error, torque_sd >= JUDGED * compute_strength(robot))
+
+
+def _list_switched_off(
+    belief: PayloadBelief, before: Gains, settings: IdentificationSettings, *, has_empty: bool
+) -> Iterator[str]:
+    """Lists parts of the uncertainty that were switched off and that this analysis would have had."""
+    evidence, prior = belief.fit.evidence, settings.signal_prior or PRIORS[belief.fit.evidence.kind]
+    is_wrench = evidence.kind is SignalKind.WRENCH
+    # Of a pair the floor is the error of friction, which gains by the arm's own weight take up.
+    of_pair = evidence.is_repeated and settings.friction and before.common_sd == 0.0
+    would_count = {
+        "gains": belief.calibration is None and before.common_sd == 0.0 and prior.gain_sd > 0.0,
+        "load_friction": prior.load_friction_sd > 0.0,
+        "friction": prior.friction_sd > 0.0,
+        "tare": is_wrench and has_empty,
+        "floor": (has_empty and settings.tare) if is_wrench else of_pair or not evidence.is_repeated,
+        "correlated_noise": True,
+    }
+    for name, lack in _SWITCHED_OFF.items():
+        if would_count[name] and not getattr(settings, name):
+            yield f"{lack} (--off {name.replace('_', '-')})"
 
 
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:

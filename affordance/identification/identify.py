@@ -17,12 +17,13 @@ from affordance.identification.evidence.gains import Gains, arrange_gains, build
 from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
-from affordance.identification.excitation.more_motion import suggest_motion
+from affordance.identification.excitation.more_motion import suggest_motion, suggest_run
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.joint_rates import ANGLE_SLACK
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
@@ -36,7 +37,6 @@ from affordance.vision.systems import predict_object
 type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
-_LIMIT_SLACK = 0.5  # files of robots limit joints more narrowly than some controllers do, [rad]
 _DEVIATION_MAX = 1e6
 _OVERLAP = 0.2  # share of samples in common above which two runs are one recording
 
@@ -94,6 +94,7 @@ def identify(
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
     for run in (*empty, loaded):
+        run.check_rates(arm.velocity_limits, arm.limits, arm.source)
         _check_angles(arm, run)
         check_sensors(run)
     description = loaded.description
@@ -129,7 +130,8 @@ def identify(
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
-        return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings), tip=arm.tip)
+        doubts = find_doubts(arm, loaded, empty, belief, before, settings)
+        return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
         problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
         raise BadValueError(loaded.source, "", problem) from error
@@ -192,11 +194,15 @@ def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: b
 def _check_angles(arm: SerialChain, run: Run) -> None:
     """Checks that a run stays within the limits of the arm's joints."""
     low, high = arm.limits
-    beyond = np.maximum(low - run.q, run.q - high) - _LIMIT_SLACK
+    beyond = np.maximum(low - run.q, run.q - high) - ANGLE_SLACK
     row, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
     if beyond[row, joint] > 0.0:
         bound = f"must be from {low[joint]:.4g} to {high[joint]:.4g} rad by {arm.source}"
-        hint = "are these degrees, other joints or another robot?"
+        turned = run.q[:, joint] - np.copysign(2.0 * np.pi, run.q[row, joint])
+        is_turn = ((turned >= low[joint] - ANGLE_SLACK) & (turned <= high[joint] + ANGLE_SLACK)).all()
+        hint = (
+            "is it counted a turn (2 pi) too far?" if is_turn else "are these degrees, other joints or another robot?"
+        )
         raise run.error_at(int(row), f"q of {arm.joint_names[joint]}", f"is {run.q[row, joint]:.4g}, {bound}; {hint}")
 
 

@@ -9,6 +9,7 @@ from affordance.arguments import check_number
 from affordance.arrays import Array
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.objects.inertia import build_transform_map
 
 TOLERANCE = 0.05
 # Least mass to which the tolerance refers, [kg], as errors of a light payload matter no more than its weight, and
@@ -17,6 +18,7 @@ _LEAST, _LEVER = 1.0, 0.2
 _SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment per tolerance of the mass
 # Probability from which a setting is called right, and plausibility below which wrong.
 _RIGHT, _WRONG = 0.5, 0.05
+_SAME = np.eye(4)  # pose of a frame in itself
 # Variance of mass and first moment below which they count as exact, as a share of the squared tolerances.
 _EXACT = 1e-12
 
@@ -45,20 +47,24 @@ class ClaimVerdict(NamedTuple):
         return "wrong" if self.plausibility < _WRONG else "open"
 
 
-def judge_claim(belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE) -> ClaimVerdict:
+def judge_claim(
+    belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE, X_FT: Array = _SAME
+) -> ClaimVerdict:
     """Judges the payload that is set on a controller by the payload that a run shows.
 
     A setting is right if its mass is within the tolerance times the mass set, or times 1 kg for lighter ones, and its
     first moment within 0.2 m times that. Moments of inertia that are set count by their torques: they may be wrong by
     no more than a right mass and first moment make them, which slow motions hardly ever show.
-    Both payloads are at the tip, and whole. A tolerance that is not from 0.001 to 1 raises a BadArgumentError.
+    The setting is in the frame F of the flange, in which the pose of the belief's frame T is X_FT, (4, 4); both
+    payloads are whole. A tolerance that is not from 0.001 to 1 raises a BadArgumentError.
     """
     check_number("tolerance", tolerance, 1e-3, 1.0)
     mass = tolerance * max(claimed.mass, _LEAST)
-    away = belief.bodies.pi - claimed.parameters
+    to_flange, to_tip = (build_transform_map(X) for X in (X_FT, np.linalg.inv(X_FT)))
+    away = belief.bodies.pi @ to_flange.T - claimed.parameters
     right = (np.abs(away[:, 0]) <= mass) & (np.linalg.norm(away[:, 1:4], axis=1) <= _LEVER * mass)
-    Y, weights = belief.fit.evidence.samples.Y, belief.bodies.weights
-    torque = Y @ (belief.parameters - claimed.parameters)
+    Y, weights = belief.fit.evidence.samples.Y @ to_tip, belief.bodies.weights
+    torque = Y @ (to_flange @ belief.parameters - claimed.parameters)
     plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
     if claimed.inertia is not None:
         # Root mean squares over the run: of what a right mass and first moment may be off by, and of the moments.

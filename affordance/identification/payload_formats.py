@@ -1,6 +1,7 @@
 """Payloads as controllers of robots take them: lines to paste, and files in which one is set.
 
-Mass, centre of mass and moments are at the robot's flange, the tip T: p_TTcm, and moments about Tcm along T's axes.
+A controller takes mass, centre of mass and moments in the frame F of its flange: p_FFcm, and moments about Fcm along
+F's axes.
 """
 
 import re
@@ -15,7 +16,7 @@ from pydantic import ConfigDict, Field
 from pydrake.multibody.tree import RotationalInertia
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, show_value
 from affordance.files.bounded import SETTINGS, read_json, read_text, read_yaml
 from affordance.files.constraints import StrPath, Vector, Within, check_path
 from affordance.files.data_model import DataModel, check_content
@@ -34,7 +35,7 @@ _URSCRIPT_COG = re.compile(rf"set_payload_cog\(\s*{_LIST}")
 
 
 class PayloadSetting(NamedTuple):
-    """Payload that is set on a controller."""
+    """Payload that is set on a controller, in a frame T: that of the flange, or of the tip at which it was found."""
 
     mass: float  # mass, [kg]
     centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
@@ -50,12 +51,20 @@ class PayloadSetting(NamedTuple):
             pi[4:] += self.inertia
         return pi
 
+    def express(self, X_FT: Array) -> "PayloadSetting":
+        """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
+        R, p = X_FT[:3, :3], X_FT[:3, 3]
+        moments = None if self.inertia is None else np.array(_take_moments(R @ _build_matrix(self.inertia) @ R.T))
+        return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
+
 
 class PayloadEntry(DataModel):
     """Payload in YAML, with principal moments or all six."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
-    com: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR)), Field(description="Centre of mass in the tip, [m].")] = (
+    com: Annotated[
+        _Triple, Vector(3, Within(-_FAR, _FAR)), Field(description="Centre of mass in the flange, [m].")
+    ] = (
         0.0,
         0.0,
         0.0,
@@ -76,34 +85,32 @@ class _EndEffectorEntry(DataModel):
     inertia: Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=9, max_length=9)] | None = None
 
 
-def format_payload(payload: PayloadSetting) -> dict[str, str]:
-    """Writes the lines that set a payload, by robot; a fallback says what was not seen.
+def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
+    """Writes the lines that set a payload, by robot; each names the frame, and what was not seen.
 
-    URScript takes a payload without moments. The others need some: those of a point mass, which the line marks.
+    URScript takes a payload without moments. The others need some, and get those of a point mass.
     """
     m, (x, y, z) = payload.mass, payload.centre_of_mass
     known = payload.inertia is not None
-    xx, yy, zz, xy, xz, yz = np.zeros(6) if payload.inertia is None else payload.inertia
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    matrix = np.zeros((3, 3)) if payload.inertia is None else _build_matrix(payload.inertia)
+    xx, yy, zz, xy, xz, yz = _take_moments(matrix)
     column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
     centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
     moments = f", [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}]" if known else ""
-    unseen = [*(["centre of mass"] if payload.is_centre_guessed else []), *([] if known else ["moments"])]
-    mark = f"{' and '.join(unseen)} not seen" if unseen else ""
-    mark += "" if known else ": a point mass"
+    # A name may come from a robot's file of a stranger: as Python shows it, it ends neither line nor comment.
+    mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
+    point = mark if known else f"{mark}; moments not seen: a point mass"
     return {
-        "Universal Robots (URScript)": f"set_target_payload({m:.4f}, [{centre}]{moments})",
-        "Franka (libfranka)": (
-            f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});" + (f"  // {mark}" if mark else "")
-        ),
+        "Universal Robots (URScript)": f"set_target_payload({m:.4f}, [{centre}]{moments})  # {mark}",
+        "Franka (libfranka)": f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});  // {point}",
         "URDF": (
             f'<inertial><mass value="{m:.4f}"/><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
             f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
-            "</inertial>" + (f"  <!-- {mark} -->" if mark else "")
+            f"</inertial>  <!-- {point.replace('--', '- -')} -->"
         ),
         "Drake (Python)": (
             f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{centre}], RotationalInertia("
-            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))" + (f"  # {mark}" if mark else "")
+            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))  # {point}"
         ),
     }
 
@@ -113,7 +120,8 @@ def read_payload(path: StrPath) -> PayloadSetting:
 
     It is a YAML file with ``mass``, ``com`` and ``inertia``; the end effector of a Panda (.json); a program or log
     with a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script, .urscript,
-    .txt); or a URDF file with one ``<inertial>``, in the frame of the tip (.urdf, .xml, .xacro without macros).
+    .txt); or a URDF file with one ``<inertial>`` (.urdf, .xml, .xacro without macros). All are in the frame of the
+    flange.
     """
     path = check_path("path", path)
     suffix = path.suffix.lower()
@@ -145,6 +153,12 @@ def read_payload(path: StrPath) -> PayloadSetting:
 
 def _take_moments(matrix: Array) -> list[float]:
     return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+
+
+def _build_matrix(moments: Array) -> Array:
+    """Builds the inertia matrix of moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz, shape (3, 3)."""
+    xx, yy, zz, xy, xz, yz = moments
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _read_end_effector(path: Path) -> dict[str, Any]:

@@ -3,11 +3,15 @@
 Every trial is a quadratic log likelihood of the object's ten parameters; errors that grow with torque are evaluated
 at the densities that the trial alone suggests, so that it does not depend on other trials. The quadratics of an
 object's trials add up. Errors of its geometry and its deviation from its materials are the same in all of them, so
-both are marginalised once, in the sum. Sums of objects add up again, in any order, to the belief about materials.
+both are marginalised once, in the sum. Sums of objects add up again to the belief about materials.
+
+Trials of one name and one look are about one thing. A name with another look is another thing: "hammer", "hammer #2".
 """
 
 import functools
+import itertools
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +20,16 @@ from affordance.arrays import Array
 from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood, Quadratic
+from affordance.exceptions import BadArgumentError
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.trial_evidence import BODY, TrialEvidence
-from affordance.objects.appearance import PartAppearance
+from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import find_fixed_point
+
+# Most materials of a memory, and most things of one name: beliefs and comparisons take the square of their numbers.
+MOST_MATERIALS, MOST_LOOKS = 200, 200
 
 
 class ObjectSum(NamedTuple):
@@ -39,11 +47,6 @@ class ObjectSum(NamedTuple):
         size = len(columns)
         nothing = Quadratic(np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS))
         return cls(columns, trial.geometry, nothing, (np.zeros((size, size)), np.zeros(size)))
-
-    @classmethod
-    def of(cls, trials: Sequence[TrialEvidence], columns: tuple[int, ...], prior: Prior) -> "ObjectSum":
-        """Returns the sum of all trials of an object."""
-        return functools.reduce(lambda total, trial: total.add(trial, prior), trials, cls.start(trials[0], columns))
 
     def add(self, trial: TrialEvidence, prior: Prior) -> "ObjectSum":
         """Returns the sum with another trial of the object."""
@@ -85,51 +88,92 @@ class ObjectSum(NamedTuple):
         return Likelihood(precision, information, np.nan)
 
 
-class MaterialSum:
-    """Sum of the evidence about M materials, over objects, without the prior of materials never felt.
+@dataclass
+class FeltThing:
+    """Thing that was felt: its look in the first trial, the sum of its evidence, and the experience behind it."""
 
-    It is a precision, (M, M), and an information vector, (M,), of materials in the order in which they were met.
+    parts: Appearance
+    evidence: ObjectSum
+    since: str  # time of the first trial
+    trials: int = 0
+    robots: set[str] = field(default_factory=set)
+    # Likelihood of the means of its materials; None until it is asked for.
+    likelihood: Likelihood | None = None
+
+    def add(self, trial: TrialEvidence, prior: Prior) -> None:
+        """Adds a trial with the thing."""
+        self.evidence, self.likelihood = self.evidence.add(trial, prior), None
+        self.trials += 1
+        self.robots.add(trial.robot)
+
+    def compute_likelihood(self, prior: Prior) -> Likelihood:
+        """Computes the likelihood of the mean densities of its materials."""
+        if self.likelihood is None:
+            self.likelihood = self.evidence.compute_likelihood(prior)
+        return self.likelihood
+
+
+@dataclass
+class EvidenceSums:
+    """Sums of evidence over trials that are added in the order of their times, without what is believed beforehand.
+
+    Colours of materials and things are in the order in which they were first met.
     """
 
-    def __init__(
-        self,
-        prior: Prior,
-        colours: Sequence[Colour] = (),
-        precision: Array | None = None,
-        information: Array | None = None,
-    ) -> None:
-        """Starts a sum, empty unless colours and sums are given."""
-        self.prior = prior
-        self.colours = tuple(colours)
-        size = len(self.colours)
-        self.precision = np.zeros((size, size)) if precision is None else precision
-        self.information = np.zeros(size) if information is None else information
+    prior: Prior
+    colours: list[Colour] = field(default_factory=list)
+    things: dict[str, FeltThing] = field(default_factory=dict)
+    names: dict[str, list[str]] = field(default_factory=dict)  # names of the things with each object's name
 
-    def recognise(self, parts: Sequence[PartAppearance]) -> tuple[int, ...]:
-        """Finds the material of each part by its colour, and adds those that were never met."""
-        columns = []
-        for part in parts:
-            column = find_material(part, self.colours)
-            if column is None:
-                column = len(self.colours)
-                self.colours = (*self.colours, part.colour)
-                self.precision = np.pad(self.precision, (0, 1))
-                self.information = np.append(self.information, 0.0)
-            columns.append(column)
-        return tuple(columns)
+    def add(self, trial: TrialEvidence) -> None:
+        """Adds a trial; a material or a thing beyond the largest number of them raises a BadArgumentError."""
+        name = self.find(trial)
+        if name is None:
+            name = self._name(trial.object_name)
+            columns = tuple(self._recognise(part) for part in trial.parts)
+            self.things[name] = FeltThing(trial.parts, ObjectSum.start(trial, columns), trial.time)
+        self.things[name].add(trial, self.prior)
 
-    def add(self, of_object: ObjectSum, sign: float = 1.0) -> None:
-        """Adds the evidence about an object, or with the sign -1 removes it."""
-        materials = of_object.materials
-        likelihood = of_object.compute_likelihood(self.prior)
-        self.precision[np.ix_(materials, materials)] += sign * likelihood.precision
-        self.information[materials] += sign * likelihood.information_vector
+    def find(self, trial: TrialEvidence) -> str | None:
+        """Finds the thing that a trial is about; None if it was never met."""
+        met = self.names.get(trial.object_name, ())
+        return next((name for name in met if is_same_object(self.things[name].parts, trial.parts)), None)
 
     def build_belief(self) -> DensityBelief:
         """Builds the belief about the mean densities of the materials."""
         start = EMPTY_BELIEF.extend(self.prior, len(self.colours))
-        precision = start.precision + 0.5 * (self.precision + self.precision.T)
-        return DensityBelief(precision, start.information_vector + self.information)
+        precision, information = start.precision.copy(), start.information_vector.copy()
+        for thing in self.things.values():
+            materials, likelihood = thing.evidence.materials, thing.compute_likelihood(self.prior)
+            precision[np.ix_(materials, materials)] += likelihood.precision
+            information[materials] += likelihood.information_vector
+        return DensityBelief(0.5 * (precision + precision.T), information)
+
+    def _name(self, object_name: str) -> str:
+        """Names a new thing, unlike all others."""
+        met = self.names.setdefault(object_name, [])
+        if len(met) == MOST_LOOKS:
+            problem = f"is {object_name!r} as {MOST_LOOKS} things are that look otherwise, must have another name"
+            raise BadArgumentError("object", "", problem)
+        numbered = (f"{object_name} #{number}" for number in itertools.count(2))
+        name = next(each for each in itertools.chain([object_name], numbered) if each not in self.things)
+        met.append(name)
+        return name
+
+    def _recognise(self, part: PartAppearance) -> int:
+        """Finds the material of a part by its colour, and adds one that was never met."""
+        column = find_material(part, self.colours)
+        if column is None:
+            column = len(self.colours)
+            self.colours.append(part.colour)
+            check_materials(len(self.colours))
+        return column
+
+
+def check_materials(number: int) -> None:
+    """Raises a BadArgumentError for more materials than a memory may have."""
+    if number > MOST_MATERIALS:
+        raise BadArgumentError("colours", "", f"are of {number} materials, must be of at most {MOST_MATERIALS}")
 
 
 def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
@@ -152,14 +196,15 @@ def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> 
     return Quadratic(of_body.precision, of_body.information_vector)
 
 
-def sum_objects(groups: Iterable[Sequence[TrialEvidence]], prior: Prior) -> MaterialSum:
-    """Sums the evidence of objects, each with its trials, in the order in which colours are to be met."""
-    total = MaterialSum(prior)
-    for trials in groups:
-        total.add(ObjectSum.of(trials, total.recognise(trials[0].parts), prior))
-    return total
+def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
+    """Sums the evidence of trials, which are in the order of their times."""
+    sums = EvidenceSums(prior)
+    for trial in trials:
+        sums.add(trial)
+    return sums
 
 
+@functools.lru_cache(maxsize=64)
 def build_broad_belief(prior: Prior, size: int) -> DensityBelief:
     """Builds the belief about an object of a number of materials that were never felt."""
     return EMPTY_BELIEF.extend(prior, size).add_object_variation(prior.deviation_sd)

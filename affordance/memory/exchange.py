@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Generator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -10,19 +11,22 @@ import numpy as np
 
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.memory_file import build_memory, find_taught
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, show_text
 from affordance.files.atomic import write_text
-from affordance.files.bounded import read_text
+from affordance.files.bounded import check_size, read_text
+from affordance.files.constraints import OneLine
 from affordance.memory.felt_models import MeanDensities
-from affordance.memory.ledger import Ledger
-from affordance.memory.stored_trials import parse_trial
-from affordance.memory.tables import PROGRAM, SCHEMA, describe_schema
+from affordance.memory.ledger import Ledger, blame
+from affordance.memory.stored_trials import read_record, write_record
+from affordance.memory.tables import LARGEST_FILE, LARGEST_RECORD, PROGRAM, describe_schema
 from affordance.memory.trial_evidence import TrialEvidence, show_time
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Size of a file of trials: 10^5 of them.
-_MOST = 1_000_000_000
+# Version of the form of records, which is that of 0.3.0.
+_SCHEMA = "2"
+# Most numbers of the records of an earlier version's memory, in which each run that taught it has a matrix of them.
+_MOST_NUMBERS = 10_000_000
 # Share of the largest eigenvalue by which a precision may lie below that of the prior.
 _ROUNDING = 1e-9
 _EARLIER = "memory of an earlier version"
@@ -31,36 +35,45 @@ _EARLIER = "memory of an earlier version"
 def export_trials(ledger: Ledger, path: Path) -> int:
     """Writes all trials to a file, one a line after a line about the file; returns their number."""
     trials = ledger.list_trials()
-    lines = [{"program": PROGRAM, "schema": SCHEMA}, *(trial.to_dict() for trial in trials)]
-    write_text(path, "".join(f"{json.dumps(line)}\n" for line in lines))
+    lines = (json.dumps({"program": PROGRAM, "schema": _SCHEMA}), *map(write_record, trials))
+    write_text(path, "".join(f"{line}\n" for line in lines))
     return len(trials)
 
 
 def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
     """Reads a file of trials, or an earlier version's memory, less its prior; raises a BadValueError for others."""
-    text = read_text(path, _MOST)
-    lines = [(i, line) for i, line in enumerate(text.split("\n"), 1) if line.strip()]
-    if not lines:
+    lines = _read_lines(path)
+    _, begin = next(lines, (0, ""))
+    if not begin:
         raise BadValueError(path, "", "is empty, must be a memory that was exported")
     try:
-        first = json.loads(lines[0][1])
+        first = json.loads(begin)
     except (ValueError, RecursionError):
         first = None
     if not (isinstance(first, dict) and "schema" in first):
-        return _read_earlier(path, text, prior)
-    if first.get("program") != PROGRAM or first["schema"] != SCHEMA:
-        problem = f"is {first['schema']!r} of {first.get('program')!r}, must be {SCHEMA!r} of {PROGRAM!r}"
-        if first.get("program") == PROGRAM:
-            problem = describe_schema(first["schema"])
+        lines.close()
+        return _read_earlier(path, read_text(path, LARGEST_RECORD), prior)
+    if first.get("program") != PROGRAM:
+        problem = f"is {first['schema']!r} of {first.get('program')!r}, must be {_SCHEMA!r} of {PROGRAM!r}"
         raise BadValueError(path, "line 1: schema", problem)
-    return [parse_trial(path, f"line {i}", _parse(path, i, line)) for i, line in lines[1:]]
+    if first["schema"] != _SCHEMA:
+        raise BadValueError(path, "line 1: schema", describe_schema(first["schema"], _SCHEMA))
+    return [read_record(path, f"line {number}", line) for number, line in lines]
 
 
-def _parse(path: Path, number: int, line: str) -> Any:
+def _read_lines(path: Path) -> Generator[tuple[int, str]]:
+    """Reads the lines of a file that are not empty, with their numbers, one by one."""
+    check_size(path, LARGEST_FILE)
     try:
-        return json.loads(line)
-    except (ValueError, RecursionError) as error:
-        raise BadValueError(path, f"line {number}", f"is not JSON: {error}") from error
+        with path.open(encoding="utf-8") as file:
+            # A line that is too long is cut, which ``read_record`` refuses.
+            for number, line in enumerate(iter(lambda: file.readline(LARGEST_RECORD + 2), ""), 1):
+                if line.strip():
+                    yield number, line
+    except OSError as error:
+        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise BadValueError(path, "", "is not a text file in UTF-8") from error
 
 
 def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
@@ -72,14 +85,19 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
     memory, taught = build_memory(path, content), find_taught(path, content)
     if not memory.colours:
         return []
+    if (numbers := len(taught) * len(memory.colours) ** 2) > _MOST_NUMBERS:
+        problem = f"makes records of {numbers} numbers of runs and materials, must make at most {_MOST_NUMBERS}"
+        raise BadValueError(path, "", problem)
     start = EMPTY_BELIEF.extend(prior, memory.belief.size)
     precision = memory.belief.precision - start.precision
-    least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
+    with blame(path):
+        least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
     if least < -_ROUNDING * max(largest, 0.0):
         raise BadValueError(path, "", f"is less certain than the prior, whose SD is {prior.sd:g} kg/m^3 (--set)")
     information = memory.belief.information_vector - start.information_vector
     digest = hashlib.sha256(text.encode()).hexdigest()
-    time = show_time(datetime.fromtimestamp(path.stat().st_mtime, UTC))
+    time = show_time(datetime.fromtimestamp(max(path.stat().st_mtime, 0.0), UTC))
+    name = show_text(path.name)
     size = len(memory.colours)
     parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in memory.colours)
     Phi = np.zeros((NUM_PARAMETERS, size))
@@ -88,7 +106,7 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
 
     def build(features: np.ndarray[Any, Any], source_hash: str) -> TrialEvidence:
         return TrialEvidence(
-            object_name=f"{_EARLIER}: {path.name}",
+            object_name=f"{_EARLIER}: {name}"[: OneLine.longest],
             parts=parts,
             geometry=Geometry(Phi, np.zeros((0, NUM_PARAMETERS, size))),
             model=MeanDensities(),
@@ -97,9 +115,10 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
             num_joints=size,
             robot=_EARLIER,
             time=time,
-            source=str(path.name),
+            source=name,
             source_hash=source_hash,
         )
 
-    learned = build(np.concatenate([precision.ravel(), information]), digest)
-    return [learned, *(build(nothing, fingerprint) for fingerprint in taught)]
+    with blame(path):
+        learned = build(np.concatenate([precision.ravel(), information]), digest)
+        return [learned, *(build(nothing, fingerprint) for fingerprint in taught)]

@@ -7,11 +7,12 @@ import numpy as np
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadArgumentError
+from affordance.exceptions import BadArgumentError, show_text
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
 from affordance.memory.felt_models import PayloadQuadratic, pack
+from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -46,7 +47,7 @@ def build_identified_trial(
         robot=name_robot(Path(robot.source), robot.tip),
         fingerprint=robot.fingerprint,
         p_value=1.0 if belief.p_value is None else belief.p_value,
-        source=Path(run.source).name,
+        source=show_text(Path(run.source).name),
         source_hash=run.fingerprint,
     )
 
@@ -65,8 +66,6 @@ def teach(
     Another, known memory is merged into it first, if it exists. A memory that was written by an earlier version knows
     a run by its former hash. Of the pairs of colours that count as one, the memory's second is read as the first.
     """
-    from affordance.memory.ledger import has_memory, open_memory  # here, as SQLAlchemy takes a third of a second
-
     with open_memory(place) as ledger:
         if known and has_memory(known):
             with open_memory(known) as before:

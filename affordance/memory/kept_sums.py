@@ -1,222 +1,112 @@
-"""Sums of evidence over the trials of a ledger, stored with them so that a belief is recalled at once.
+"""Sums of evidence over the first trials of a large memory, kept in the user's cache folder.
 
-They can be computed anew at any time. All changes are made in the transaction that changes the trials.
+They are used for a memory that begins with the very rows that were summed, by the same program with the same prior,
+and for no other; the trials that follow are added to them. They decide nothing: without them, because they are
+missing, damaged or cannot be written, the same sums are computed and take longer.
 """
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+import os
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection, delete, insert, select
 
-from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
-from affordance.belief.likelihood import Quadratic
-from affordance.files.atomic import to_plain
-from affordance.memory.evidence_sums import MaterialSum, ObjectSum
-from affordance.memory.stored_trials import list_things, read_thing
-from affordance.memory.tables import MATERIALS, THINGS
-from affordance.memory.trial_evidence import TrialEvidence
+from affordance.belief.likelihood import Likelihood, Quadratic
+from affordance.exceptions import AffordanceError
+from affordance.files.atomic import write_text
+from affordance.files.bounded import RESULTS, read_text
+from affordance.memory.evidence_sums import EvidenceSums, FeltThing, ObjectSum
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Relative error that sums may have: they are sums of doubles, in another order.
-_ROUNDING = 1e-9
+# Number of trials that are summed anew before the sums are kept, which is about a second's work.
+WORTH_KEEPING = 1000
+# What a file that is missing, damaged or of another program raises.
+_DAMAGE = (AffordanceError, OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError)
 
 
-class DamagedSumsError(ValueError):
-    """Sums that are kept are not what was written, or are missing; they must be computed anew."""
+class KeptSums(NamedTuple):
+    """Sums over the first rows of a memory, with their number and a digest of them."""
+
+    number: int
+    digest: str
+    sums: EvidenceSums
 
 
-class KeptSums:
-    """Sums for one prior, as they are kept in a ledger, and the ids of the trials in which colours were first met."""
-
-    def __init__(self, materials: MaterialSum, founders: Sequence[str] = ()) -> None:
-        """Takes the sums."""
-        self.materials = materials
-        self.founders = list(founders)
-
-    @property
-    def prior(self) -> Prior:
-        """Prior of materials that were never felt."""
-        return self.materials.prior
-
-    def add(self, connection: Connection, thing: str, trials: Sequence[TrialEvidence]) -> None:
-        """Adds trials of a thing, later than all others, to the sums of the thing and of its materials."""
-        row = connection.execute(select(THINGS.c.content).where(*self._match(thing))).scalar()
-        if row is None:
-            if list_things(connection, thing)[thing] > len(trials):
-                raise DamagedSumsError(thing)
-            of_object, founder = ObjectSum.start(trials[0], self.meet(trials[0])), trials[0].id
-        else:
-            of_object, founder = _unpack(content := _unseal(row)), content["founder"]
-            self.materials.add(of_object, -1.0)
-            connection.execute(delete(THINGS).where(*self._match(thing)))
-        for trial in trials:
-            of_object = of_object.add(trial, self.prior)
-        self.materials.add(of_object)
-        self._write_thing(connection, thing, of_object, founder)
-
-    def was_founded_by(self, connection: Connection, ids: Iterable[str]) -> bool:
-        """Returns True if a colour or a thing was first met in one of the given trials."""
-        query = select(THINGS.c.founder).where(THINGS.c.prior == name_prior(self.prior))
-        return not set(ids).isdisjoint({*self.founders, *connection.execute(query).scalars()})
-
-    def renew(self, connection: Connection, things: Iterable[str], place: Path | str) -> None:
-        """Sums the evidence anew for things of which trials were forgotten, and then for all materials."""
-        for thing in things:
-            trials = read_thing(connection, thing, place)
-            columns = self.materials.recognise(trials[0].parts)
-            of_object = ObjectSum.of(trials, columns, self.prior)
-            connection.execute(delete(THINGS).where(*self._match(thing)))
-            self._write_thing(connection, thing, of_object, trials[0].id)
-        self.materials = MaterialSum(self.prior, self.materials.colours)
-        kept = self.read_things(connection)
-        for thing in list_things(connection):
-            if thing not in kept:
-                raise DamagedSumsError(thing)
-            self.materials.add(kept[thing])
-
-    def read_things(self, connection: Connection) -> dict[str, ObjectSum]:
-        """Reads the sum of each thing; damaged ones raise a DamagedSumsError."""
-        query = select(THINGS).where(THINGS.c.prior == name_prior(self.prior))
-        return {row.thing: _unpack(_unseal(row.content)) for row in connection.execute(query)}
-
-    def is_of(self, connection: Connection, trials: Mapping[str, Sequence[TrialEvidence]]) -> bool:
-        """Returns True if the sums are those of the trials of each thing, up to rounding."""
-        kept, wanted = self.read_things(connection), KeptSums(MaterialSum(self.prior))
-        if kept.keys() != trials.keys():
-            return False
-        for thing, group in trials.items():
-            of_object = ObjectSum.of(group, wanted.meet(group[0]), self.prior)
-            wanted.materials.add(of_object)
-            if kept[thing].columns != of_object.columns:
-                return False
-            if not all(map(_is_close, _list_arrays(kept[thing]), _list_arrays(of_object))):
-                return False
-        one, other = self.materials, wanted.materials
-        is_same = (one.colours, self.founders) == (other.colours, wanted.founders)
-        return is_same and _is_close(one.precision, other.precision) and _is_close(one.information, other.information)
-
-    def meet(self, trial: TrialEvidence) -> tuple[int, ...]:
-        """Finds the materials of a thing that is met in a trial, and adds those that were never met."""
-        columns = self.materials.recognise(trial.parts)
-        self.founders += [trial.id] * (len(self.materials.colours) - len(self.founders))
-        return columns
-
-    def write(self, connection: Connection) -> None:
-        """Writes the sum over all objects."""
-        materials = self.materials
-        content = {
-            "prior": asdict(self.prior),
-            "colours": materials.colours,
-            "founders": self.founders,
-            "precision": materials.precision,
-            "information": materials.information,
-        }
-        name = name_prior(self.prior)
-        connection.execute(delete(MATERIALS).where(MATERIALS.c.prior == name))
-        connection.execute(insert(MATERIALS), [{"prior": name, "content": _seal(content)}])
-
-    def _write_thing(self, connection: Connection, thing: str, of_object: ObjectSum, founder: str) -> None:
-        content = {
-            "founder": founder,
-            "columns": of_object.columns,
-            "Phi": of_object.geometry.Phi,
-            "Phi_errors": of_object.geometry.Phi_errors,
-            "precision": of_object.body.precision,
-            "information": of_object.body.information,
-            "means": of_object.means,
-        }
-        row = {"prior": name_prior(self.prior), "thing": thing, "founder": founder, "content": _seal(content)}
-        connection.execute(insert(THINGS), [row])
-
-    def _match(self, thing: str) -> tuple[Any, Any]:
-        return THINGS.c.prior == name_prior(self.prior), THINGS.c.thing == thing
-
-
-def find_wrong(connection: Connection, trials: Mapping[str, Sequence[TrialEvidence]] | None) -> dict[str, str]:
-    """Finds the priors whose sums are damaged, or not those of the trials of each thing if these are given."""
-    wrong = {}
-    for name in connection.execute(select(MATERIALS.c.prior)).scalars().all():
-        try:
-            (sums,) = read_sums(connection, name).values()
-            if trials is not None and not sums.is_of(connection, trials):
-                wrong[name] = "are not those of the trials"
-        except DamagedSumsError:
-            wrong[name] = "are damaged"
-    return wrong
-
-
-def read_sums(connection: Connection, name: str = "") -> dict[str, KeptSums]:
-    """Reads the kept sums of one prior or all, by its name; damaged ones raise a DamagedSumsError."""
-    query = select(MATERIALS)
-    if name:
-        query = query.where(MATERIALS.c.prior == name)
-    found = {}
-    for row in connection.execute(query).all():
-        content = _unseal(row.content)
-        size = len(content["colours"])
-        colours = [(float(r), float(g), float(b)) for r, g, b in content["colours"]]
-        precision = np.array(content["precision"], dtype=float).reshape(size, size)
-        materials = MaterialSum(
-            Prior(**content["prior"]), colours, precision, np.array(content["information"], dtype=float)
-        )
-        found[str(row.prior)] = KeptSums(materials, content["founders"])
-    return found
-
-
-def drop_sums(connection: Connection, name: str = "") -> None:
-    """Drops the sums for a prior of this name, or all; they are computed anew when they are needed."""
-    for table in (THINGS, MATERIALS):
-        everything = delete(table)
-        connection.execute(everything.where(table.c.prior == name) if name else everything)
-
-
-def name_prior(prior: Prior) -> str:
-    """Returns the key of the sums for a prior."""
-    return f"{prior.mode!r} {prior.sd!r} {prior.deviation_sd!r}"
-
-
-def _seal(content: Any) -> str:
-    """Returns a text of content, with a digest by which a change is noticed."""
-    plain = to_plain(content)
-    return json.dumps({"digest": _digest(plain), **plain})
-
-
-def _unseal(text: str) -> dict[str, Any]:
-    """Returns the content of a text; one that was changed raises a DamagedSumsError."""
+def load_sums(place: Path, prior: Prior) -> KeptSums | None:
+    """Loads the sums that are kept for a memory and a prior; None if there are none."""
     try:
+        head, text = read_text(_find_file(place, prior), RESULTS).split("\n", 1)
+        number, digest, seal = json.loads(head)
+        if seal != _seal(text, prior):
+            return None
         content = json.loads(text)
-        is_sound = content.pop("digest") == _digest(content)
-    except (ValueError, RecursionError, AttributeError, TypeError, KeyError) as error:
-        raise DamagedSumsError(str(error)) from error
-    if not is_sound:
-        raise DamagedSumsError(text[:40])
-    return dict(content)
+        things = {name: _unpack(thing) for name, thing in content["things"].items()}
+        colours = [(red, green, blue) for red, green, blue in content["colours"]]
+        return KeptSums(number, digest, EvidenceSums(prior, colours, things, content["names"]))
+    except _DAMAGE:
+        return None
 
 
-def _digest(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:24]
+def save_sums(place: Path, kept: KeptSums) -> None:
+    """Saves the sums of a memory, in place of those that were kept for it, if the cache folder can be written."""
+    sums = kept.sums
+    things = {name: _pack(thing, sums.prior) for name, thing in sums.things.items()}
+    text = json.dumps({"colours": sums.colours, "names": sums.names, "things": things})
+    head = json.dumps([kept.number, kept.digest, _seal(text, sums.prior)])
+    if len(head) + 1 + len(text) <= RESULTS:
+        with suppress(OSError, RuntimeError):
+            write_text(_find_file(place, sums.prior), f"{head}\n{text}")
 
 
-def _list_arrays(of_object: ObjectSum) -> tuple[Array, ...]:
-    geometry, body = of_object.geometry, of_object.body
-    return geometry.Phi, geometry.Phi_errors, body.precision, body.information, *of_object.means
+def _find_file(place: Path, prior: Prior) -> Path:
+    """Finds the file of a memory's sums; a RuntimeError is raised for a user without a home."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME", ""))  # relative ones are to be ignored
+    folder = folder if folder.is_absolute() else Path.home() / ".cache"
+    name = hashlib.sha256(f"{place.resolve()} {prior}".encode(errors="surrogateescape")).hexdigest()[:24]
+    return folder / "affordance" / "memory" / f"{name}.json"
 
 
-def _is_close(one: Array, other: Array) -> bool:
-    error = np.abs(one - other).max(initial=0.0) if one.shape == other.shape else np.inf
-    return bool(error <= _ROUNDING * np.abs(other).max(initial=0.0))
+def _seal(text: str, prior: Prior) -> str:
+    """Computes a digest of sums and of the program that computed them."""
+    from affordance.runs.repeats import compute_key  # here, as joblib takes long to import
+
+    return hashlib.sha256(f"{compute_key(prior, ())} {text}".encode()).hexdigest()
 
 
-def _unpack(content: Any) -> ObjectSum:
-    """Builds the sum of a thing from its content."""
-    size = len(content["columns"])
-    body = Quadratic(np.array(content["precision"]), np.array(content["information"]))
-    errors = np.array(content["Phi_errors"], dtype=float).reshape(-1, NUM_PARAMETERS, size)
-    means = np.array(content["means"][0], dtype=float).reshape(size, size), np.array(content["means"][1], dtype=float)
-    return ObjectSum(tuple(content["columns"]), Geometry(np.array(content["Phi"]), errors), body, means)
+def _pack(thing: FeltThing, prior: Prior) -> dict[str, Any]:
+    evidence, likelihood = thing.evidence, thing.compute_likelihood(prior)
+    arrays = [evidence.geometry.Phi, evidence.geometry.Phi_errors, evidence.body.precision, evidence.body.information]
+    arrays += [*evidence.means, likelihood.precision, likelihood.information_vector]
+    return {
+        "parts": thing.parts,
+        "columns": evidence.columns,
+        "since": thing.since,
+        "trials": thing.trials,
+        "robots": sorted(thing.robots),
+        "arrays": [array.ravel().tolist() for array in arrays],
+    }
+
+
+def _unpack(content: dict[str, Any]) -> FeltThing:
+    columns = tuple(content["columns"])
+    P, M, N = len(columns), len(set(columns)), NUM_PARAMETERS
+    shapes = [(N, P), (-1, N, P), (N, N), (N,), (P, P), (P,), (M, M), (M,)]
+    Phi, errors, H, b, means, information, precision, vector = (
+        np.array(values, dtype=float).reshape(shape) for values, shape in zip(content["arrays"], shapes, strict=True)
+    )
+    parts: list[list[Any]] = [
+        [tuple(each) if isinstance(each, list) else each for each in part] for part in content["parts"]
+    ]
+    return FeltThing(
+        tuple(PartAppearance(*part) for part in parts),
+        ObjectSum(columns, Geometry(Phi, errors), Quadratic(H, b), (means, information)),
+        content["since"],
+        content["trials"],
+        set(content["robots"]),
+        Likelihood(precision, vector, np.nan),
+    )

@@ -2,17 +2,19 @@
 
 Trials are added and never changed. Beliefs are recalled from them in the order of their times, whatever the order in
 which they were added: for learners with kinds by replaying all trials, for learners with one density for each colour
-from sums that are kept with the trials.
+from sums over all trials.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+import hashlib
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from sqlalchemy import Connection, func, select
+import numpy as np
 
 from affordance.arguments import Seed, check_kind, check_member
 from affordance.belief.density_belief import Prior
@@ -20,28 +22,24 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadArgumentError, BadValueError, hide_password
-from affordance.memory.evidence_sums import MaterialSum, gather, sum_objects
-from affordance.memory.kept_sums import DamagedSumsError, KeptSums, drop_sums, find_wrong, name_prior, read_sums
+from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
+from affordance.memory.evidence_sums import EvidenceSums, gather
+from affordance.memory.kept_sums import WORTH_KEEPING, KeptSums, load_sums, save_sums
 from affordance.memory.same_colours import SameColours, translate
 from affordance.memory.stored_trials import (
     ALL,
     Appended,
-    Looks,
     Selection,
     check_trials,
     delete_trials,
     find_known,
-    get_order,
     get_precedence,
     insert_trials,
-    list_things,
-    name_thing,
-    name_things,
-    read_selected,
-    read_thing,
+    read_row,
+    read_rows,
+    read_trials,
 )
-from affordance.memory.tables import TRIALS, check_file, check_integrity, connect, find_file, open_database
+from affordance.memory.tables import check_file, check_integrity, check_place, open_database, transact
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.proprioception.fixed_point import find_fixed_point
 
@@ -51,8 +49,10 @@ class Ledger:
 
     def __init__(self, place: Path | str, *, create: bool = True) -> None:
         """Opens the database; see ``open_memory``."""
-        self._engine = open_database(place, create=create)
-        self.place = hide_password(place) if isinstance(place, str) else place
+        self.place = check_place(place)
+        self._connection = open_database(self.place, create=create)
+        self._reads = partial(transact, self._connection, self.place, writes=False)
+        self._writes = partial(transact, self._connection, self.place, writes=True)
 
     def __enter__(self) -> Self:
         """Returns the ledger, which is closed at the end of the block."""
@@ -66,20 +66,20 @@ class Ledger:
 
     def __len__(self) -> int:
         """Returns the number of trials."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            return int(connection.execute(select(func.count()).select_from(TRIALS)).scalar_one())
+        with self._reads():
+            return int(self._connection.execute("SELECT count(*) FROM trials").fetchone()[0])
 
     def __contains__(self, trial_id: str) -> bool:
         """Returns True if a trial with this id was appended."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            return bool(find_known(connection, [trial_id]))
+        with self._reads():
+            return bool(find_known(self._connection, [trial_id]))
 
     def __repr__(self) -> str:
         return f"Ledger({self.place}: {len(self)} trials)"
 
     def close(self) -> None:
-        """Closes all connections to the database."""
-        self._engine.dispose()
+        """Closes the database."""
+        self._connection.close()
 
     def append(self, trials: Sequence[TrialEvidence]) -> int:
         """Adds trials, all or none; trials that it has already are skipped.
@@ -90,7 +90,7 @@ class Ledger:
         Returns: Number of trials that were new.
 
         Raises:
-            BadArgumentError: An argument is not evidence of a trial.
+            BadArgumentError: An argument is not evidence of a trial, or too large.
             BadValueError: The database cannot be written; nothing was changed.
         """
         return self.add(trials).new
@@ -100,21 +100,13 @@ class Ledger:
         for i, trial in enumerate(trials):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
-        with connect(self._engine, self.place, writes=True) as connection:
-            known = find_known(connection, list(unique))
-            precede = [each for key, each in unique.items() if key in known and get_precedence(each) < known[key]]
-            new = sorted([*precede, *(each for key, each in unique.items() if key not in known)], key=get_order)
-            if not new:
-                return Appended(0, 0)
-            names = delete_trials(connection, [each.id for each in precede])
-            things, is_settled, unsettled = insert_trials(connection, new, self.place)
-            for name in sorted(names | unsettled):
-                name_things(connection, name, self.place)
-            if precede or not is_settled:  # it changes which colours and looks were met first
-                drop_sums(connection)
-            else:
-                self._add_to_sums(connection, things, new)
-            return Appended(len(new) - len(precede), len(precede))
+        with self._writes():
+            known = find_known(self._connection, list(unique))
+            new = [each for key, each in unique.items() if key not in known]
+            earlier = [each for key, each in unique.items() if key in known and get_precedence(each) < known[key]]
+            delete_trials(self._connection, [each.id for each in earlier])
+            insert_trials(self._connection, sorted([*new, *earlier], key=get_precedence))
+        return Appended(len(new), len(earlier))
 
     def recall(
         self,
@@ -139,15 +131,24 @@ class Ledger:
         """
         learner = check_member("learner", learner, Learner)
         check_kind("prior", prior, Prior)
-        if learner is not Learner.DENSITY:
-            trials = translate(self.list_trials(), same_colours, self.place)
-            return replay(trials, start_memory(learner, seed), prior)
+        if learner is Learner.DENSITY:
+            sums = self.sum(prior, same_colours)
+            with blame(self.place):
+                return MaterialMemory(tuple(sums.colours), sums.build_belief())
+        memory = start_memory(learner, seed)
+        with self._read(same_colours) as trials:
+            for trial in trials:
+                with blame(self.place, f"trial {trial.id}"):
+                    memory = replay([trial], memory, prior)
+        return memory
+
+    def sum(self, prior: Prior = Prior(), same_colours: SameColours = ()) -> EvidenceSums:
+        """Sums the evidence of all trials; see ``recall``."""
         if same_colours:
-            return _build_memory(self._sum(prior, same_colours))
-        with connect(self._engine, self.place, writes=False) as connection, suppress(DamagedSumsError):
-            if sums := read_sums(connection, name_prior(prior)):
-                return _build_memory(sums[name_prior(prior)].materials)
-        return _build_memory(self._keep_sums(prior))
+            return self._add(EvidenceSums(prior), translate(self.list_trials(), same_colours, self.place))
+        kept = load_sums(self.place, prior) if len(self) >= WORTH_KEEPING else None
+        with self._reads():
+            return self._sum_rows(kept, prior)
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
         """Lists trials in the order of their times, those of a selection or all.
@@ -156,39 +157,27 @@ class Ledger:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
             BadValueError: The database cannot be read, or a record is invalid.
         """
-        with connect(self._engine, self.place, writes=False) as connection:
-            return list(read_selected(connection, selection, self.place))
+        with self._reads():
+            return list(read_trials(self._connection, self.place, selection))
 
-    def list_things(self) -> dict[str, int]:
-        """Lists the things that were felt, in the order in which they were first met, with the number of trials."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            return list_things(connection)
-
-    def list_thing_trials(self, thing: str) -> list[TrialEvidence]:
-        """Lists the trials of a thing in the order of their times."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            return read_thing(connection, thing, self.place)
-
-    def walk_things(self, same_colours: SameColours = ()) -> Iterator[tuple[str, list[TrialEvidence]]]:
-        """Yields each thing, in the order in which they were first met, with its trials in the order of their times.
-
-        Arguments and errors are those of ``recall``.
-        """
-        if not same_colours:
-            yield from ((thing, self.list_thing_trials(thing)) for thing in self.list_things())
-            return
-        looks: Looks = {}
-        things: dict[str, list[TrialEvidence]] = {}
-        for trial in translate(self.list_trials(), same_colours, self.place):
-            things.setdefault(name_thing(looks, trial), []).append(trial)
-        yield from things.items()
+    def list_names(self) -> tuple[list[str], list[str]]:
+        """Lists the names of robots and of objects."""
+        with self._reads():
+            robots, objects = (
+                [
+                    str(name)
+                    for (name,) in self._connection.execute(f"SELECT DISTINCT {column} FROM trials ORDER BY 1")
+                ]
+                for column in ("robot", "object")
+            )
+            return robots, objects
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
         """Counts the trials of a robot of this name with an arm that is known, and of none of these fingerprints."""
-        with connect(self._engine, self.place, writes=False) as connection:
-            query = select(func.count()).select_from(TRIALS).where(TRIALS.c.robot == robot)
-            changed = query.where(TRIALS.c.fingerprint.not_in(("", *fingerprints)))
-            return int(connection.execute(changed).scalar_one())
+        ours = ("", *fingerprints)
+        query = f"SELECT count(*) FROM trials WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
+        with self._reads():
+            return int(self._connection.execute(query, (robot, *ours)).fetchone()[0])
 
     def forget(self, selection: Selection) -> int:
         """Forgets trials, as if they had never been appended.
@@ -201,24 +190,9 @@ class Ledger:
         """
         if not any(selection):
             raise BadArgumentError("selection", "", "is empty, must name a robot, an object, a time or a trial")
-        with connect(self._engine, self.place, writes=True) as connection:
-            query = selection.narrow(select(TRIALS.c.id, TRIALS.c.object, TRIALS.c.thing))
-            rows = connection.execute(query).all()
-            forgotten = [str(row.id) for row in rows]
-            for name in sorted(delete_trials(connection, forgotten)):
-                name_things(connection, name, self.place)
-            try:
-                kept = list(read_sums(connection).values())
-                # Without the first trial of a colour or a thing, colours and looks are distinguished anew.
-                if any(sums.was_founded_by(connection, forgotten) for sums in kept):
-                    drop_sums(connection)
-                elif forgotten:
-                    for sums in kept:
-                        sums.renew(connection, sorted({str(row.thing) for row in rows}), self.place)
-                        sums.write(connection)
-            except DamagedSumsError:
-                drop_sums(connection)
-        return len(forgotten)
+        condition, values = selection.narrow()
+        with self._writes():
+            return int(self._connection.execute(f"DELETE FROM trials{condition}", values).rowcount)
 
     def merge(self, other: "Ledger") -> int:
         """Adds the trials of another ledger that this one does not know; returns their number.
@@ -229,74 +203,72 @@ class Ledger:
         return self.append(other.list_trials())
 
     def verify(self) -> list[str]:
-        """Checks the database, every record, and the sums that are kept; returns what is wrong, a line each.
-
-        Sums that are wrong are dropped, if the database can be written, and computed anew when they are needed.
-        """
-        with connect(self._engine, self.place, writes=False) as connection:
-            if problem := check_integrity(connection):
+        """Checks the database and every record; returns what is wrong, a line each."""
+        with self._reads():
+            if problem := check_integrity(self._connection):
                 return [f"{self.place}: the file is damaged: {problem}"]
-            faults, trials = check_trials(connection, self.place)
-            wrong = find_wrong(connection, None if faults else trials)
-        faults += [
-            f"{self.place}: the sums for the prior {name} {problem}; they are dropped, and computed anew when needed"
-            for name, problem in wrong.items()
-        ]
-        if wrong:
-            with suppress(BadValueError), connect(self._engine, self.place, writes=True) as connection:
-                for name in wrong:
-                    drop_sums(connection, name)
-        return faults
+            return check_trials(self._connection, self.place)
 
-    def _sum(self, prior: Prior, same_colours: SameColours = ()) -> MaterialSum:
-        """Sums all trials."""
-        return sum_objects((trials for _, trials in self.walk_things(same_colours)), prior)
+    def _sum_rows(self, kept: KeptSums | None, prior: Prior) -> EvidenceSums:
+        """Sums the evidence of all trials; begins with the sums that are kept if they are of the first trials."""
+        digest = hashlib.sha256()
+        rows = read_rows(self._connection, self.place)
+        if kept is not None:
+            for row in islice(rows, kept.number):
+                digest.update(repr(row).encode())
+            if digest.hexdigest() != kept.digest:
+                return self._sum_rows(None, prior)
+        first = number = kept.number if kept else 0
 
-    def _add_to_sums(self, connection: Connection, things: Sequence[str], trials: Sequence[TrialEvidence]) -> None:
-        """Adds new trials, the thing of each given, to all sums that are kept."""
-        groups: dict[str, list[TrialEvidence]] = {}
-        for thing, trial in zip(things, trials, strict=True):
-            groups.setdefault(thing, []).append(trial)
-        try:
-            for sums in read_sums(connection).values():
-                for thing, group in groups.items():
-                    sums.add(connection, thing, group)
-                sums.write(connection)
-        except DamagedSumsError:
-            drop_sums(connection)
+        def read() -> Iterator[TrialEvidence]:
+            nonlocal number
+            for row in rows:
+                digest.update(repr(row).encode())
+                yield read_row(self.place, row)
+                number += 1
 
-    def _keep_sums(self, prior: Prior) -> MaterialSum:
-        """Sums all trials for a prior, and keeps the sums if the database can be written."""
-        with suppress(BadValueError), connect(self._engine, self.place, writes=True) as connection:
-            drop_sums(connection, name_prior(prior))
-            sums = KeptSums(MaterialSum(prior))
-            for thing in list_things(connection):
-                sums.add(connection, thing, read_thing(connection, thing, self.place))
-            sums.write(connection)
-            return sums.materials
-        return self._sum(prior)
+        sums = self._add(kept.sums if kept else EvidenceSums(prior), read())
+        if number - first >= WORTH_KEEPING:
+            save_sums(self.place, KeptSums(number, digest.hexdigest(), sums))
+        return sums
+
+    def _add(self, sums: EvidenceSums, trials: Iterable[TrialEvidence]) -> EvidenceSums:
+        """Adds trials to sums; evidence that fits no densities raises a BadValueError."""
+        for trial in trials:
+            with blame(self.place, f"trial {trial.id}"):
+                sums.add(trial)
+        for name, thing in sums.things.items():
+            with blame(self.place, f"object {name}"):
+                thing.compute_likelihood(sums.prior)
+        return sums
+
+    @contextmanager
+    def _read(self, same_colours: SameColours) -> Iterator[Iterable[TrialEvidence]]:
+        """Reads all trials within the context, in the order of their times, and translates the colours of pairs."""
+        if same_colours:
+            yield translate(self.list_trials(), same_colours, self.place)
+        else:
+            with self._reads():
+                yield read_trials(self._connection, self.place)
 
 
 def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
     """Opens a lasting memory: the ledger of what robots have felt.
 
     Args:
-        place: Path of an SQLite file, or URL of a database (SQLAlchemy's, with its driver installed).
+        place: Path of an SQLite file.
         create: True to create a file that does not exist.
 
     Raises:
         BadArgumentError: The place is neither a path nor a text.
-        BadValueError: The file does not exist, is not a database, or belongs to another program or version.
+        BadValueError: The file does not exist, is not a memory, or was written by another version.
     """
-    if not isinstance(place, str | Path) or not str(place):
-        raise BadArgumentError("place", "", f"is {place!r}, must be a path or the URL of a database")
-    return Ledger(str(place) if "://" in str(place) else Path(place), create=create)
+    return Ledger(place, create=create)
 
 
 def has_memory(place: str | Path) -> bool:
-    """Returns True for a file with a memory, or a server; another file, or no folder, raises a BadValueError."""
-    if (path := find_file(place)) is None:
-        return True
+    """Returns True for a file with a memory; another file, or no folder, raises a BadValueError."""
+    path = check_place(place)
     check_file(path, create=True)
     return path.exists()
 
@@ -312,5 +284,11 @@ def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Mem
     return memory
 
 
-def _build_memory(materials: MaterialSum) -> MaterialMemory:
-    return MaterialMemory(materials.colours, materials.build_belief())
+@contextmanager
+def blame(place: Path, key: str = "") -> Iterator[None]:
+    """Converts failures of evidence that fits no densities to a BadValueError that names the memory and its trial."""
+    try:
+        with np.errstate(over="raise", divide="raise", invalid="raise"):
+            yield
+    except (np.linalg.LinAlgError, FloatingPointError, AffordanceError) as error:
+        raise BadValueError(place, key, f"cannot be learned from: {error}") from error

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-# The ledger is imported where one is opened, as SQLAlchemy takes a third of a second.
+from affordance.memory.ledger import has_memory, open_memory
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
@@ -10,8 +10,6 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 
     The fingerprint of its arm is computed by ``recognise`` only if there are trials.
     """
-    from affordance.memory.ledger import has_memory, open_memory
-
     if not (place and has_memory(place)):
         return 0
     with open_memory(place, create=False) as ledger:

@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.exceptions import BadValueError
-from affordance.memory.evidence_sums import find_material
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.memory.evidence_sums import check_materials, find_material
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
@@ -45,16 +45,20 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
 
 
 def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place: Path | str) -> list[TrialEvidence]:
-    """Translates the colours of the parts of all trials of a memory, the second of each pair to the first.
+    """Renames colours in all trials of a memory: the second colour of each pair becomes the first.
 
     Colours of the records that are of no pair are materials too, for which a part that is like a pair's may be taken.
-    A BadValueError, which names the memory's place, is raised if a pair's second colour is in no trial.
+    A BadValueError, which names the memory's place, is raised if a pair's second colour is in no trial, or if there
+    are more materials than a memory may have.
     """
     pairs = join_colours(same_colours)
     named = [*dict.fromkeys(one for one, _ in pairs), *(other for _, other in pairs)]
     meanings = {other: one for one, other in pairs}
     seen = list(dict.fromkeys(part for trial in trials for part in trial.parts))
-    known = _list_materials(seen, named)
+    try:
+        known = _list_materials(seen, named)
+    except BadArgumentError as error:
+        raise BadValueError(place, str(error.source), error.problem) from error
     matches = {part: None if (index := find_material(part, known)) is None else known[index] for part in seen}
     for other in meanings:
         if other not in matches.values():
@@ -73,6 +77,7 @@ def _list_materials(seen: Sequence[PartAppearance], named: Sequence[Colour]) -> 
     for part in seen:
         if find_material(part, list(founders)) is None:
             founders[part.colour] = part
+            check_materials(len(founders))
     met = {show_colour(each): each for each in founders}
     others = list(founders)
     for index, colour in enumerate(named if met else ()):

@@ -1,26 +1,30 @@
-"""Trials in the tables of a ledger: reading, adding, and identifying the thing of each.
-
-Trials of one name and one look are about one thing. A name with another look is another thing: "hammer", "hammer #2".
-"""
+"""Trials in the table of a ledger: reading, adding and deleting them."""
 
 import json
+import sqlite3
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from sqlalchemy import Connection, Select, delete, func, insert, select, update
+import numpy as np
 
-from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.files.data_model import check_content
-from affordance.memory.tables import TRIALS
-from affordance.memory.trial_evidence import TrialEntry, TrialEvidence, read_time
-from affordance.objects.appearance import is_same_object
+from affordance.arguments import check_array
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, show_value
+from affordance.files.data_model import DataModel, check_content
+from affordance.memory.tables import LARGEST_RECORD
+from affordance.memory.trial_evidence import FELT_MODELS, PLAIN, TrialEvidence, read_time
+from affordance.objects.appearance import PartAppearance
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Trials that are read or written at a time.
-BATCH = 500
+# Trials that are written or looked up at a time.
+_BATCH = 500
 _SHORTEST_ID = 4
-# Sort key of a trial, a text in the order of times.
-_ORDER = TRIALS.c.time + TRIALS.c.id
+# Columns of a trial: what is asked for by commands, as in the record, and last the record.
+_COLUMNS = ("id", "time", "robot", "fingerprint", "object", "digest", "content")
+
+_TOO_LARGE = f"is a record of more than {LARGEST_RECORD / 1e6:g} MB, must be smaller"
+
+type Row = tuple[str, ...]
 
 
 class Selection(NamedTuple):
@@ -40,31 +44,93 @@ class Selection(NamedTuple):
     until: str = ""
     trial: str = ""
 
-    def narrow(self, query: Select[Any]) -> Select[Any]:
-        """Returns a query of trials that is restricted to the selected ones.
+    def narrow(self) -> tuple[str, list[str]]:
+        """Returns the condition on trials for a query in SQL, empty if all are selected, and its values.
 
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
         """
         if self.trial and len(self.trial) < _SHORTEST_ID:
             raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
-        if self.robot:
-            query = query.where(TRIALS.c.robot == self.robot)
-        if self.object_name:
-            query = query.where(TRIALS.c.object == self.object_name)
-        if self.since:
-            query = query.where(TRIALS.c.time >= read_time("since", self.since))
-        if self.until:
-            query = query.where(TRIALS.c.time < read_time("until", self.until))
-        if self.trial:
-            query = query.where(TRIALS.c.id.startswith(self.trial, autoescape=True))
-        return query
+        conditions = {
+            "robot = ?": self.robot,
+            "object = ?": self.object_name,
+            "time >= ?": self.since and read_time("since", self.since),
+            "time < ?": self.until and read_time("until", self.until),
+            f"substr(id, 1, {len(self.trial)}) = ?": self.trial,
+        }
+        given = {condition: value for condition, value in conditions.items() if value}
+        return f" WHERE {' AND '.join(given)}" if given else "", list(given.values())
 
 
 ALL = Selection()
 
-# Names of the things of each object's name, with the first trial of each, in the order in which they were met.
-type Looks = dict[str, list[tuple[str, TrialEvidence]]]
+
+class _PartEntry(DataModel):
+    """Part in a record."""
+
+    colour: list[float]
+    sizes: list[float]
+    position: list[float]
+    colour_sd: float = 0.0
+    size_sd: float = 0.0
+    position_sd: float = 0.0
+    lightness_sd: float = 0.0
+
+
+class _TrialEntry(DataModel):
+    """Record of a trial in a ledger or a file."""
+
+    id: str
+    time: str
+    robot: str
+    fingerprint: str
+    object: str
+    parts: list[_PartEntry]
+    Phi: list[list[float]]
+    Phi_errors: list[list[list[float]]]
+    model: dict[str, str | bool | float]
+    features: list[float]
+    num_samples: int
+    num_joints: int
+    log_evidence: float
+    p_value: float
+    source: str
+    source_hash: str
+    program: str
+    digest: str
+
+    def build(self) -> TrialEvidence:
+        """Builds the evidence; raises a BadArgumentError for invalid values, or another id or digest than theirs."""
+        numbers = dict(self.model)
+        name = numbers.pop("name", "")
+        if name not in FELT_MODELS:
+            raise BadArgumentError("model.name", "", describe_choice(name, FELT_MODELS))
+        try:
+            model = FELT_MODELS[str(name)](**numbers)
+        except TypeError as error:
+            raise BadArgumentError("model", "", f"does not fit {name}: {error}") from error
+        size = len(self.parts)
+        errors = np.zeros((0, NUM_PARAMETERS, size))
+        if self.Phi_errors:
+            errors = check_array("geometry.Phi_errors", self.Phi_errors, (None, NUM_PARAMETERS, size))
+        trial = TrialEvidence(
+            object_name=self.object,
+            parts=tuple(PartAppearance(**vars(part)) for part in self.parts),
+            geometry=Geometry(check_array("geometry.Phi", self.Phi, (NUM_PARAMETERS, size)), errors),
+            model=model,
+            features=np.array(self.features),
+            robot=self.robot,
+            fingerprint=self.fingerprint,
+            time=self.time,
+            **{name: getattr(self, name) for name in PLAIN},
+        )
+        if trial.id != self.id:
+            raise BadArgumentError("id", "", f"is {self.id!r}, must be {trial.id!r}, the digest of the content")
+        if trial.digest != self.digest:
+            problem = f"is {self.digest!r}, must be {trial.digest!r}, that of the record; it was changed"
+            raise BadArgumentError("digest", "", problem)
+        return trial
 
 
 class Appended(NamedTuple):
@@ -74,169 +140,99 @@ class Appended(NamedTuple):
     replaced: int
 
 
-def get_order(trial: TrialEvidence) -> str:
-    """Returns the sort key of a trial, a text in the order of times."""
-    return trial.time + trial.id
-
-
 def get_precedence(trial: TrialEvidence) -> str:
     """Returns the sort key of records of one id, of which the first is kept: the earlier, then the lesser digest."""
     return trial.time + trial.digest
 
 
-def find_known(connection: Connection, ids: Sequence[str]) -> dict[str, str]:
+def find_known(connection: sqlite3.Connection, ids: Sequence[str]) -> dict[str, str]:
     """Finds the given ids that are stored, with the precedence of each record."""
     known: dict[str, str] = {}
-    for start in range(0, len(ids), BATCH):
-        query = select(TRIALS.c.id, TRIALS.c.time, TRIALS.c.digest).where(TRIALS.c.id.in_(ids[start : start + BATCH]))
-        known |= {row.id: row.time + row.digest for row in connection.execute(query)}
+    for start in range(0, len(ids), _BATCH):
+        chosen = ids[start : start + _BATCH]
+        query = f"SELECT id, time || digest FROM trials WHERE id IN ({','.join('?' * len(chosen))})"
+        known |= dict(connection.execute(query, chosen))
     return known
 
 
-def build_row(trial: TrialEvidence, thing: str, content: str) -> dict[str, str]:
-    """Builds the row of a trial."""
-    return {
-        "id": trial.id,
-        "time": trial.time,
-        "robot": trial.robot,
-        "fingerprint": trial.fingerprint,
-        "object": trial.object_name,
-        "thing": thing,
-        "digest": trial.digest,
-        "content": content,
-    }
+def insert_trials(connection: sqlite3.Connection, trials: Sequence[TrialEvidence]) -> None:
+    """Inserts trials; a record that is too large raises a BadArgumentError."""
+    query = f"INSERT INTO trials ({', '.join(_COLUMNS)}) VALUES ({','.join('?' * len(_COLUMNS))})"
+    connection.executemany(query, (_build_row(trial, write_record(trial)) for trial in trials))
 
 
-def insert_trials(
-    connection: Connection, trials: Sequence[TrialEvidence], place: Path | str
-) -> tuple[list[str], bool, set[str]]:
-    """Inserts trials in the order of their times.
-
-    Returns the thing of each trial, True if no thing is met earlier than before, and the names whose things must be
-    named anew, as looks are met earlier.
-    """
-    latest = select(_ORDER).order_by(TRIALS.c.time.desc(), TRIALS.c.id.desc()).limit(1)
-    last, is_settled = connection.execute(latest).scalar() or "", True
-    looks: Looks = {}
-    unsettled: set[str] = set()
-    rows = []
-    for trial in trials:
-        if trial.object_name not in looks:
-            looks[trial.object_name] = _read_looks(connection, trial.object_name, place)
-        thing = name_thing(looks, trial)
-        first = dict(looks[trial.object_name])[thing]
-        if get_order(trial) <= (last if first is trial else get_order(first)):
-            is_settled = False
-            if len(looks[trial.object_name]) > 1 or trial.parts != first.parts:
-                unsettled.add(trial.object_name)
-        rows.append(build_row(trial, thing, json.dumps(trial.to_dict())))
-    for start in range(0, len(rows), BATCH):
-        connection.execute(insert(TRIALS), rows[start : start + BATCH])
-    return [row["thing"] for row in rows], is_settled, unsettled
+def delete_trials(connection: sqlite3.Connection, ids: Sequence[str]) -> None:
+    """Deletes trials."""
+    connection.executemany("DELETE FROM trials WHERE id = ?", ((each,) for each in ids))
 
 
-def delete_trials(connection: Connection, ids: Sequence[str]) -> set[str]:
-    """Deletes trials; returns the names of their objects, whose things must be named anew."""
-    names: set[str] = set()
-    for start in range(0, len(ids), BATCH):
-        is_chosen = TRIALS.c.id.in_(ids[start : start + BATCH])
-        names |= set(connection.execute(select(TRIALS.c.object).where(is_chosen)).scalars())
-        connection.execute(delete(TRIALS).where(is_chosen))
-    return names
+def read_rows(connection: sqlite3.Connection, path: Path, selection: Selection = ALL) -> Iterator[Row]:
+    """Reads the rows of the selected trials in the order of their times, unchecked but for this order."""
+    condition, values = selection.narrow()
+    before: Row = ()
+    for row in connection.execute(f"SELECT {', '.join(_COLUMNS)} FROM trials{condition} ORDER BY time, id", values):
+        if not all(isinstance(each, str) for each in row):
+            raise BadValueError(path, f"trial {show_value(row[0])}", "holds other than texts, must be a plain memory")
+        if row[1::-1] <= before:
+            raise BadValueError(path, f"trial {row[0]}", "is stored twice or out of order: the file is damaged")
+        before = row[1::-1]
+        yield row
 
 
-def name_things(connection: Connection, object_name: str, place: Path | str) -> None:
-    """Names the things of all trials of an object's name anew, in the order of their times."""
-    looks: Looks = {}
-    query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.object == object_name).order_by(_ORDER)
-    for row in connection.execute(query).all():
-        thing = name_thing(looks, read_trial(place, row.id, row.content))
-        connection.execute(update(TRIALS).where(TRIALS.c.id == row.id).values(thing=thing))
+def read_trials(connection: sqlite3.Connection, path: Path, selection: Selection = ALL) -> Iterator[TrialEvidence]:
+    """Reads the selected trials in the order of their times; an invalid record raises a BadValueError."""
+    return (read_row(path, row) for row in read_rows(connection, path, selection))
 
 
-def list_things(connection: Connection, only: str = "") -> dict[str, int]:
-    """Lists the things, or only one, in the order in which they were first met, with the number of trials of each."""
-    query = select(TRIALS.c.thing, func.count().label("number"), func.min(_ORDER).label("first"))
-    if only:
-        query = query.where(TRIALS.c.thing == only)
-    rows = connection.execute(query.group_by(TRIALS.c.thing).order_by("first")).all()
-    return {str(row.thing): int(row.number) for row in rows}
+def read_row(path: Path, row: Row) -> TrialEvidence:
+    """Reads a row; an invalid record, or a column that differs from it, raises a BadValueError."""
+    trial = read_record(path, f"trial {row[0]}", row[-1])
+    for column, value, wanted in zip(_COLUMNS, row, _build_row(trial, row[-1]), strict=True):
+        if value != wanted:
+            problem = f"column {column} is {show_value(value)}, must be {wanted!r}, as in the record"
+            raise BadValueError(path, f"trial {row[0]}", problem)
+    return trial
 
 
-def read_thing(connection: Connection, thing: str, place: Path | str) -> list[TrialEvidence]:
-    """Reads the trials of a thing, in the order of their times."""
-    query = select(TRIALS.c.id, TRIALS.c.content).where(TRIALS.c.thing == thing).order_by(_ORDER)
-    return [read_trial(place, row.id, row.content) for row in connection.execute(query)]
-
-
-def read_selected(connection: Connection, selection: Selection, place: Path | str) -> Iterator[TrialEvidence]:
-    """Reads the selected trials, in the order of their times."""
-    query = selection.narrow(select(TRIALS.c.id, TRIALS.c.content)).order_by(TRIALS.c.time, TRIALS.c.id)
-    for row in connection.execution_options(yield_per=BATCH).execute(query):
-        yield read_trial(place, row.id, row.content)
-
-
-def check_trials(connection: Connection, place: Path | str) -> tuple[list[str], dict[str, list[TrialEvidence]]]:
-    """Checks every record and its columns; returns faults, a line each, and sound trials by thing.
-
-    What is the thing of a trial is not checked after an invalid record of the name, as its look is unknown.
-    """
-    faults: list[str] = []
-    unknown: set[str] = set()
-    trials: dict[str, list[TrialEvidence]] = {}
-    looks: Looks = {}
-    query = select(TRIALS).order_by(TRIALS.c.time, TRIALS.c.id)
-    for row in connection.execution_options(yield_per=BATCH).execute(query):
+def check_trials(connection: sqlite3.Connection, path: Path) -> list[str]:
+    """Checks every row; returns what is wrong, a line each."""
+    faults = []
+    for row in read_rows(connection, path):
         try:
-            trial = read_trial(place, row.id, row.content)
+            read_row(path, row)
         except BadValueError as error:
             faults.append(str(error))
-            unknown.add(row.object)
-            continue
-        thing = name_thing(looks, trial)
-        trials.setdefault(thing, []).append(trial)
-        faults += [
-            f"{place}: trial {row.id}: column {key} is {getattr(row, key)!r}, must be {value!r}, as in the record"
-            for key, value in build_row(trial, thing, row.content).items()
-            if getattr(row, key) != value and not (key == "thing" and trial.object_name in unknown)
-        ]
-    return faults, trials
+    return faults
 
 
-def read_trial(place: Path | str, name: str, content: str) -> TrialEvidence:
+def read_record(path: Path, key: str, text: str) -> TrialEvidence:
     """Reads the text of a record; an invalid one raises a BadValueError that says where and how."""
+    if len(text) > LARGEST_RECORD:
+        raise BadValueError(path, key, _TOO_LARGE)
     try:
-        found = json.loads(content)
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise BadValueError(place, f"trial {name}", f"is not JSON: {error}") from error
-    return parse_trial(place, f"trial {name}", found)
+        raise BadValueError(path, key, f"is not JSON: {error}") from error
+    return parse_trial(path, key, content)
 
 
-def parse_trial(place: Path | str, key: str, content: Any) -> TrialEvidence:
+def write_record(trial: TrialEvidence) -> str:
+    """Writes the text of a record; one that is too large to be read again raises a BadArgumentError."""
+    text = json.dumps(trial.to_dict())
+    if len(text) > LARGEST_RECORD:
+        raise BadArgumentError(f"trial {trial.id}", "", _TOO_LARGE)
+    return text
+
+
+def parse_trial(path: Path, key: str, content: Any) -> TrialEvidence:
     """Builds the evidence of a record from JSON, at a key of a file or database, or raises a BadValueError."""
-    entry = check_content(Path(str(place)), key, content, TrialEntry)
+    entry = check_content(path, key, content, _TrialEntry)
     try:
         return entry.build()
     except BadArgumentError as error:
         where = ".".join(each for each in (key, str(error.source), error.key) if each)
-        raise BadValueError(place, where, error.problem) from error
+        raise BadValueError(path, where, error.problem) from error
 
 
-def _read_looks(connection: Connection, object_name: str, place: Path | str) -> list[tuple[str, TrialEvidence]]:
-    """Reads the first trial of each thing of a name, with the thing's name."""
-    first = select(func.min(_ORDER)).where(TRIALS.c.object == object_name).group_by(TRIALS.c.thing)
-    query = select(TRIALS.c.thing, TRIALS.c.id, TRIALS.c.content).where(
-        TRIALS.c.object == object_name, _ORDER.in_(first)
-    )
-    return [(row.thing, read_trial(place, row.id, row.content)) for row in connection.execute(query.order_by(_ORDER))]
-
-
-def name_thing(looks: Looks, trial: TrialEvidence) -> str:
-    """Returns the name of the thing that a trial is about, and adds its look if it is a new one."""
-    met = looks.setdefault(trial.object_name, [])
-    for thing, first in met:
-        if is_same_object(first.parts, trial.parts):
-            return thing
-    thing = trial.object_name if not met else f"{trial.object_name} #{len(met) + 1}"
-    met.append((thing, trial))
-    return thing
+def _build_row(trial: TrialEvidence, content: str) -> Row:
+    return trial.id, trial.time, trial.robot, trial.fingerprint, trial.object_name, trial.digest, content

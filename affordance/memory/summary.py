@@ -12,11 +12,9 @@ from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import HeldObject, MaterialMemory
 from affordance.belief.object_belief import FeltObject, Memory
-from affordance.memory.evidence_sums import MaterialSum, ObjectSum
-from affordance.memory.felt_models import MeanDensities
-from affordance.memory.ledger import Ledger
+from affordance.memory.evidence_sums import EvidenceSums, FeltThing
+from affordance.memory.ledger import Ledger, blame
 from affordance.memory.same_colours import SameColours
-from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.colour import Colour
 
 _FRACTIONS = (0.05, 0.5, 0.95)
@@ -58,53 +56,36 @@ class MemorySummary(NamedTuple):
 
 
 def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
-    """Summarises a memory for a learner with one density for each colour."""
-    trials = dict(ledger.walk_things(same_colours))
-    total, sums = MaterialSum(prior), {}
-    for thing, group in trials.items():
-        sums[thing] = ObjectSum.of(group, total.recognise(group[0].parts), prior)
-        total.add(sums[thing])
-    belief = total.build_belief()
-    low, median, high = belief.compute_percentiles(_FRACTIONS) if total.colours else np.zeros((3, 0))
-    materials = []
-    for i, colour in enumerate(total.colours):
-        things = tuple(thing for thing, of_object in sums.items() if i in of_object.columns)
-        felt = [trial for thing in things for trial in trials[thing]]
-        interval = float(low[i]), float(high[i])
-        materials.append(KnownMaterial(colour, float(median[i]), interval, things, _describe(felt)))
-    known = tuple(
-        _describe_thing(thing, of_object, trials[thing], belief, prior)
-        for thing, of_object in sums.items()
-        if not isinstance(trials[thing][0].model, MeanDensities)
-    )
+    """Summarises a memory for a learner with one density for each colour.
+
+    Arguments and errors are those of ``Ledger.recall``.
+    """
+    sums = ledger.sum(prior, same_colours)
+    with blame(ledger.place):
+        belief = sums.build_belief()
+        low, median, high = belief.compute_percentiles(_FRACTIONS) if sums.colours else np.zeros((3, 0))
+        materials = []
+        for i, colour in enumerate(sums.colours):
+            shown = {name: thing for name, thing in sums.things.items() if i in thing.evidence.columns}
+            interval = float(low[i]), float(high[i])
+            experience = _describe(list(shown.values()))
+            materials.append(KnownMaterial(colour, float(median[i]), interval, tuple(shown), experience))
+        known = tuple(
+            _describe_thing(name, thing, belief, prior)
+            for name, thing in sums.things.items()
+            if thing.evidence.body.precision.any()
+        )
     return MemorySummary(tuple(materials), known)
 
 
 def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
     """Recalls by its name the evidence about each thing, with a density for each colour of its parts.
 
-    Colours that count as one, and errors, are those of ``Ledger.recall``.
+    Arguments and errors are those of ``Ledger.recall``.
     """
-    found = {}
-    total = MaterialSum(prior)
-    for thing, trials in ledger.walk_things(same_colours):
-        of_object = ObjectSum.of(trials, total.recognise(trials[0].parts), prior)
-        columns = tuple(dict.fromkeys(of_object.columns))
-        order = [of_object.materials.index(column) for column in columns]
-        shared = of_object.compute_likelihood(prior)
-        own = Likelihood(np.zeros_like(shared.precision), np.zeros(len(order)), 0.0)
-        if of_object.body.precision.any():
-            own = of_object.compute_own_likelihood(prior)
-        found[thing] = FeltObject(
-            tuple(total.colours[column] for column in columns),
-            own.select(order),
-            shared.select(order),
-            tuple(
-                part._replace(colour=total.colours[column])
-                for part, column in zip(trials[0].parts, of_object.columns, strict=True)
-            ),
-        )
-    return found
+    sums = ledger.sum(prior, same_colours)
+    with blame(ledger.place):
+        return {name: _describe_felt(thing, sums, prior) for name, thing in sums.things.items()}
 
 
 def recall_with_objects(
@@ -122,30 +103,45 @@ def recall_with_objects(
     return replace(memory, objects=tuple(objects))
 
 
-def _describe_thing(
-    name: str, of_object: ObjectSum, trials: Sequence[TrialEvidence], belief: DensityBelief, prior: Prior
-) -> KnownThing:
+def _describe_felt(thing: FeltThing, sums: EvidenceSums, prior: Prior) -> FeltObject:
+    """Describes the evidence about a thing, its materials in the order of its parts."""
+    evidence, shared = thing.evidence, thing.compute_likelihood(prior)
+    columns = tuple(dict.fromkeys(evidence.columns))
+    order = [evidence.materials.index(column) for column in columns]
+    own = Likelihood(np.zeros_like(shared.precision), np.zeros(len(order)), 0.0)
+    if evidence.body.precision.any():
+        own = evidence.compute_own_likelihood(prior)
+    looks = zip(thing.parts, evidence.columns, strict=True)
+    return FeltObject(
+        tuple(sums.colours[column] for column in columns),
+        own.select(order),
+        shared.select(order),
+        tuple(part._replace(colour=sums.colours[column]) for part, column in looks),
+    )
+
+
+def _describe_thing(name: str, thing: FeltThing, belief: DensityBelief, prior: Prior) -> KnownThing:
     """Describes a thing: evidence of others about its materials, and its own evidence, counted once."""
-    chosen = of_object.materials
-    own, shared = of_object.compute_own_likelihood(prior), of_object.compute_likelihood(prior)
+    chosen = thing.evidence.materials
+    own, shared = thing.evidence.compute_own_likelihood(prior), thing.compute_likelihood(prior)
     told = shared.embed(chosen, belief.size)
     others = DensityBelief(belief.precision - told.precision, belief.information_vector - told.information_vector)
     before = others.select(chosen).add_object_variation(prior.deviation_sd)
     densities = before.condition(own)
     # The mass is that of the whole, whatever of it was not seen: the body, given what was felt of it.
-    geometry = of_object.build_geometry()
+    geometry = thing.evidence.build_geometry()
     C = geometry.Phi @ before.covariance @ geometry.Phi.T + geometry.compute_covariance(densities.compute_mean())
-    H, b = of_object.body.precision, of_object.body.information
+    H, b = thing.evidence.body.precision, thing.evidence.body.information
     start = geometry.Phi @ before.untruncated_mean
     covariance = np.linalg.solve(np.eye(len(C)) + C @ H, C)
     mass = float((start + covariance @ (b - H @ start))[0])
     medians = tuple(float(each) for each in densities.compute_percentiles([0.5])[0])
-    return KnownThing(name, mass, float(np.sqrt(covariance[0, 0])), medians, _describe(trials))
+    return KnownThing(name, mass, float(np.sqrt(covariance[0, 0])), medians, _describe([thing]))
 
 
-def _describe(trials: Sequence[TrialEvidence]) -> ExperienceSummary:
+def _describe(things: Sequence[FeltThing]) -> ExperienceSummary:
     return ExperienceSummary(
-        len(trials),
-        tuple(sorted({trial.robot for trial in trials})),
-        min((trial.time for trial in trials), default=""),
+        sum(thing.trials for thing in things),
+        tuple(sorted({robot for thing in things for robot in thing.robots})),
+        min((thing.since for thing in things), default=""),
     )

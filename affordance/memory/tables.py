@@ -1,137 +1,83 @@
-"""Tables of a ledger in a database: SQLite by default, or any server that SQLAlchemy knows."""
+"""SQLite file of a ledger: its tables, and transactions.
 
+A stranger's file calculates nothing and fills no memory: only tables and indices with the very definitions that this
+program writes are accepted, before anything else is read, and a page that is used twice is refused, as such a tree of
+pages can hold more rows than any reading would end with. What is derived from the records is not stored.
+"""
+
+import re
 import sqlite3
 import time
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
-from sqlalchemy import (
-    Column,
-    Connection,
-    Engine,
-    Index,
-    MetaData,
-    String,
-    Table,
-    Text,
-    create_engine,
-    event,
-    insert,
-    inspect,
-    make_url,
-    select,
-)
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
-
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError, show_value
 from affordance.files.bounded import check_size
-from affordance.files.plain_database import check_plain_tables
 
-PROGRAM, SCHEMA = "visual-inertial-affordances", "2"
-# Time that a writer waits for another, [ms].
-_PATIENCE = 30_000
-# Size of a database, a thousand times that of 10^5 trials.
-_MOST = 1_000_000_000_000
+PROGRAM = "visual-inertial-affordances"
+# Largest file, some 200 000 trials, and largest record, an object of some thirty parts, [bytes].
+LARGEST_FILE, LARGEST_RECORD = 1_000_000_000, 1_000_000
+# Length of a row beyond its record, [bytes].
+_ROW_HEAD = 10_000
+# Time that a writer waits for another, [s].
+_PATIENCE = 30.0
 _SQLITE = b"SQLite format 3\x00"
-_WRITES = "writes"
-_NO_URL = "is not the URL of a database that can be used here"
-
-_METADATA = MetaData()
-ABOUT = Table("about", _METADATA, Column("name", String(40), primary_key=True), Column("value", Text, nullable=False))
-# The ledger itself: rows are added or forgotten, never changed but for the name of the thing, which is derived.
-TRIALS = Table(
-    "trials",
-    _METADATA,
-    Column("id", String(24), primary_key=True),
-    Column("time", String(32), nullable=False),
-    Column("robot", String(200), nullable=False),
-    Column("fingerprint", String(64), nullable=False),
-    Column("object", String(200), nullable=False),
-    Column("thing", String(220), nullable=False),
-    Column("digest", String(24), nullable=False),
-    Column("content", Text, nullable=False),
-    Index("by_time", "time", "id"),
-    Index("by_robot", "robot", "fingerprint"),
-    Index("by_thing", "thing", "time", "id"),
-    Index("by_object", "object", "time", "id"),
-)
-# Sums of the trials, which can be computed anew: of each thing, and of all materials, for a prior.
-THINGS = Table(
-    "things",
-    _METADATA,
-    Column("prior", String(120), primary_key=True),
-    Column("thing", String(220), primary_key=True),
-    Column("founder", String(24), nullable=False),
-    Column("content", Text, nullable=False),
-)
-MATERIALS = Table(
-    "materials",
-    _METADATA,
-    Column("prior", String(120), primary_key=True),
-    Column("content", Text, nullable=False),
-)
+# In the first page of a file: place and value of the mark of a page without pages below, place of its number of
+# entries, and most of them: twice the number of tables and indices of any version.
+_MARK, _IS_LEAF, _COUNT, _MOST_ENTRIES = 100, 0x0D, slice(103, 105), 24
+_URL = re.compile(r"([\w+.-]{2,}):/")
 
 
-def open_database(place: Path | str, *, create: bool) -> Engine:
-    """Opens the database of a ledger, an SQLite file or a URL, and makes its tables if it is new.
-
-    One that does not exist and is not to be made, is of another program or version, or cannot be reached raises a
-    BadValueError.
-    """
-    if (path := find_file(place)) is not None:
-        check_file(path, create)
-    try:
-        engine = create_engine(place if isinstance(place, str) and "://" in place else f"sqlite:///{place}")
-    except (ArgumentError, NoSuchModuleError, ImportError) as error:
-        raise BadValueError(place, "", f"{_NO_URL}: {error}") from error
-    if engine.dialect.name == "sqlite":
-        event.listen(engine, "connect", _set_up)
-        event.listen(engine, "begin", _begin)
-    try:
-        with connect(engine, place, writes=False) as connection:
-            is_new = not _check_tables(connection, place)
-        if is_new:
-            _make_tables(engine, place)
-    except BadValueError:
-        engine.dispose()
-        raise
-    return engine
+# Kind, name and definition of a table or an index.
+type _Entry = tuple[str, str, str | None]
 
 
-def find_file(place: Path | str) -> Path | None:
-    """Finds the file of a path or an SQLite URL; None for a server, or a database in working memory."""
-    if "://" not in str(place):
-        return Path(place)
-    try:
-        url = make_url(str(place))
-    except ArgumentError as error:
-        raise BadValueError(place, "", f"{_NO_URL}: {error}") from error
-    is_file = url.get_backend_name() == "sqlite" and url.database not in (None, "", ":memory:")
-    return Path(str(url.database)) if is_file and "uri" not in url.query else None
+def _define(name: str, key: str, *columns: str) -> list[_Entry]:
+    """Defines a table and the index of its primary key."""
+    listed = ", ".join(f"{column} NOT NULL" for column in columns)
+    table = f"CREATE TABLE {name} ( {listed}, PRIMARY KEY ({key}) )"
+    return [("table", name, table), ("index", f"sqlite_autoindex_{name}_1", None)]
 
 
-@contextmanager
-def connect(engine: Engine, place: Path | str, *, writes: bool) -> Iterator[Connection]:
-    """Runs one transaction; if it fails nothing is changed, and errors of the database raise a BadValueError."""
-    try:
-        with engine.connect().execution_options(**{_WRITES: writes}) as connection, connection.begin():
-            yield connection
-    except DBAPIError as error:
-        what = "written" if writes else "read"
-        raise BadValueError(place, "", f"cannot be {what}: {error.orig}; nothing was changed") from error
+def _index(name: str, columns: str) -> _Entry:
+    return "index", name, f"CREATE INDEX {name} ON trials ({columns})"
 
 
-def check_integrity(connection: Connection) -> str:
-    """Asks SQLite whether the file is sound; returns its complaint, empty if it has no complaint."""
-    if connection.dialect.name != "sqlite":
-        return ""
-    found = str(connection.exec_driver_sql("PRAGMA integrity_check").scalar())
-    return "" if found == "ok" else found
+_ABOUT = _define("about", "name", "name VARCHAR(40)", "value TEXT")
+_HEAD = ("id VARCHAR(24)", "time VARCHAR(32)", "robot VARCHAR(200)", "fingerprint VARCHAR(64)", "object VARCHAR(200)")
+_TAIL = ("digest VARCHAR(24)", "content TEXT")
+# Tables and indices of each schema. Version 0.3.0 wrote the former, with what is derived: the thing of each trial and
+# sums of evidence. They are never read, and removed by the next transaction that writes.
+SCHEMA, _FORMER = "3", "2"
+_SCHEMAS = {
+    SCHEMA: [*_ABOUT, *_define("trials", "id", *_HEAD, *_TAIL), _index("by_time", "time, id")],
+    _FORMER: [
+        *_ABOUT,
+        *_define("trials", "id", *_HEAD, "thing VARCHAR(220)", *_TAIL),
+        _index("by_time", "time, id"),
+        _index("by_robot", "robot, fingerprint"),
+        _index("by_thing", "thing, time, id"),
+        _index("by_object", "object, time, id"),
+        *_define(
+            "things", "prior, thing", "prior VARCHAR(120)", "thing VARCHAR(220)", "founder VARCHAR(24)", _TAIL[1]
+        ),
+        *_define("materials", "prior", "prior VARCHAR(120)", _TAIL[1]),
+    ],
+}
 
 
-def check_file(path: Path, create: bool) -> None:
+def check_place(place: Path | str) -> Path:
+    """Returns the path of a memory; a URL, whose password is not shown, raises a BadValueError."""
+    if not isinstance(place, str | Path) or not str(place) or "\0" in str(place):
+        raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
+    if found := _URL.match(str(place)):
+        advice = "robots share what they know by affordance memory merge"
+        raise BadValueError(f"{found[1]}://...", "", f"is a URL, must be the path of an SQLite file; {advice}")
+    return Path(place)
+
+
+def check_file(path: Path, *, create: bool) -> None:
     """Raises a BadValueError for a file that is not a database, or that does not exist and cannot be created."""
     if not path.exists():
         if not create:
@@ -139,77 +85,146 @@ def check_file(path: Path, create: bool) -> None:
         if not path.parent.is_dir():
             raise BadValueError(path, "", f"cannot be created: there is no folder {str(path.parent)!r}")
         return
-    check_size(path, _MOST)
+    check_size(path, LARGEST_FILE)
     if path.is_dir():
         raise BadValueError(path, "", "is a folder, must be a file")
     with path.open("rb") as file:
-        begin = file.read(len(_SQLITE))
+        begin = file.read(_COUNT.stop)
     if begin.lstrip()[:1] == b"{":
         hint = "affordance memory import reads a memory of an earlier version, or an exported one"
         raise BadValueError(path, "", f"is JSON, must be an SQLite file; {hint}")
-    if begin and begin != _SQLITE:
+    if begin and not begin.startswith(_SQLITE):
         raise BadValueError(path, "", "is not an SQLite file, must be a memory that a command has written")
-    check_plain_tables(path, "memory", is_immutable=False)
+    if len(begin) == _COUNT.stop and (
+        begin[_MARK] != _IS_LEAF or int.from_bytes(begin[_COUNT]) > _MOST_ENTRIES
+    ):  # SQLite would read all of them at once
+        raise BadValueError(path, "", f"has more than {_MOST_ENTRIES} tables and indices, must be a memory")
 
 
-def describe_schema(schema: object) -> str:
+def open_database(path: Path, *, create: bool) -> sqlite3.Connection:
+    """Opens the database of a ledger, and creates its tables if it is new; closing it is up to the caller.
+
+    A file that does not exist and is not to be created, that is too large, of another program or version, or
+    anything but the tables of a ledger, or that cannot be read raises a BadValueError.
+    """
+    check_file(path, create=create)
+    with _translate(path, "read"):
+        connection = sqlite3.connect(path.absolute(), timeout=_PATIENCE, autocommit=True)
+        try:
+            _set_up(connection, path, create=create)
+        except BaseException:
+            connection.close()
+            raise
+    return connection
+
+
+@contextmanager
+def transact(connection: sqlite3.Connection, path: Path, *, writes: bool) -> Iterator[None]:
+    """Runs one transaction; if it fails nothing is changed, and errors of the database raise a BadValueError.
+
+    One that writes waits for other writers at its beginning, as it could not later.
+    """
+    with _translate(path, "written" if writes else "read"):
+        connection.execute("BEGIN IMMEDIATE" if writes else "BEGIN")
+        try:
+            if writes:
+                _upgrade(connection)
+            yield
+            connection.execute("COMMIT")
+        except BaseException:
+            if connection.in_transaction:  # SQLite has ended it itself if the disk is full
+                connection.execute("ROLLBACK")
+            raise
+
+
+def check_integrity(connection: sqlite3.Connection, kind: str = "integrity_check") -> str:
+    """Asks SQLite whether the file is sound; returns its first complaint, empty if it has no complaint."""
+    found = str(connection.execute(f"PRAGMA {kind}(1)").fetchone()[0])
+    return "" if found == "ok" else found
+
+
+def describe_schema(schema: object, wanted: str) -> str:
     """Describes the schema of a memory of another version."""
-    return f"is {schema!r}, must be {SCHEMA!r}: another version of the program wrote the memory"
+    return f"is {show_value(schema)}, must be {wanted!r}: another version of the program wrote the memory"
 
 
-def _check_tables(connection: Connection, place: Path | str) -> bool:
-    """Returns False if a database has no tables; those of another program or version raise a BadValueError."""
-    names = set(inspect(connection).get_table_names())
-    if not names:
+@contextmanager
+def _translate(path: Path, what: str) -> Iterator[None]:
+    """Converts errors of the database to a BadValueError."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        is_full = getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_FULL
+        bound = f"; a memory has at most {LARGEST_FILE / 1e6:g} MB" if is_full else ""
+        raise BadValueError(path, "", f"cannot be {what}: {error}{bound}; nothing was changed") from error
+
+
+def _set_up(connection: sqlite3.Connection, path: Path, *, create: bool) -> None:
+    """Checks a database, creates its tables if it is new, and keeps it from growing beyond what can be opened."""
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD + _ROW_HEAD)
+    connection.execute("PRAGMA synchronous=FULL")  # what was committed is on the disk
+    with transact(connection, path, writes=False):
+        is_new = not _check_schema(connection, path)
+        if problem := "" if is_new else check_integrity(connection, "quick_check"):
+            raise BadValueError(path, "", f"is damaged: {problem}")
+    if is_new and not create:
+        raise BadValueError(path, "", "is empty, must be a memory that a command has written")
+    if is_new:
+        _create_tables(connection, path)
+    (page_size,) = connection.execute("PRAGMA page_size").fetchone()
+    connection.execute(f"PRAGMA max_page_count={LARGEST_FILE // page_size}")
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> bool:
+    """Returns False if a database has no tables; any that this program has not written raise a BadValueError."""
+    rows = connection.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
+    found = {(str(kind), str(name), None if sql is None else " ".join(sql.split())) for kind, name, sql in rows}
+    if not found:
         return False
-    about: dict[str, str] = {}
-    if {"about", "trials"} <= names:
-        about = {str(row.name): str(row.value) for row in connection.execute(select(ABOUT))}
+    about: dict[str, object] = {}
+    if found.issuperset(_ABOUT):
+        about = dict(connection.execute("SELECT name, value FROM about WHERE name IN ('program', 'schema')"))
     if about.get("program") != PROGRAM:
-        raise BadValueError(place, "", f"is a database of another program (tables: {', '.join(sorted(names)[:5])})")
-    if about.get("schema") != SCHEMA:
-        raise BadValueError(place, "schema", describe_schema(about.get("schema")))
+        names = sorted(name for kind, name, _ in found if kind == "table")
+        raise BadValueError(path, "", f"is a database of another program (tables: {', '.join(names[:5]) or 'none'})")
+    schema = about.get("schema")
+    if schema not in _SCHEMAS:
+        raise BadValueError(path, "schema", describe_schema(schema, SCHEMA))
+    for kind, name, _ in sorted(found.symmetric_difference(_SCHEMAS[str(schema)]), key=str):
+        raise BadValueError(path, f"{kind} {name}", "is not as this program writes it, must be a plain memory")
     return True
 
 
-def _make_tables(engine: Engine, place: Path | str) -> None:
-    """Makes the tables of a new database, unless another process has just done so."""
-    if engine.dialect.name == "sqlite":
-        _set_journal(engine, place)
-    with connect(engine, place, writes=True) as connection:
-        if not _check_tables(connection, place):
-            _METADATA.create_all(connection)
-            about = {"program": PROGRAM, "schema": SCHEMA}
-            connection.execute(insert(ABOUT), [{"name": name, "value": value} for name, value in about.items()])
+def _create_tables(connection: sqlite3.Connection, path: Path) -> None:
+    """Creates the tables of a new database, unless another process has just done so."""
+    _set_journal(connection, path)
+    with transact(connection, path, writes=True):
+        if not _check_schema(connection, path):
+            for _, _, sql in _SCHEMAS[SCHEMA]:
+                connection.execute(sql or "")
+            connection.executemany("INSERT INTO about VALUES (?, ?)", [("program", PROGRAM), ("schema", SCHEMA)])
 
 
-def _set_journal(engine: Engine, place: Path | str) -> None:
+def _set_journal(connection: sqlite3.Connection, path: Path) -> None:
     """Sets the write-ahead log, which is kept in the file: readers and a writer do not wait for one another.
 
     SQLite does not wait for other processes here, so this function does.
     """
-    deadline = time.monotonic() + 1e-3 * _PATIENCE
+    deadline = time.monotonic() + _PATIENCE
     while True:
         try:
-            with closing(engine.raw_connection()) as connection:  # outside of any transaction
-                connection.cursor().execute("PRAGMA journal_mode=WAL")
-                return
+            connection.execute("PRAGMA journal_mode=WAL")
+            return
         except sqlite3.Error as error:
             if time.monotonic() > deadline:
-                raise BadValueError(place, "", f"cannot be written: {error}; nothing was changed") from error
+                raise BadValueError(path, "", f"cannot be written: {error}; nothing was changed") from error
             time.sleep(0.02)
 
 
-def _set_up(connection: Any, _: Any) -> None:
-    """Configures a connection: explicit transactions, and commits that are on the disk when they return."""
-    connection.isolation_level = None
-    cursor = connection.cursor()
-    cursor.execute(f"PRAGMA busy_timeout={_PATIENCE}")
-    cursor.execute("PRAGMA synchronous=FULL")
-    cursor.close()
-
-
-def _begin(connection: Connection) -> None:
-    """Begins a transaction; one that writes waits for other writers now, as it could not later."""
-    writes = connection.get_execution_options().get(_WRITES, False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+def _upgrade(connection: sqlite3.Connection) -> None:
+    """Removes from a memory of version 0.3.0 what is derived from the trials."""
+    if connection.execute("SELECT 1 FROM sqlite_schema WHERE name = 'things'").fetchone():
+        for entry in ("TABLE things", "TABLE materials", "INDEX by_robot", "INDEX by_thing", "INDEX by_object"):
+            connection.execute(f"DROP {entry}")
+        connection.execute("ALTER TABLE trials DROP COLUMN thing")
+        connection.execute("UPDATE about SET value = ? WHERE name = 'schema'", (SCHEMA,))

@@ -5,7 +5,7 @@ Frames: T the frame in which the object's parts are given, and about whose origi
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
@@ -16,10 +16,8 @@ import numpy as np
 from affordance.arguments import check_array, check_colour, check_kind, check_number, check_symmetry, check_whole
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
-from affordance.exceptions import BadArgumentError, describe_choice
-from affordance.files.atomic import to_plain
-from affordance.files.constraints import Whole
-from affordance.files.data_model import DataModel
+from affordance.exceptions import BadArgumentError, show_value
+from affordance.files.constraints import OneLine, Whole, run_check
 from affordance.memory.felt_models import MeanDensities, PayloadQuadratic, unpack
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
@@ -33,6 +31,13 @@ _JOINTS = Whole(0, 1000)
 _MOST_PARTS = 1000
 # Bounds of lengths in records, [m]: shorter and longer ones are in other units.
 _SIZES = 1e-4, 10.0
+# Bounds of volumes of such parts, [m^3], and of the moments of volumes that are as far away, [m^3, m^4, m^5].
+_VOLUME_MIN, _MOMENT_MAX = 1e-15, 1e7
+# Largest standard deviation of a part's measurement, whatever its unit, and log probability density of a trial.
+_SD_MAX, _LOG_MAX = 1e3, 1e12
+# Texts of a record. A robot is named by a file and a link, whose names may have 255 and 200 letters.
+_NAME, _LONG_NAME = OneLine(), OneLine(500)
+_FIRST_YEAR = 1970
 
 
 class FeltModel(Protocol):
@@ -53,6 +58,9 @@ FELT_MODELS: Mapping[str, type[FeltModel]] = {
     "payload": PayloadQuadratic,
     "mean_densities": MeanDensities,
 }
+# Largest magnitude of a feature of each model. Torques, in N m, and those of a payload's parameters; their products,
+# of a thousand joints; a payload known to a nanogram, times a ton; densities known to a millionth, times the largest.
+_FEATURE_MAX = {"weber": 1e6, "white": 1e15, "payload": 1e21, "mean_densities": 1e17}
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,33 +106,45 @@ class TrialEvidence:
 
         A felt precision that is not symmetric and positive semidefinite raises a BadArgumentError, too.
         """
-        check_whole("num_samples", self.num_samples, _COUNTS)
-        check_whole("num_joints", self.num_joints, _JOINTS)
-        object.__setattr__(self, "log_evidence", check_number("log_evidence", self.log_evidence))
+        run_check("object_name", _NAME.check, self.object_name)
+        run_check("robot", _LONG_NAME.check, self.robot)
+        for name in ("fingerprint", "source", "source_hash", "program"):
+            if getattr(self, name) != "":
+                run_check(name, _LONG_NAME.check, getattr(self, name))
+        object.__setattr__(self, "num_samples", check_whole("num_samples", self.num_samples, _COUNTS))
+        object.__setattr__(self, "num_joints", check_whole("num_joints", self.num_joints, _JOINTS))
+        log_evidence = check_number("log_evidence", self.log_evidence, -_LOG_MAX, _LOG_MAX)
+        object.__setattr__(self, "log_evidence", log_evidence)
         object.__setattr__(self, "p_value", check_number("p_value", self.p_value, 0.0, 1.0))
         check_kind("model", self.model, tuple(FELT_MODELS.values()), "WeberNoise() makes one")
         object.__setattr__(self, "time", read_time("time", self.time))
         if not 1 <= len(self.parts) <= _MOST_PARTS:
             raise BadArgumentError("parts", "", f"holds {len(self.parts)}, must hold from 1 to {_MOST_PARTS}")
-        for i, part in enumerate(self.parts):
-            check_colour(f"parts[{i}].colour", part.colour)
-        num_parts = len(self.parts)
-        Phi = check_array("geometry.Phi", self.geometry.Phi, (NUM_PARAMETERS, num_parts))
-        check_array("geometry.Phi_errors", self.geometry.Phi_errors, (None, NUM_PARAMETERS, num_parts))
-        for i, volume in enumerate(Phi[0]):
-            if not volume > 0.0:
-                raise BadArgumentError(f"geometry.Phi[0][{i}]", "", f"is {volume:g}, must be a volume above 0 m^3")
-        length = self.model.num_features(self.num_joints or num_parts)
-        check_array("features", self.features, (length,))
+        parts = tuple(_check_part(f"parts[{i}]", part) for i, part in enumerate(self.parts))
+        object.__setattr__(self, "parts", parts)
+        object.__setattr__(self, "geometry", _check_geometry(self.geometry, len(parts)))
+        shape = (self.model.num_features(self.num_joints or len(parts)),)
+        features = _check_bounded("features", self.features, shape, _FEATURE_MAX[self._model_name])
+        object.__setattr__(self, "features", features)
         if not isinstance(self.model, MeanDensities):
+            self._check_precision()
+
+    def _check_precision(self) -> None:
+        """Raises a BadArgumentError unless what was felt of the ten parameters is a precision."""
+        try:
             precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
-            check_array("features", precision, (NUM_PARAMETERS, NUM_PARAMETERS))
             if isinstance(self.model, PayloadQuadratic):  # which widens it, and makes it symmetric thereby
                 check_symmetry("features", unpack(self.features).precision)
-            eigenvalues = np.linalg.eigvalsh(precision)
-            if eigenvalues[0] < -_ROUNDING * max(eigenvalues[-1], 0.0):
-                problem = f"has a precision with the eigenvalue {eigenvalues[0]:.3g}, must be positive semidefinite"
-                raise BadArgumentError("features", "", problem)
+            least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
+        except np.linalg.LinAlgError as error:
+            raise BadArgumentError("features", "", f"has no precision: {error}") from error
+        if least < -_ROUNDING * max(largest, 0.0):
+            problem = f"has a precision with the eigenvalue {least:.3g}, must be positive semidefinite"
+            raise BadArgumentError("features", "", problem)
+
+    @property
+    def _model_name(self) -> str:
+        return next(name for name, kind in FELT_MODELS.items() if isinstance(self.model, kind))
 
     @cached_property
     def id(self) -> str:
@@ -136,15 +156,13 @@ class TrialEvidence:
     def digest(self) -> str:
         """Digest of the whole record, by which a change of it is noticed."""
         content = self._list_content()
-        arrays = [np.ascontiguousarray(content.pop(name), dtype=float).tobytes() for name in _ARRAYS]
-        text = json.dumps(to_plain(content), sort_keys=True)
-        return hashlib.sha256(b"".join(arrays) + text.encode()).hexdigest()[:24]
+        arrays = [content.pop(name).tobytes() for name in _ARRAYS]
+        return hashlib.sha256(b"".join(arrays) + json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
     def _digest_content(self) -> bytes:
         arrays = (self.features, self.geometry.Phi, self.geometry.Phi_errors)
-        colours = _to_floats([part.colour for part in self.parts])
-        named = json.dumps(to_plain([self.object_name, self.num_samples, colours]))
-        return b"".join(np.ascontiguousarray(each, dtype=float).tobytes() for each in arrays) + named.encode()
+        named = json.dumps([self.object_name, self.num_samples, [part.colour for part in self.parts]])
+        return b"".join(each.tobytes() for each in arrays) + named.encode()
 
     def compute_likelihood(self, geometry: Geometry, rho: Array) -> Likelihood:
         """Computes the likelihood of densities for a geometry with M columns, errors evaluated at rho, (M,)."""
@@ -152,123 +170,72 @@ class TrialEvidence:
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the record as plain numbers and texts, for JSON; SI units."""
-        plain: dict[str, Any] = to_plain({**self._list_content(), "digest": self.digest})
-        return plain
+        content = self._list_content()
+        return {**content, **{name: content[name].tolist() for name in _ARRAYS}, "digest": self.digest}
 
     def _list_content(self) -> dict[str, Any]:
-        name = next(name for name, kind in FELT_MODELS.items() if isinstance(self.model, kind))
         return {
             "id": self.id,
             "time": self.time,
             "robot": self.robot,
             "fingerprint": self.fingerprint,
             "object": self.object_name,
-            "parts": _to_floats(self.parts),
+            "parts": [_list_values(part) for part in self.parts],
             "Phi": self.geometry.Phi,
             "Phi_errors": self.geometry.Phi_errors,
-            "model": {"name": name, **_to_floats(self.model)},
+            "model": {"name": self._model_name, **vars(self.model)},
             "features": self.features,
-            **{name: getattr(self, name) for name in _PLAIN},
+            **{name: getattr(self, name) for name in PLAIN},
         }
 
 
 # The geometry of a body whose "densities" are its ten parameters.
 BODY = Geometry(np.eye(NUM_PARAMETERS), np.zeros((0, NUM_PARAMETERS, NUM_PARAMETERS)))
 _ARRAYS = ("Phi", "Phi_errors", "features")
-_PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
+_PART_SDS = ("colour_sd", "size_sd", "position_sd", "lightness_sd")
+# Keys of a record that are attributes of the same name.
+PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
 
 
-class _PartEntry(DataModel):
-    """Part in a record."""
-
-    colour: list[float]
-    sizes: list[float]
-    position: list[float]
-    colour_sd: float = 0.0
-    size_sd: float = 0.0
-    position_sd: float = 0.0
-    lightness_sd: float = 0.0
-
-    def build(self, name: str) -> PartAppearance:
-        """Builds the appearance; raises a BadArgumentError for a wrong shape, or a number out of bounds."""
-        sizes = check_array(f"{name}.sizes", self.sizes, (None,))
-        if not len(sizes) or not (sizes > 0.0).all():
-            raise BadArgumentError(f"{name}.sizes", "", f"is {self.sizes}, must be lengths above 0 m")
-        for i, size in enumerate(sizes):
-            check_number(f"{name}.sizes[{i}]", size, *_SIZES, "m")
-        for i, coordinate in enumerate(self.position):
-            check_number(f"{name}.position[{i}]", coordinate, -_SIZES[1], _SIZES[1], "m")
-        x, y, z = (float(each) for each in check_array(f"{name}.position", self.position, (3,)))
-        sds = (self.colour_sd, self.size_sd, self.position_sd, self.lightness_sd)
-        for each, value in zip(("colour_sd", "size_sd", "position_sd", "lightness_sd"), sds, strict=True):
-            check_number(f"{name}.{each}", value, 0.0)
-        colour = check_colour(f"{name}.colour", self.colour)
-        return PartAppearance(colour, tuple(float(each) for each in sizes), (x, y, z), *sds)
+def _check_part(name: str, part: PartAppearance) -> PartAppearance:
+    """Checks a part's appearance, and returns it in plain numbers."""
+    check_kind(name, part, PartAppearance)
+    sizes = check_array(f"{name}.sizes", part.sizes, (None,))
+    if not len(sizes):
+        raise BadArgumentError(f"{name}.sizes", "", "is empty, must hold at least one length")
+    x, y, z = (float(each) for each in check_array(f"{name}.position", part.position, (3,)))
+    for i, size in enumerate(sizes):
+        check_number(f"{name}.sizes[{i}]", size, *_SIZES, "m")
+    for i, coordinate in enumerate((x, y, z)):
+        check_number(f"{name}.position[{i}]", coordinate, -_SIZES[1], _SIZES[1], "m")
+    sds = (check_number(f"{name}.{each}", getattr(part, each), 0.0, _SD_MAX) for each in _PART_SDS)
+    return PartAppearance(check_colour(f"{name}.colour", part.colour), tuple(sizes.tolist()), (x, y, z), *sds)
 
 
-class TrialEntry(DataModel):
-    """Record of a trial in a ledger or a file."""
+def _list_values(part: PartAppearance) -> dict[str, float | list[float]]:
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in part._asdict().items()}
 
-    id: str
-    time: str
-    robot: str
-    fingerprint: str
-    object: str
-    parts: list[_PartEntry]
-    Phi: list[list[float]]
-    Phi_errors: list[list[list[float]]]
-    model: dict[str, str | bool | float]
-    features: list[float]
-    num_samples: int
-    num_joints: int
-    log_evidence: float
-    p_value: float
-    source: str
-    source_hash: str
-    program: str
-    digest: str
 
-    def build(self) -> TrialEvidence:
-        """Builds the evidence; raises a BadArgumentError for invalid values, or another id or digest than theirs."""
-        numbers = dict(self.model)
-        name = numbers.pop("name", "")
-        if name not in FELT_MODELS:
-            raise BadArgumentError("model.name", "", describe_choice(name, FELT_MODELS))
-        try:
-            model = FELT_MODELS[str(name)](**numbers)
-        except TypeError as error:
-            raise BadArgumentError("model", "", f"does not fit {name}: {error}") from error
-        size = len(self.parts)
-        errors = np.zeros((0, NUM_PARAMETERS, size))
-        if self.Phi_errors:
-            errors = check_array("geometry.Phi_errors", self.Phi_errors, (None, NUM_PARAMETERS, size))
-        trial = TrialEvidence(
-            object_name=self.object,
-            parts=tuple(part.build(f"parts[{i}]") for i, part in enumerate(self.parts)),
-            geometry=Geometry(check_array("geometry.Phi", self.Phi, (NUM_PARAMETERS, size)), errors),
-            model=model,
-            features=np.array(self.features),
-            robot=self.robot,
-            fingerprint=self.fingerprint,
-            time=self.time,
-            **{name: getattr(self, name) for name in _PLAIN},
+def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
+    """Checks a geometry, and returns a read-only copy."""
+    Phi = _check_bounded("geometry.Phi", geometry.Phi, (NUM_PARAMETERS, num_parts), _MOMENT_MAX)
+    for i, volume in enumerate(Phi[0]):
+        check_number(f"geometry.Phi[0][{i}]", volume, _VOLUME_MIN, _MOMENT_MAX, "m^3")
+    shape = (None, NUM_PARAMETERS, num_parts)
+    return Geometry(Phi, _check_bounded("geometry.Phi_errors", geometry.Phi_errors, shape, _MOMENT_MAX))
+
+
+def _check_bounded(name: str, values: Array, shape: Sequence[int | None], most: float) -> Array:
+    """Checks an array of numbers of at most a magnitude, and returns a read-only copy."""
+    array = check_array(name, values, shape).copy()
+    if np.abs(array).max(initial=0.0) > most:
+        place = np.argwhere(np.abs(array) > most)[0]
+        where = "".join(f"[{each}]" for each in place)
+        raise BadArgumentError(
+            f"{name}{where}", "", f"is {array[tuple(place)]:g}, must be from {-most:g} to {most:g}"
         )
-        if trial.id != self.id:
-            raise BadArgumentError("id", "", f"is {self.id!r}, must be {trial.id!r}, the digest of the content")
-        if trial.digest != self.digest:
-            problem = f"is {self.digest!r}, must be {trial.digest!r}, that of the record; it was changed"
-            raise BadArgumentError("digest", "", problem)
-        return trial
-
-
-def _to_floats(value: Any) -> Any:
-    """Converts to JSON types with floats in place of whole numbers, as they are when a record is read."""
-    plain = to_plain(value)
-    if isinstance(plain, dict):
-        return {key: _to_floats(entry) for key, entry in plain.items()}
-    if isinstance(plain, list):
-        return [_to_floats(entry) for entry in plain]
-    return float(plain) if isinstance(plain, int) and not isinstance(plain, bool) else plain
+    array.setflags(write=False)
+    return array
 
 
 def show_time(moment: datetime) -> str:
@@ -280,6 +247,10 @@ def read_time(name: str, text: str) -> str:
     """Reads a date or a time, UTC unless it says otherwise, for ``show_time``; else raises a BadArgumentError."""
     try:
         moment = datetime.fromisoformat(text)
-        return show_time(moment if moment.tzinfo else moment.replace(tzinfo=UTC))
+        moment = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC)
     except (TypeError, ValueError, OverflowError) as error:
-        raise BadArgumentError(name, "", f"is {text!r}, must be a time such as 2026-03-01T12:00") from error
+        problem = f"is {show_value(text)}, must be a time such as 2026-03-01T12:00"
+        raise BadArgumentError(name, "", problem) from error
+    if moment.year < _FIRST_YEAR:
+        raise BadArgumentError(name, "", f"is {show_value(text)}, must be in {_FIRST_YEAR} or later")
+    return show_time(moment)

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from affordance.arguments import check_colour, check_kind
 from affordance.exceptions import BadArgumentError, describe_choice, show_value
-from affordance.files.constraints import Checked, CheckedFields, StrPath, Text, Within, check_path, complain
+from affordance.files.constraints import Checked, CheckedFields, Name, StrPath, Text, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
@@ -96,7 +96,7 @@ class MaterialEntry(DataModel):
         return Material(name, parse_colour(self.colour), self.density, self.density_sd, self.source)
 
 
-class _MaterialsFile(RootModel[Annotated[dict[str, MaterialEntry], Field(min_length=1)]]):
+class _MaterialsFile(RootModel[Annotated[dict[Name, MaterialEntry], Field(min_length=1)]]):
     """Content of a materials file."""
 
 

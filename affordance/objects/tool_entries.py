@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from affordance.arrays import Array
-from affordance.files.constraints import Length, Text, Vector, Whole, Within
+from affordance.files.constraints import Length, Name, Vector, Whole, Within
 from affordance.files.data_model import DataModel
 
 # Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
@@ -22,8 +22,6 @@ type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Length(SIZE_MIN,
 type Position = Annotated[tuple[float, float, float], Vector(3, Length(-SIZE_MAX, SIZE_MAX))]
 type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 360.0))]
 type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
-# Names are used in tables, labels and files of trajectories, where each occupies the length of the longest.
-type Name = Annotated[str, Text(200)]
 
 
 class PoseEntry(DataModel):
@@ -83,11 +81,11 @@ class ToolEntry(DataModel):
     name: Annotated[Name, Field(description="Name of the tool, unlike all others of the file.")]
     components: Annotated[list[ComponentEntry], Field(min_length=1, description="Solid parts of the tool.")]
     grips: Annotated[
-        Annotated[dict[str, PoseEntry], Field(min_length=1)] | None,
+        Annotated[dict[Name, PoseEntry], Field(min_length=1)] | None,
         Field(description="Ways of holding it, by name; Tx points out of the hand."),
     ] = None
     strikes: Annotated[
-        Annotated[dict[str, StrikeEntry], Field(min_length=1)] | None,
+        Annotated[dict[Name, StrikeEntry], Field(min_length=1)] | None,
         Field(description="Faces that are made to strike, by name."),
     ] = None
 

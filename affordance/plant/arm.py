@@ -17,7 +17,7 @@ from pydrake.multibody.tree import Frame, Joint, RigidBody, SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.exceptions import AffordanceError, describe_choice
+from affordance.exceptions import AffordanceError, describe_choice, show_text
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.plant.clamp import Clamp
@@ -36,8 +36,9 @@ def name_robot(source: Path, tip: str = "") -> str:
     if source == ARM.resolve():
         return "the paper's arm"
     if source.name == ARM.name:
-        return _DIGEST.sub("", source.parent.name)
-    return f"{source.stem}-{tip}".replace("/", "_") if tip else source.stem  # as robots/kept.py names the folder
+        return show_text(_DIGEST.sub("", source.parent.name))
+    name = f"{source.stem}-{tip}".replace("/", "_") if tip else source.stem  # as robots/kept.py names the folder
+    return show_text(name)
 
 
 class JointLimits(NamedTuple):

@@ -62,6 +62,8 @@ class SerialChain:
     link_parameters: Array
     # Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
     limits: Array
+    # Velocity limit of each joint by the file, shape (num_joints,), [rad/s]; infinite without any.
+    velocity_limits: Array
 
     def __repr__(self) -> str:
         return f"SerialChain({self.source} to {self.tip}: {', '.join(self.joint_names)})"
@@ -227,6 +229,7 @@ def read_chain(
         start = joint.frame_on_child()
     X_MT = tip.CalcPose(context, start)
     parameters = np.zeros((len(joints), NUM_PARAMETERS))
+    speeds = np.array([joint.velocity_upper_limits()[0] for joint in joints])
     for joint, group, row in zip(joints, bodies, parameters, strict=True):
         if with_mass := [body for body in sorted(group) if plant.get_body(body).default_mass() > 0.0]:
             row[:] = parameters_from_spatial_inertia(
@@ -244,6 +247,7 @@ def read_chain(
         gravity_W=plant.gravity_field().gravity_vector(),
         link_parameters=parameters,
         limits=np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in joints]).T,
+        velocity_limits=np.where(speeds > 0.0, speeds, np.inf),  # some files have 0 where none is known
     )
 
 

@@ -16,7 +16,7 @@ from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.constraints import CheckedFields, Setting, Text, Whole, Within
+from affordance.files.constraints import CheckedFields, Name, Setting, Whole, Within
 from affordance.files.data_model import DataModel, load_model
 from affordance.plant.arm import Arm
 
@@ -106,7 +106,7 @@ class _FaultsEntry(DataModel):
     drop_probability: Annotated[float, _PROBABILITY] = 0.0
     spike_probability: Annotated[float, _PROBABILITY] = 0.0
     spike_height: Annotated[float, Within(0.0, _TORQUE_MAX)] = 0.0
-    stuck_joint: Annotated[str, Text()] | None = None
+    stuck_joint: Name | None = None
     stuck_torque: Annotated[float, _TORQUE] = 0.0
     bias_sd: Annotated[float, _BIAS] = 0.0
     delay_samples: Annotated[int, _DELAY] = 0

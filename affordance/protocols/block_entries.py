@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from affordance.files.constraints import Text, Whole, Within, complain
+from affordance.files.constraints import Name, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.protocols import ALL
 
@@ -84,7 +84,7 @@ class ActionEntry(DataModel):
 class GradualEntry(DataModel):
     """Object whose weight changes linearly from the first repetition to the last, by its density."""
 
-    object: Annotated[str, Text(), Field(description="Name of the object.")]
+    object: Annotated[Name, Field(description="Name of the object.")]
     mass_from: Annotated[float, Within(1e-3, 100.0), Field(description="Mass in the first repetition, [kg].")]
     mass_to: Annotated[float, Within(1e-3, 100.0), Field(description="Mass in the last repetition, [kg].")]
 
@@ -92,7 +92,7 @@ class GradualEntry(DataModel):
 class BlockEntry(DataModel):
     """Block of presentations of some objects, each once per repetition."""
 
-    name: Annotated[str, Text(), Field(description="Name of the block, unlike all others.")]
+    name: Annotated[Name, Field(description="Name of the block, unlike all others.")]
     objects: Annotated[str, Text(), Field(description="Group of objects that are presented.")] = ALL
     repetitions: Annotated[
         int, Whole(1, _PRESENTATIONS_MAX), Field(description="Times that each object is presented.")

@@ -9,14 +9,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.constraints import OneOf, Text, Whole, Within, complain
+from affordance.files.constraints import Name, OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, join_key
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.load import build_tools, load_tools
 from affordance.objects.materials import ColourText, Material, MaterialEntry, load_materials
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
-from affordance.objects.tool_entries import Name, ToolEntry
+from affordance.objects.tool_entries import ToolEntry
 from affordance.protocols import ALL
 from affordance.protocols.requirements import Requirement, check_requirements
 
@@ -95,7 +95,7 @@ class ObjectsEntry(DataModel):
     ] = None
     materials_file: Annotated[str, Text(), Field(description="File of the objects' materials.")] = "materials.yaml"
     materials: Annotated[
-        Annotated[dict[str, MaterialEntry], Field(min_length=1)] | None,
+        Annotated[dict[Name, MaterialEntry], Field(min_length=1)] | None,
         Field(description="Materials of this protocol, in addition to those of the file."),
     ] = None
     tools: Annotated[
@@ -103,7 +103,7 @@ class ObjectsEntry(DataModel):
     ] = None
     cylinders: Annotated[list[CylinderEntry] | None, Field(min_length=1, description="Objects of one part.")] = None
     groups: Annotated[
-        dict[str, GroupEntry], Field(description="Names for some of the objects; 'all' stands for all.")
+        dict[Name, GroupEntry], Field(description="Names for some of the objects; 'all' stands for all.")
     ] = Field(default_factory=dict)
     require: Annotated[
         list[Annotated[Requirement, OneOf(Requirement)]],

@@ -3,6 +3,8 @@
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
+from affordance.exceptions import show_text
+
 # Number of observers below which chance alone decides many of the claims.
 ENOUGH_OBSERVERS = 20
 # Characters per line of a name at an axis.
@@ -53,7 +55,11 @@ def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> s
 
 
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
-    """Formats rows of cells as lines, columns two spaces apart; those whose numbers are in ``right`` to the right."""
+    """Formats rows of cells as lines, columns two spaces apart; those whose numbers are in ``right`` to the right.
+
+    Characters that would not be seen, or change the lines, are replaced.
+    """
+    rows = [[show_text(cell) for cell in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
     return [
         "  ".join(f"{cell:{'>' if k in right else '<'}{widths[k]}}" for k, cell in enumerate(row)).rstrip()

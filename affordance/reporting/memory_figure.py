@@ -11,6 +11,8 @@ from affordance.reporting.figures import tidy
 
 # Height of a row, and of all else, [inch].
 _ROW, _REST = 0.3, 1.2
+# Most materials and things that are drawn, those that were met first.
+_MOST = 100
 # Densities at the axis, and the least that is shown, [kg/m^3].
 _TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
 # Half of the standard normal's 90 % interval.
@@ -19,6 +21,8 @@ _HALF90 = 1.645
 
 def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
     """Draws densities of materials and masses of things with 90 % intervals, and the number of trials of each."""
+    left_out = [max(len(each) - _MOST, 0) for each in summary]
+    summary = MemorySummary(summary.materials[:_MOST], summary.things[:_MOST])
     rows = max(len(summary.materials), len(summary.things), 1)
     figure = Figure(figsize=(11.0, _REST + _ROW * rows), layout="constrained")
     of_materials, of_things = figure.subplots(1, 2)
@@ -45,6 +49,9 @@ def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
     of_things.set_yticks(range(len(labels)), labels)
     for axes in (of_materials, of_things):
         axes.set_ylim(rows - 0.5, -0.5)
+    for axes, number in zip((of_materials, of_things), left_out, strict=True):
+        if number:
+            axes.set_title(f"the first {_MOST}; {number} more are not drawn")
     tidy(of_materials, of_things)
     return figure
 

@@ -11,6 +11,7 @@ from xml.parsers import expat
 from affordance.exceptions import BadValueError
 from affordance.files import xml_file as files
 from affordance.files.bounded import ROBOT
+from affordance.files.constraints import check_names
 from affordance.robots.description import SHAPES
 
 # Prefixes that are part of XML itself, and the namespace of those that a file does not declare.
@@ -19,7 +20,9 @@ _DECLARED, _NAMESPACE = ("xml", "xmlns"), "undeclared:"
 
 def read_xml(path: Path) -> Element:
     """Reads the XML of a robot's file; raises a BadValueError if it is unreadable, too large or has entities."""
-    return files.read_xml(path, ROBOT, _parse)
+    root = files.read_xml(path, ROBOT, _parse)
+    check_names(path, "name", (element.get("name", "") for element in root.iter()))
+    return root
 
 
 def _parse(content: bytes) -> Element:

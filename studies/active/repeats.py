@@ -20,7 +20,7 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import sum_objects
+from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -122,7 +122,7 @@ def hold(
 def _sum_up(
     trials: Sequence[TrialEvidence], features: Sequence[ComponentFeatures], settings: Settings
 ) -> DensityBelief:
-    return sum_objects([trials], settings.prior).build_belief()
+    return sum_trials(trials, settings.prior).build_belief()
 
 
 def _observe(

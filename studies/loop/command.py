@@ -97,7 +97,7 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
         "memory": memory,
         "rank_seconds": time_ranking(timed),
         **summarise_robots(metrics),
-        **{name: memory[name] for name in ("recall_ms_1e5", "lost", "double", "forget_error")},
+        **{name: memory[name] for name in ("recall_s_1e5", "lost", "double", "forget_error")},
     }
     yield Findings(numbers=numbers, details=details, figures={"loop": partial(draw_loop, details)})
 

@@ -1,5 +1,6 @@
 """Ledger under load: time of recall and appending, what killed writers lose, and what forgetting leaves."""
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -8,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from tqdm import tqdm
@@ -15,7 +17,7 @@ from tqdm import tqdm
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
-from affordance.memory.ledger import Ledger, open_memory
+from affordance.memory.ledger import open_memory
 from affordance.memory.stored_trials import Selection
 from affordance.memory.trial_evidence import TrialEvidence, show_time
 from affordance.objects.load import load_tools
@@ -29,7 +31,7 @@ from affordance.vision.systems import measure_geometry
 
 _ROOT = Path(__file__).parents[2]
 # Trials that are appended one by one, recalls that are timed, and trials acknowledged before a writer is killed.
-_SINGLE, _RECALLS, _ACKNOWLEDGED = 200, 100, 50
+_SINGLE, _RECALLS, _ACKNOWLEDGED = 200, 10, 50
 _BATCH = 2000
 _BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -37,18 +39,18 @@ _BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
 def measure_ledger(count: int) -> dict[str, float]:
     """Measures a ledger of a number of trials.
 
-    Returns: The keys of ``memory`` in metrics.json: ``recall_ms_1e5`` (median time of a recall from a ledger that is
-        open, [ms]), ``appends_per_s``, ``lost`` and ``double`` (trials), ``forget_error`` (relative), and ``trials``.
+    Returns: The keys of ``memory`` in metrics.json: ``first_recall_s_1e5`` and ``recall_s_1e5`` (time to open it and
+        recall, the first time and the median later on, [s]), ``appends_per_s``, ``lost`` and ``double`` (trials),
+        ``forget_error`` (relative), and ``trials``.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, XDG_CACHE_HOME=folder):
         place = Path(folder) / "ledger.sqlite"
         with open_memory(place) as ledger:
             first = make_trials(0, min(_BATCH, count))
             ledger.append(first)
-            ledger.recall()
             for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch"):
                 ledger.append(make_trials(start, min(_BATCH, count - start)))
-            times = [_time_recall(ledger) for _ in range(_RECALLS)]
+            first_recall, *times = [_time_recall(place) for _ in range(1 + _RECALLS)]
             more = make_trials(count, _SINGLE)
             begin = time.perf_counter()
             for trial in more:
@@ -58,7 +60,8 @@ def measure_ledger(count: int) -> dict[str, float]:
         lost, double = _kill_writer(Path(folder))
     return {
         "trials": count,
-        "recall_ms_1e5": 1e3 * float(np.median(times)),
+        "first_recall_s_1e5": first_recall,
+        "recall_s_1e5": float(np.median(times)),
         "appends_per_s": appends_per_s,
         "lost": lost,
         "double": double,
@@ -91,9 +94,10 @@ def make_trials(start: int, count: int) -> list[TrialEvidence]:
     return trials
 
 
-def _time_recall(ledger: Ledger) -> float:
+def _time_recall(place: Path) -> float:
     begin = time.perf_counter()
-    ledger.recall()
+    with open_memory(place, create=False) as ledger:
+        ledger.recall()
     return time.perf_counter() - begin
 
 
@@ -101,7 +105,6 @@ def _measure_forgetting(folder: Path, trials: Sequence[TrialEvidence]) -> float:
     """Measures the largest relative difference of a belief after forgetting from one that never knew."""
     with open_memory(folder / "forgets.sqlite") as ledger, open_memory(folder / "never.sqlite") as never:
         ledger.append(trials)
-        ledger.recall()
         forgotten = trials[-1].object_name
         ledger.forget(Selection(object_name=forgotten))
         never.append([trial for trial in trials if trial.object_name != forgotten])

@@ -1,6 +1,7 @@
 """``affordance identify`` on generated logs: its output, its files, and its messages for bad input."""
 
 import json
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 from helpers.answers import Answer, answer
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+from pydrake.math import RollPitchYaw, RotationMatrix
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
 from affordance.commands.demo import EMPTY, LOADED, PIECE, STOCK
 from affordance.files.model_folder import MODELS
@@ -45,7 +48,7 @@ def folder(tmp_path_factory):
     robot = build_robot(folder)
     rng = np.random.default_rng(11)
     held = {"empty": None, "loaded": PAYLOAD, "heavy": 2.0 * PAYLOAD, "stick": _STICK.parameters}
-    held["stick_again"] = held["stick"]
+    held |= {"stick_again": held["stick"], "nothing": None}
     for name, pi in held.items():
         run = generate_run(robot, pi, truth=_TRUTH, rng=rng, kind=SignalKind.CURRENT, rate=50.0)
         _write(folder, name, run)
@@ -84,7 +87,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
 
 def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
     """The folder knows the tip of the file, with the same numbers; its hand is the tip, turned."""
-    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y"), tmp_path / "six", **_QUICK)
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y", roll=0.0), tmp_path / "six", **_QUICK)
     empty, loaded = _name(folder, "empty", "heavy")
     words = ("--empty", empty, "--loaded", loaded, "--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500, "--json")
     of_file, imported, in_hand = (
@@ -101,6 +104,117 @@ def test_an_imported_robot_gives_the_answer_of_its_file(folder, tmp_path):
         assert imported[key] == pytest.approx(of_file[key], rel=1e-6, abs=1e-9)
     x, y, z = of_file["com_m"]
     assert in_hand["com_m"] == pytest.approx([y, z, x], abs=0.2 * max(of_file["com_sd_m"]))
+
+
+@pytest.mark.parametrize("axis", ["y", "-z"])
+def test_an_imported_robot_gives_the_lines_and_the_verdict_of_its_file(folder, tmp_path, axis):
+    """A result in the hand, which is turned, has by Drake the lines of the tip of the file."""
+    roll = 0.5
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis=axis, roll=roll), tmp_path / "six", **_QUICK)
+    empty, loaded = _name(folder, "empty", "heavy")
+    description, claimed = tmp_path / "tipless.yaml", tmp_path / "set.yaml"
+    description.write_text((folder / "empty.yaml").read_text().replace("tip: flange\n", ""))
+    x, y, z = PAYLOAD[1:4] / PAYLOAD[0]
+    claimed.write_text(f"mass: {2.0 * PAYLOAD[0]}\ncom: [{x}, {y}, {z}]\n")
+    words = ["--empty", empty, "--loaded", loaded, "--reference-mass", 2.0 * PAYLOAD[0], "--samples", 4000]
+    words += ["--description", description, "--claimed", claimed]
+    of_file, imported, in_hand = (
+        answer("identify", *robot, *words, "--json").content
+        for robot in (
+            [folder / "robot.urdf", "--tip", "flange"],
+            [tmp_path / "six"],
+            [tmp_path / "six", "--tip", "hand_grip"],
+        )
+    )
+    for key in ("frame", "flange", "payload_settings"):
+        assert imported[key] == of_file[key]
+    for key in ("probability", "plausibility", "torque_error"):
+        assert imported["claimed"][key] == pytest.approx(of_file["claimed"][key], rel=1e-6)
+    assert (in_hand["frame"], in_hand["flange"], in_hand["claimed"]["frame"]) == ("hand_grip", "flange", "flange")
+    assert of_file["claimed"]["verdict"] == in_hand["claimed"]["verdict"] == "right"
+    # Hx points along the axis, H is rolled about it, and lies at the tip.
+    R = RotationMatrix(
+        np.eye(3)[:, [1, 2, 0]] if axis == "y" else np.eye(3)[:, [2, 0, 1]] @ np.diag([-1.0, -1.0, 1.0])
+    ) @ RotationMatrix.MakeXRotation(roll)
+    line = in_hand["payload_settings"]["Drake (Python)"]
+    found = eval(line, {"SpatialInertia": SpatialInertia, "RotationalInertia": RotationalInertia})
+    expected = R @ np.array(in_hand["com_m"])
+    np.testing.assert_allclose(found.get_com(), expected, atol=1e-5)
+    assert "# in the frame 'flange'" in line
+    np.testing.assert_allclose(expected, of_file["com_m"], atol=0.3 * max(of_file["com_sd_m"]))
+
+
+def test_moments_of_a_seen_object_are_turned_from_the_hand_to_the_flange(folder, tmp_path):
+    """By Drake; a camera's object is posed in the hand, so that the result is too."""
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="-y", roll=0.0), tmp_path / "six", **_QUICK)
+    empty, stick = _name(folder, "empty", "stick")
+    description = tmp_path / "tipless.yaml"
+    description.write_text((folder / "empty.yaml").read_text().replace("tip: flange\n", ""))
+    R_FH = RotationMatrix(np.eye(3)[:, [1, 2, 0]] @ np.diag([-1.0, -1.0, 1.0]))
+    # The stick as it was recorded, at the flange.
+    pose = [0, 0, 0, *np.rad2deg(RollPitchYaw(R_FH.inverse()).vector()).round(6)]
+    words = ["--empty", empty, "--loaded", stick, "--description", description, "--samples", 2000]
+    words += ["--object", MODELS / "tools" / "novel.yaml", "--object-name", "stick", "--object-pose", *pose]
+    found = answer("identify", tmp_path / "six", *words, "--json").content
+    assert (found["frame"], found["flange"]) == ("hand_grip", "flange")
+    # What a controller subtracts is posed as a controller has it, so that the frame must be named.
+    description.write_text(description.read_text() + "compensated_payload: {mass: 0.2, com: [0, 0, 0.1]}\n")
+    said = answer("identify", tmp_path / "six", *words, status=2).err
+    assert (
+        "compensated_payload: is in the frame of the tip as the controller's payload is, so that --tip must" in said
+    )
+    inertia = RotationalInertia(*found["inertia_kg_m2"]).ReExpress(R_FH)
+    line = found["payload_settings"]["Universal Robots (URScript)"].split("#")[0]
+    numbers = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line)]
+    assert numbers[4:] == pytest.approx([*inertia.get_moments(), *inertia.get_products()], rel=1e-4, abs=1e-9)
+    assert numbers[1:4] == pytest.approx(R_FH @ np.array(found["com_m"]), abs=1e-5)
+
+
+def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp_path):
+    """A folder of version 0.2 has the hand only, and the paper's arm has no controller."""
+    import_arm(folder / "robot.urdf", ImportOptions("flange", out_axis="y"), tmp_path / "six", **_QUICK)
+    sdf = tmp_path / "six" / "arm.sdf"
+    sdf.write_text(re.sub(r'<frame name="flange".*?</frame>', "", sdf.read_text(), flags=re.DOTALL))
+    empty, loaded = _name(folder, "empty", "heavy")
+    description, claimed = tmp_path / "tipless.yaml", tmp_path / "set.yaml"
+    description.write_text((folder / "empty.yaml").read_text().replace("tip: flange\n", ""))
+    claimed.write_text("mass: 0.55\ncom: [0.1, 0, 0]\n")
+    old = [tmp_path / "six", "--description", description, "--empty", empty, "--loaded", loaded]
+    old += ["--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500]
+    for words, reason in (
+        (old, "six lacks the tip of the robot's file: import it again (affordance import-arm)"),
+        (["--demo"], "no controller knows hand_grip, our frame of the hand (--flange NAME names"),
+    ):
+        text = answer("identify", *words).out
+        assert "For the robot: no lines, as " in text
+        assert reason in text
+        assert "set_target_payload(" not in text
+        said = answer("identify", *words, "--claimed", claimed, status=2).err
+        assert "--claimed: is a payload in the frame of the flange, but " in said
+        assert reason in said
+    found = answer("identify", "--demo", "--json").content
+    assert found["flange"] is None
+    assert "payload_settings" not in found
+    text = answer("identify", "--demo", "--flange", "hand_grip", "--claimed", claimed).out
+    assert "For the robot, with hand_grip as its flange" in text
+    assert "set, in the frame hand_grip: 0.550 kg at (0.1000, 0.0000, 0.0000) m" in text
+
+
+def test_the_frame_of_a_wrist_sensor_is_no_flange(folder, tmp_path):
+    robot, rng = load_robot(folder / "robot.urdf", "flange"), np.random.default_rng(3)
+    run = generate_run(robot, PAYLOAD, truth=Truth(noise_sd=0.1), rng=rng, kind=SignalKind.WRENCH, rate=50.0)
+    names = ["time", *(f"q_{i + 1}" for i in range(6)), "fx", "fy", "fz", "tx", "ty", "tz"]
+    rows = np.hstack([run.times[:, None], run.q, run.signal])
+    np.savetxt(tmp_path / "held.csv", rows, delimiter=",", header=",".join(names), comments="")
+    text = (folder / "empty.yaml").read_text().replace("signal: current", "signal: wrench")
+    (tmp_path / "held.yaml").write_text(text)
+    words = ["--loaded", tmp_path / "held.csv"]
+    text = _run(folder, *words).out
+    assert "no lines, as no controller takes a payload in the frame of a sensor, flange (--flange NAME" in text
+    lines = _run(folder, *words, "--flange", "link_6").out
+    found = _run(folder, *words, "--json").content
+    centre = ", ".join(f"{value:.5f}" for value in found["com_m"] + np.array([0.08, 0.0, 0.0]))
+    assert f"set_target_payload({found['mass_kg']:.4f}, [{centre}]" in lines
 
 
 def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
@@ -126,7 +240,7 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
             ("robot-flange", load_robot(folder / "robot.urdf", "flange").fingerprint)
         }
         assert len(ledger) == 2
-        assert len(ledger.list_things()) == 1
+        assert set(ledger.sum().things) == {ledger.list_trials()[0].object_name}
         # A thing's deviation from its materials counts once: of two runs hardly more is known of these than of one.
         sds = np.sqrt(np.diag(ledger.recall().belief.covariance))
         assert (sds < np.sqrt(np.diag(before.covariance))).all()
@@ -192,8 +306,29 @@ def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_beh
     assert not (tmp_path / "a" / "gains.yaml").exists()
     assert json.loads((tmp_path / "a" / "belief.json").read_text())["trusted"] is False
     text = _run(folder, *swapped, tmp_path / "b", "--anyway", status=3).out
-    assert "its flange, NOT TO BE TRUSTED" in text
+    assert "as its flange (--flange names another frame), NOT TO BE TRUSTED:" in text
     assert (tmp_path / "b" / "gains.yaml").exists()
+
+
+def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, tmp_path):
+    """Without an empty run the mass is hardly known; with one, an empty hand is known to hold next to nothing."""
+    loaded, empty, nothing, heavy = _name(folder, "loaded", "empty", "nothing", "heavy")
+    text = _run(folder, "--loaded", loaded, status=3).out
+    assert text.splitlines()[1].startswith("NOT SEEN: the mass, 90 % from ")
+    assert text.splitlines()[2].startswith("  to see it: record the same motion with an empty hand (--empty)")
+    assert "No reason was found" not in text
+    assert "no lines, as the mass was not seen" in text
+    found = _run(folder, "--loaded", loaded, "--json", status=3).content
+    assert found["trusted"] is True
+    assert found["mass_seen"] is False
+    assert "(--empty)" in found["would_show_mass"]
+    _run(folder, "--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0], "--out", tmp_path)
+    words = ("--empty", empty, "--loaded", nothing, "--gains", tmp_path / "gains.yaml")
+    text = _run(folder, *words).out
+    assert text.splitlines()[1] == "No reason was found to distrust the result."
+    assert "mass (mass): little or nothing is held" in text
+    assert "no lines, as little or nothing is held" in text
+    assert _run(folder, *words, "--json").content["mass_seen"] is True
 
 
 def test_payload_of_the_controller_is_compared(folder, tmp_path):

@@ -10,7 +10,7 @@ from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
-from affordance.files.bounded import SETTINGS, check_yaml, read_bytes, read_json, read_text, read_yaml
+from affordance.files.bounded import SETTINGS, check_yaml, read_bytes, read_csv, read_json, read_text, read_yaml
 
 NINE_DEEP = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
@@ -91,6 +91,9 @@ def write(tmp_path):
         ("a: !!int x", "is not YAML: invalid literal for int"),
         ("a: 2001-99-99", "is not YAML: month must be in 1..12"),
         ("a: 1\n---\nb: 2", "is not YAML: but found another document"),
+        ('a: "\\e[2J"', "line 1, column 4: holds the hidden character U+001B"),
+        ('a: {"b\\u200b": 1}', "line 1, column 5: holds the hidden character U+200B"),
+        ("a: b\ue000", "line 1, column 4: holds the hidden character U+E000"),
     ],
 )
 def test_what_is_too_much_or_no_yaml_is_one_line(write, text, problem):
@@ -131,3 +134,13 @@ def test_files_of_other_programs_may_have_tags_of_their_own(write):
     for text in (NINE_DEEP, "a: [", "[" * 1000):
         with pytest.raises(BadValueError):
             check_yaml(write(text))
+
+
+def test_prose_in_yaml_may_have_lines_and_wide_spaces(write):
+    assert read_yaml(write("a: |\n  one\u00a0m\n  two\n")) == {"a": "one\u00a0m\ntwo\n"}
+
+
+def test_cells_of_tables_are_seen(tmp_path):
+    path = tmp_path / "people.csv"
+    path.write_text("name,kg\nanna,1\nb\u202eo,2\n", encoding="utf-8")
+    assert "people.csv: row 3: holds the hidden character U+202E" in refuse(read_csv, path)

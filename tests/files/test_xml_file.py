@@ -21,11 +21,12 @@ LAUGHS = '<!DOCTYPE a [<!ENTITY a "ha">' + "".join(
         ("<a>\n<b>", "line 2, column 4: is not XML: no element found"),
         ("", "line 1, column 1: is not XML: no element found"),
         ('<?xml version="1.0" encoding="nonsense"?><a/>', "is not XML: unknown encoding"),
+        ("<a>\n<b c='d\u202ee'/></a>", "line 2: has the attribute c with the hidden character U+202E"),
     ],
 )
 def test_what_is_too_much_or_no_xml_is_one_line(tmp_path, text, problem):
     path = tmp_path / "a.urdf"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     assert f"a.urdf: {problem}" in refuse(read_xml, path, 1_000_000)
 
 

@@ -177,7 +177,7 @@ def _render(path: Path, numbers: dict[str, Any]) -> None:
 
 def _read_trial(values: dict[str, Any]) -> None:
     trial = hold("hammer", (WOOD, STEEL), (650.0, 7700.0), 5, num_errors=3)
-    parse_trial("memory.jsonl", "line 3", put(trial.to_dict(), values))
+    parse_trial(Path("memory.jsonl"), "line 3", put(trial.to_dict(), values))
 
 
 def _read_protocol(path: Path) -> None:

@@ -76,4 +76,4 @@ def remember(*, forgets_nothing: bool = False) -> Numbers:
         if forgets_nothing:
             patch.setattr(Ledger, "forget", lambda ledger, selection: 0)
         numbers = ledger_speed.measure_ledger(60)
-    return {name: numbers[name] for name in ("recall_ms_1e5", "lost", "double", "forget_error")}
+    return {name: numbers[name] for name in ("recall_s_1e5", "lost", "double", "forget_error")}

@@ -67,6 +67,11 @@ def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
     with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad by .*; are these degrees"):
         identify(narrow, pair, settings=_SETTINGS)
     assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
+    turned = pair._replace(
+        loaded=replace(pair.loaded, q=pair.loaded.q + np.array([0.0, 2.0 * np.pi, 0.0, 0.0, 0.0, 0.0]))
+    )
+    with pytest.raises(BadValueError, match=r"q of joint_2: is .* by .*robot.urdf; is it counted a turn"):
+        identify(robot, turned, settings=_SETTINGS)
 
 
 def test_a_sensor_that_sticks_is_named_with_its_time(robot):
@@ -91,3 +96,40 @@ def test_errors_of_joints_that_move_little_are_no_reason_for_doubt_until_they_ar
         doubts = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS).doubts
         assert any("% of a usual signal of the arm unexplained" in doubt for doubt in doubts) == is_doubted
         assert is_doubted or not doubts
+
+
+# Runs of a joint sensor or one at the wrist, by the way in which the empty arm is treated, and what counts there.
+_COUNTS = {
+    (SignalKind.JOINT_TORQUE, "paired"): {"gains", "friction", "floor", "correlated_noise"},
+    (SignalKind.JOINT_TORQUE, "no empty run"): {"gains", "friction", "floor", "correlated_noise"},
+    (SignalKind.MOTOR_TORQUE, "unpaired"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "paired"): {"load_friction", "friction", "correlated_noise"},
+    (SignalKind.CURRENT, "no empty run"): {"load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "weighed"): {"load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.WRENCH, "paired"): {"gains", "friction", "tare", "floor", "correlated_noise"},
+    (SignalKind.WRENCH, "no empty run"): {"gains", "friction", "correlated_noise"},
+}
+
+
+@pytest.mark.parametrize(("kind", "analysis"), _COUNTS)
+def test_a_part_of_the_uncertainty_that_is_switched_off_is_a_doubt_where_it_changes_the_result(robot, kind, analysis):
+    rng = np.random.default_rng(8)
+    gripper = 0.5 * PAYLOAD if kind is SignalKind.WRENCH else None
+    held = 2.0 * PAYLOAD + (0.0 if gripper is None else gripper)
+    seed = int(analysis == "unpaired")
+    loaded = record(robot, rng, held, kind, source="l", motion_seed=seed, duration=10.0)
+    empty = () if analysis == "no empty run" else (record(robot, rng, gripper, kind, source="e", duration=10.0),)
+    mass = 2.0 * PAYLOAD[0] if analysis == "weighed" else None
+
+    def find(settings):
+        paired = analysis != "unpaired"
+        return identify(robot, Runs(loaded, empty), paired=paired, reference_mass=mass, settings=settings)
+
+    everything = find(_SETTINGS)
+    for name in ("gains", "load_friction", "friction", "tare", "floor", "correlated_noise"):
+        belief = find(replace(_SETTINGS, **{name: False}))
+        said = [doubt for doubt in belief.doubts if f"(--off {name.replace('_', '-')})" in doubt]
+        assert len(said) == int(name in _COUNTS[kind, analysis])
+        if not said:
+            assert np.array_equal(belief.bodies.pi, everything.bodies.pi)
+    assert not any("--off" in doubt for doubt in everything.doubts)

@@ -5,12 +5,14 @@ import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_pair
 from numpy.testing import assert_allclose
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.exceptions import BadArgumentError
 from affordance.identification.identify import Runs, identify
 from affordance.identification.payload_claim import judge_claim
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 
 _CENTRE = PAYLOAD[1:4] / PAYLOAD[0]
 
@@ -97,3 +99,30 @@ def test_moments_that_make_larger_torques_than_a_right_mass_may_are_wrong(belief
     true[3:] += m * np.array([c[0] * c[1], c[0] * c[2], c[1] * c[2]])
     assert judge_claim(belief, PayloadSetting(m, c, true)).verdict == "right"
     assert judge_claim(belief, PayloadSetting(m, c, np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]))).verdict == "wrong"
+
+
+def test_a_setting_is_compared_in_the_frame_of_the_flange(belief):
+    """Of a payload that is set in a frame half a metre away, Drake's shifted inertias give mass and first moment."""
+    X_FT = RigidTransform(RotationMatrix(RollPitchYaw(0.4, -1.0, 2.0)), [0.5, -0.2, 0.1])
+    setting = PayloadSetting(PAYLOAD[0], _CENTRE)
+    of_flange = setting.express(X_FT.GetAsMatrix4())
+    verdict = judge_claim(belief, of_flange, 0.03, X_FT.GetAsMatrix4())
+    pi = belief.bodies.pi[:300]
+    few = replace(belief, bodies=WeightedBodies(pi, np.full(300, 1 / 300), np.arange(300)))
+    shifted = np.array(
+        [
+            parameters_from_spatial_inertia(
+                spatial_inertia_from_parameters(each).ReExpress(X_FT.rotation()).Shift(-X_FT.translation())
+            )
+            for each in pi
+        ]
+    )
+    away = shifted - of_flange.parameters
+    right = (abs(away[:, 0]) <= 0.03 * PAYLOAD[0]) & (np.linalg.norm(away[:, 1:4], axis=1) <= 0.006 * PAYLOAD[0])
+    assert 0.0 < right.mean() < 1.0
+    judged = judge_claim(few, of_flange, 0.03, X_FT.GetAsMatrix4())
+    assert judged.probability == pytest.approx(right.mean())
+    # Torques are the same in any frame; what is right in one frame is wrong if it is taken to be in the other.
+    assert_allclose(verdict.torque_error, judge_claim(belief, setting).torque_error, rtol=1e-6, atol=1e-9)
+    assert judge_claim(belief, of_flange, 0.05, X_FT.GetAsMatrix4()).verdict == "right"
+    assert judge_claim(belief, of_flange).verdict == "wrong"

@@ -7,17 +7,18 @@ import pytest
 from helpers.generated_runs import PAYLOAD
 from helpers.refusals import refuse
 from numpy.testing import assert_allclose
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 
 from affordance.identification.payload_formats import PayloadSetting, format_payload, read_payload
 from affordance.identification.posterior.marginals import describe_bodies
-from affordance.objects.inertia import parameters_from_spatial_inertia
+from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 
 _VALUES = describe_bodies(PAYLOAD[None])[0]
 _SETTING = PayloadSetting(_VALUES[0], _VALUES[1:4], _VALUES[4:])
-_LINES = format_payload(_SETTING)
+_LINES = format_payload(_SETTING, "tool0")
 _CENTRE = PAYLOAD[1:4] / PAYLOAD[0]
 
 
@@ -48,7 +49,7 @@ def test_drake_line_can_be_run():
 
 
 def test_libfranka_has_a_symmetric_matrix():
-    numbers = re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", _LINES["Franka (libfranka)"])
+    numbers = re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", _LINES["Franka (libfranka)"].split("//")[0])
     matrix = np.array([float(number) for number in numbers[4:]]).reshape(3, 3)
     assert_allclose(matrix, matrix.T)
     assert (np.linalg.eigvalsh(matrix) > 0.0).all()
@@ -56,17 +57,48 @@ def test_libfranka_has_a_symmetric_matrix():
 
 def test_urscript_has_moments_about_the_centre_of_mass():
     line = _LINES["Universal Robots (URScript)"]
-    mass, *rest = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line)]
+    mass, *rest = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line.split("#")[0])]
     assert_allclose(mass, PAYLOAD[0], rtol=1e-4)
     assert_allclose(rest[:3], _CENTRE, atol=1e-5)
     assert_allclose(rest[3], PAYLOAD[4] - mass * (_CENTRE[1] ** 2 + _CENTRE[2] ** 2), rtol=1e-3)
 
 
 def test_a_payload_without_moments_is_marked():
-    lines = format_payload(_SETTING._replace(inertia=None))
-    assert lines["Universal Robots (URScript)"] == _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0] + ")"
+    lines = format_payload(_SETTING._replace(inertia=None), "tool0")
+    without = _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0]
+    assert lines["Universal Robots (URScript)"] == f"{without})  # in the frame 'tool0'"
     for name in ("Franka (libfranka)", "URDF", "Drake (Python)"):
-        assert "moments not seen: a point mass" in lines[name]
+        assert "in the frame 'tool0'; moments not seen: a point mass" in lines[name]
+
+
+def test_a_guessed_centre_of_mass_is_marked_in_every_line():
+    for line in format_payload(_SETTING._replace(is_centre_guessed=True), "tool0").values():
+        assert "in the frame 'tool0'; centre of mass not seen" in line
+
+
+@pytest.mark.parametrize("name", ["a\nset_tcp(p[1,0,0,0,0,0])", "a\r", "a-->b", "a--b", "a\u2028b", "\u202ea", "a\\"])
+def test_the_name_of_a_frame_ends_neither_line_nor_comment(name, tmp_path):
+    """The name may come from the file of a stranger, and the lines go into a robot's program."""
+    lines = format_payload(_SETTING, name)
+    for line in lines.values():
+        assert line.isprintable()
+        assert not line.endswith("\\")
+    assert len(list(ET.fromstring(f"<link>{lines['URDF']}</link>").iter())) == 5
+    program = _write(tmp_path, "a.script", lines["Universal Robots (URScript)"])
+    assert_allclose(read_payload(program).parameters, PAYLOAD, rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_payload_in_another_frame_is_that_of_drake(seed):
+    rng = np.random.default_rng(seed)
+    X_FT = RigidTransform(RotationMatrix(RollPitchYaw(rng.uniform(-2.0, 2.0, 3))), rng.uniform(-0.5, 0.5, 3))
+    turned = spatial_inertia_from_parameters(PAYLOAD).ReExpress(X_FT.rotation())
+    expected = parameters_from_spatial_inertia(turned.Shift(-X_FT.translation()))
+    assert_allclose(_SETTING.express(X_FT.GetAsMatrix4()).parameters, expected, rtol=1e-9, atol=1e-12)
+    point = _SETTING._replace(inertia=None, is_centre_guessed=True).express(X_FT.GetAsMatrix4())
+    assert_allclose(point.centre_of_mass, X_FT @ _CENTRE, atol=1e-12)
+    assert point.inertia is None
+    assert point.is_centre_guessed
 
 
 def _write(folder, name, text):

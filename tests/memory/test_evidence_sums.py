@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
-from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, build_geometry, get_regressor, hold, hold_workshop
+from helpers.refusals import refuse
+from helpers.trials import BRASS, PLAIN, STEEL, TAU_ARM, WOOD, build_geometry, get_regressor, hold
 
 from affordance.belief.density_belief import Prior
-from affordance.memory.evidence_sums import MaterialSum, ObjectSum, find_material, measure_body, sum_objects
+from affordance.memory import evidence_sums
+from affordance.memory.evidence_sums import find_material, measure_body, sum_trials
 from affordance.objects.appearance import PartAppearance
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
@@ -36,7 +38,7 @@ def _infer_all(objects):
 def test_sums_are_inference_from_all_unknowns_at_once():
     bar = [hold("bar", (WOOD,), (600.0,), seed) for seed in range(4)]
     hammer = [hold("hammer", (WOOD, STEEL), (750.0, 7700.0), seed) for seed in range(4, 7)]
-    belief = sum_objects([bar, hammer], PRIOR).build_belief()
+    belief = sum_trials([*bar, *hammer], PRIOR).build_belief()
     mean, covariance = _infer_all([((0,), bar), ((0, 1), hammer)])
     np.testing.assert_allclose(belief.untruncated_mean, mean, rtol=1e-9)
     np.testing.assert_allclose(belief.covariance, covariance, rtol=1e-9)
@@ -47,20 +49,20 @@ def test_repeated_holds_tell_little_more_about_a_material(model):
     sds = []
     for count in (1, 16, 256):
         trials = [hold("bar", (WOOD,), (600.0,), seed, model=model) for seed in range(count)]
-        sds.append(float(np.sqrt(sum_objects([trials], PRIOR).build_belief().covariance[0, 0])))
+        sds.append(float(np.sqrt(sum_trials(trials, PRIOR).build_belief().covariance[0, 0])))
     # The variance that noise gives the object's own density: without the prior and the deviation.
     noise = 1.0 / (np.array(sds) ** -2 - PRIOR.sd**-2) - PRIOR.deviation_sd**2
     assert noise[0] / noise[1] == pytest.approx(16.0, rel=0.3)
     assert noise[1] / noise[2] == pytest.approx(16.0, rel=0.3)
-    others = [[hold(f"bar {i}", (WOOD,), (600.0,), i, model=model)] for i in range(256)]
-    assert np.sqrt(sum_objects(others, PRIOR).build_belief().covariance[0, 0]) < 0.3 * PRIOR.deviation_sd
+    others = [hold(f"bar {i}", (WOOD,), (600.0,), i, model=model) for i in range(256)]
+    assert np.sqrt(sum_trials(others, PRIOR).build_belief().covariance[0, 0]) < 0.3 * PRIOR.deviation_sd
 
 
 def test_a_size_that_is_seen_wrongly_does_not_average_out():
     """A size that errs by a tenth leaves an SD of 9 % of the density or more, after one hold as after 64."""
     for count in (1, 64):
         trials = [hold("bar", (BRASS,), (8500.0,), seed, num_errors=1) for seed in range(count)]
-        belief = sum_objects([trials], PRIOR).build_belief()
+        belief = sum_trials(trials, PRIOR).build_belief()
         assert np.sqrt(belief.covariance[0, 0]) > 0.09 * 8500.0
 
 
@@ -73,25 +75,9 @@ def test_beliefs_after_repeated_holds_are_as_wide_as_their_errors():
             rho = 2000.0 + PRIOR.deviation_sd * rng.standard_normal()
             seeds = range(8 * observer, 8 * observer + count)
             trials = [hold("bar", (WOOD,), (rho,), seed, model=WeberNoise()) for seed in seeds]
-            belief = sum_objects([trials], PRIOR).build_belief()
+            belief = sum_trials(trials, PRIOR).build_belief()
             errors.append((belief.untruncated_mean[0] - 2000.0) / np.sqrt(belief.covariance[0, 0]))
         assert 0.85 < np.sqrt(np.mean(np.square(errors))) < 1.2  # 1 +- .06 by chance
-
-
-def test_removing_an_object_leaves_the_sum_without_it():
-    trials = hold_workshop(9)
-    total = MaterialSum(PRIOR)
-    sums = []
-    for thing in range(3):
-        of_object = ObjectSum.start(trials[thing], total.recognise(trials[thing].parts))
-        for trial in trials[thing::3]:
-            of_object = of_object.add(trial, PRIOR)
-        sums.append(of_object)
-        total.add(of_object)
-    total.add(sums[2], -1.0)
-    without = sum_objects([trials[0::3], trials[1::3]], PRIOR)
-    np.testing.assert_allclose(total.precision, without.precision, rtol=1e-9, atol=1e-18)
-    np.testing.assert_allclose(total.information, without.information, rtol=1e-9)
 
 
 def test_body_of_a_trial_does_not_depend_on_others():
@@ -108,3 +94,43 @@ def test_materials_are_found_by_colour():
     measured = exact._replace(colour=(0.71, 0.5, 0.29), colour_sd=2.0)
     assert find_material(measured, (STEEL, WOOD)) == 1
     assert find_material(measured._replace(colour=(0.1, 0.2, 0.9)), (STEEL, WOOD)) is None
+
+
+def test_things_have_names_of_their_own():
+    """Also if an object is called as another one's second look would be."""
+    seen = {"one": (WOOD,), "two": (STEEL,), "three": (BRASS,)}
+    trials = [
+        hold(name, seen[look], (900.0,), i)
+        for i, (name, look) in enumerate(
+            [
+                ("bar", "one"),
+                ("bar #2", "one"),
+                ("bar", "two"),
+                ("bar #2", "three"),
+                ("bar #2", "one"),
+                ("bar", "two"),
+            ]
+        )
+    ]
+    things = sum_trials(trials, PRIOR).things
+    assert {name: (thing.trials, thing.parts[0].colour) for name, thing in things.items()} == {
+        "bar": (1, WOOD),
+        "bar #2": (2, WOOD),
+        "bar #3": (2, STEEL),
+        "bar #2 #2": (1, BRASS),
+    }
+
+
+def test_materials_and_looks_are_bounded(monkeypatch):
+    """Each object has a colour of its own, and those of one name."""
+    monkeypatch.setattr(evidence_sums, "MOST_MATERIALS", 5)
+    monkeypatch.setattr(evidence_sums, "MOST_LOOKS", 3)
+    colours = [(0.1 * i, 0.5, 0.5) for i in range(6)]
+    trials = [hold(f"bar {i}", (colour,), (900.0,), i) for i, colour in enumerate(colours)]
+    assert len(sum_trials(trials[:5], PRIOR).colours) == 5
+    assert refuse(sum_trials, trials, PRIOR) == "colours: are of 6 materials, must be of at most 5"
+    same = [hold("bar", (colour,), (900.0,), i) for i, colour in enumerate(colours)]
+    assert list(sum_trials(same[:3], PRIOR).things) == ["bar", "bar #2", "bar #3"]
+    assert "object: is 'bar' as 3 things are that look otherwise, must have another name" in refuse(
+        sum_trials, same, PRIOR
+    )

@@ -9,7 +9,7 @@ from helpers.trials import PLAIN, STEEL, WOOD, hold
 
 from affordance.belief.likelihood import Quadratic
 from affordance.exceptions import BadArgumentError
-from affordance.memory.felt_models import PayloadQuadratic, pack
+from affordance.memory.felt_models import MeanDensities, PayloadQuadratic, pack
 from affordance.memory.stored_trials import parse_trial
 from affordance.memory.trial_evidence import TrialEvidence, read_time
 from affordance.objects.inertia import Geometry
@@ -77,3 +77,60 @@ def test_shapes_of_geometry_are_checked():
 )
 def test_times_sort_as_texts(text, shown):
     assert read_time("since", text) == shown
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"features": 1e150 * _TRIAL.features}, r"features\[0\]: is .*e\+15\d, must be from -1e\+06 to 1e\+06"),
+        ({"model": WhiteNoise(), "features": np.full(111, 1e16)}, r"features\[0\]: is 1e\+16, must be from -1e\+15"),
+        (
+            {"model": PayloadQuadratic(), "features": np.full(110, 1e22)},
+            r"features\[0\]: is 1e\+22, must be from -1e\+21",
+        ),
+        (
+            {"model": MeanDensities(), "features": np.full(56, -1e18)},
+            r"features\[0\]: is -1e\+18, must be from -1e\+17",
+        ),
+        ({"model": WeberNoise(0.0, 0.0)}, "features: has no precision: Singular matrix"),
+        (
+            {"geometry": Geometry(np.full((10, 2), 1e8), np.zeros((0, 10, 2)))},
+            r"geometry\.Phi\[0\]\[0\]: is 1e\+08, must be",
+        ),
+        (
+            {"geometry": Geometry(np.zeros((10, 2)), np.zeros((0, 10, 2)))},
+            r"Phi\[0\]\[0\]: is 0.0, must be from 1e-15",
+        ),
+        ({"geometry": Geometry(np.ones((10, 2)), np.full((1, 10, 2), 1e8))}, r"Phi_errors\[0\]\[0\]\[0\]: is 1e\+08"),
+        (
+            {"parts": (_TRIAL.parts[0]._replace(position=(10.1, 0.0, 0.0)),) * 2},
+            r"parts\[0\]\.position\[0\]: is 10.1, must",
+        ),
+        ({"parts": (_TRIAL.parts[0]._replace(sizes=(11.0,)),) * 2}, r"parts\[0\]\.sizes\[0\]: is 11.0, must be from"),
+        (
+            {"parts": (_TRIAL.parts[0]._replace(size_sd=1e9),) * 2},
+            r"parts\[0\]\.size_sd: is 1000000000.0, must be from 0",
+        ),
+        ({"parts": ("oak", "steel")}, r"parts\[0\]: is of type str, must be of type PartAppearance"),
+        ({"time": "0001-01-01"}, "time: is '0001-01-01', must be in 1970 or later"),
+        ({"log_evidence": -1e13}, r"log_evidence: is -10000000000000.0, must be from -1e\+12 to 1e\+12"),
+        ({"object_name": 3}, "object_name: is 3, must be a non-empty text"),
+        ({"object_name": "\x1b[2J"}, r"object_name: is '.x1b\[2J', must be without the hidden character U\+001B"),
+        ({"robot": "a\r\nb"}, r"robot: is 'a.r.nb', must be without the hidden character U\+000D"),
+        ({"robot": "n" * 501}, "robot: has 501 letters, must have at most 500"),
+        ({"source": "\u202e"}, r"source: is '.u202e', must be without the hidden character U\+202E"),
+        ({"fingerprint": None}, "fingerprint: is empty, must be a non-empty text"),
+    ],
+)
+def test_what_no_robot_feels_or_no_reader_sees_is_refused(changes, message):
+    with pytest.raises(BadArgumentError, match=message):
+        replace(_TRIAL, **changes)
+
+
+def test_evidence_does_not_change_with_the_arrays_that_it_was_made_of():
+    features = _TRIAL.features.copy()
+    trial = replace(_TRIAL, features=features)
+    features[0] = np.nan
+    assert trial.digest == _TRIAL.digest
+    with pytest.raises(ValueError, match="read-only"):
+        trial.features[0] = 0.0

@@ -9,6 +9,7 @@ from affordance.reporting.formatting import (
     format_list,
     format_number,
     label,
+    tabulate,
 )
 
 
@@ -104,3 +105,8 @@ def test_no_line_is_too_long_and_no_letter_is_lost():
 def test_label_never_begins_with_an_underscore():
     assert label("_hidden") == " hidden"
     assert label("rod_10cm") == "rod 10cm"
+
+
+def test_cells_of_a_table_neither_steer_the_terminal_nor_break_lines():
+    rows = [["name", "kg"], ["\x1b[2Ja\nb", "1.0"], ["\u202eoak", "12.0"]]
+    assert tabulate(rows, right=[1]) == ["name        kg", "\ufffd[2Ja\ufffdb   1.0", "\ufffdoak      12.0"]

@@ -9,7 +9,7 @@ from affordance.belief.learner import Learner
 from affordance.belief.memory_file import format_memory
 from affordance.exceptions import BadArgumentError
 from affordance.files.model_folder import MODELS
-from affordance.memory.evidence_sums import sum_objects
+from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.ledger import open_memory
 from affordance.objects.load import load_tools
 from affordance.proprioception.torque_noise import WhiteNoise
@@ -30,7 +30,7 @@ def test_evidence_of_one_hold_gives_the_belief_of_the_trial(noise):
     record = _hold(settings)
     assert record.evidence.num_samples == record.samples.accepted
     assert record.evidence.robot == "the paper's arm"
-    recalled = sum_objects([[record.evidence]], settings.prior).build_belief()
+    recalled = sum_trials([record.evidence], settings.prior).build_belief()
     np.testing.assert_allclose(recalled.precision, record.memory.belief.precision, rtol=1e-6)
     np.testing.assert_allclose(recalled.information_vector, record.memory.belief.information_vector, rtol=1e-6)
 

@@ -213,7 +213,7 @@ def build_load(size):
         (lambda: Reach(PATH), "path: is of type str, must be of type TimedPath; load_path"),
         (lambda: start_memory("kinds"), "learner: is 'kinds', must be one of density, kinds_map, kinds_drawn; did"),
         (lambda: load_tools("x.yaml", "materials.yaml"), "materials: is of type str, must be a mapping of names"),
-        (lambda: open_memory({}), "place: is {}, must be a path or the URL of a database"),
+        (lambda: open_memory({}), "place: is {}, must be the path of an SQLite file"),
         (lambda: import_arm("r.urdf", "tool0", "out"), "options: is of type str, must be of type ImportOptions"),
         (lambda: run_suite("weight", "out", repeats=0), "repeats: is 0, must be from 1 to 1000000"),
         (lambda: run_suite("weight", "out", jobs=0), "jobs: is 0, must be from 1 to 4096"),

@@ -9,14 +9,24 @@ import os
 import re
 import sqlite3
 import time
+from pathlib import Path
 
 import pytest
 from helpers.answers import answer
 from helpers.generated_runs import write_urdf
 from helpers.robot_files import SDF, build_urdf
+from helpers.trials import hold_workshop
 
+import affordance
+from affordance.files import bounded, xml_file
+from affordance.files.constraints import OneLine
 from affordance.files.model_folder import MODELS
+from affordance.memory import evidence_sums, tables
+from affordance.memory.ledger import open_memory
+from affordance.robots import reader
 
+PACKAGE = Path(affordance.__file__).parent
+PAGE = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
 # No file takes longer to be refused; far more than is needed on a loaded machine.
 PATIENCE = 120.0
 PROTOCOL = (MODELS / "protocols" / "template.yaml.txt").read_text(encoding="utf-8").replace("NAME", "mine")
@@ -67,7 +77,7 @@ PROTOCOLS = {
     "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
     "deep": ("[" * 50_000, "is more than 40 levels deep"),
     "digits": (change("number: 50", f"number: {'9' * 5000}"), "is a number of 5000 characters"),
-    "escape sequences": (change("odd one among them", '"\\e[2J"'), "holds the control character '\\x1b'"),
+    "escape sequences": (change("odd one among them", '"\\e[2J"'), "holds the hidden character U+001B"),
     "figure elsewhere": (change("odd_one: {draw", "../../x: {draw"), "figures: has a name that is '../../x', must"),
     "figure of the report elsewhere": (change("file: odd_one.png", "file: /etc/x.png"), "figures[0].file: is '/etc"),
     "figure in place of another": (change("odd_one: {draw", "replay: {draw"), "results have a file of that name"),
@@ -109,6 +119,7 @@ ROBOTS = {
     ),
     "links": ("a.urdf", f"<robot>{'<link/>' * 1001}</robot>", "has 1001 links and joints, must have at most 1000"),
 }
+URL = "postgresql://me:secret@host:abc/memory"
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
     "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
@@ -116,11 +127,18 @@ RECORDINGS = {
     "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
     "aliases": ("loaded.yaml", LAUGHS, "makes more than 100000 entries"),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),
-    "ledger": ("ledger.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
+    "ledger": ("ledger.db3", FOREVER, "is a database of another program (tables: none)"),
+    "hidden column": (
+        "loaded.csv",
+        "time,q_1,tau_\u202e1\n0,0,1\n",
+        "columns: is 'tau_\\u202e1', must be without the hidden",
+    ),
+    URL: (URL, "", "postgresql://...: is a URL, must be the path of an SQLite file"),
     "gains": ("gains.yaml", LAUGHS, "makes more than 100000 entries"),
     "object": ("object.yaml", LAUGHS, "makes more than 100000 entries"),
 }
 OPTIONS = {"memory.json": "--memory", "ledger.db3": "--memory", "gains.yaml": "--gains", "object.yaml": "--object"}
+OPTIONS[URL] = "--memory"
 
 
 @pytest.fixture
@@ -190,13 +208,63 @@ def test_hostile_recording_is_refused(tmp_path, refuse, case):
         with sqlite3.connect(tmp_path / name) as database:
             database.executescript(content)
         database.close()
-    else:
+    elif name != URL:
         (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
     loaded = name if name.startswith("loaded") and not name.endswith(".yaml") else "loaded.csv"
     words = ["identify", robot, "--tip", "flange", "--loaded", tmp_path / loaded, "--out", tmp_path / "out"]
     option = OPTIONS.get(name)
-    said = refuse(*words, *([option, tmp_path / name] if option else []))
+    place = name if name == URL else tmp_path / name
+    said = refuse(*words, *([option, place] if option else []))
     assert problem in said
+    assert "secret" not in said
+
+
+HIDDEN = ("\u202e", "\u200b", "\ue000")
+
+
+@pytest.mark.parametrize("hidden", HIDDEN)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("rank", "reach", "--tools", "tools.yaml"),
+        ("rank", "reach", "--materials", "materials.yaml"),
+        ("import-arm", "a.urdf", "--tip", "right_tool", "--out", "./out"),
+        ("import-arm", "a.sdf", "--tip", "right_tool", "--out", "./out"),
+        ("predict", "mine.yaml"),
+        ("memory", "import", "new.sqlite", "trials.jsonl"),
+        ("memory", "show", "memory.sqlite"),
+        ("memory", "merge", "new.sqlite", "memory.sqlite"),
+    ],
+)
+def test_names_with_characters_that_are_not_seen_are_refused(tmp_path, refuse, words, hidden):
+    record = hold_workshop(1)[0].to_dict() | {"object": f"o{hidden}ak"}
+    head = {"program": "visual-inertial-affordances", "schema": "2"}
+    files = {
+        "tools.yaml": change("thing", f"th{hidden}ing", TOOLS.format("a.ply")),
+        "materials.yaml": f"o{hidden}ak: {{density: 700, colour: '#b07a45'}}\n",
+        "a.urdf": change("right_j2", f"right_{hidden}j2", build_urdf()),
+        "a.sdf": change("wrist", f"wr{hidden}ist", SDF),
+        "mine.yaml": change("name: small", f"name: sm{hidden}all"),
+        "trials.jsonl": "".join(f"{json.dumps(line)}\n" for line in (head, record)),
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    with open_memory(tmp_path / "memory.sqlite") as ledger:
+        ledger.append(hold_workshop(1))
+        ledger._connection.execute("UPDATE trials SET content = ?", (json.dumps(record),))
+    said = refuse(*(tmp_path / word if "." in word else word for word in words))
+    assert f"the hidden character U+{ord(hidden):04X}" in said
+
+
+def test_names_of_files_do_not_steer_the_terminal(tmp_path):
+    """They cannot be refused, so they are replaced where they are printed."""
+    place = tmp_path / "a\x1b[2J\udcffb.sqlite"
+    with open_memory(place) as ledger:
+        ledger.append(hold_workshop(3))
+    for words in (("show", place), ("verify", place), ("forget", place, "--object", "bar")):
+        said = answer("memory", *words).out
+        assert "a\ufffd[2J\ufffdb.sqlite: " in said
+        assert said.replace("\n", "").isprintable()
 
 
 NAMES = {
@@ -255,3 +323,35 @@ def test_protocol_that_is_a_pipe_is_refused(tmp_path, refuse):
     """A protocol that is a pipe is refused, as reading it would never end."""
     os.mkfifo(tmp_path / "mine.yaml")
     assert "cannot be read: it is a device, a pipe or a socket" in refuse("predict", tmp_path / "mine.yaml")
+
+
+def show_size(number):
+    return f"{number / 1e9:g} GB" if number >= 1e9 else f"{number / 1e6:g} MB"
+
+
+@pytest.mark.parametrize(
+    ("row", "wanted"),
+    [
+        (
+            "YAML, published numbers of people",
+            [show_size(bounded.SETTINGS), bounded._MOST_ENTRIES, bounded._MOST_DEEP, bounded._MOST_DIGITS],
+        ),
+        ("people's lifts, payloads in JSON", [show_size(bounded.RESULTS)]),
+        ("memory", [show_size(tables.LARGEST_FILE), show_size(tables.LARGEST_RECORD), tables._MOST_ENTRIES]),
+        ("what a memory is about", [evidence_sums.MOST_MATERIALS, evidence_sums.MOST_LOOKS]),
+        (
+            "robot's file",
+            [show_size(bounded.ROBOT), xml_file._MOST_ELEMENTS, xml_file._MOST_DEEP, reader._MOST_BODIES],
+        ),
+    ],
+)
+def test_bounds_on_the_page_are_those_of_the_program(row, wanted):
+    (found,) = [line.split("|") for line in PAGE.splitlines() if line.startswith(f"| {row} |")]
+    numbers = re.findall(r"\d+(?: [MG]B)?", re.sub(r"(?<=\d) (?=\d{3})", "", found[2]))
+    assert numbers == [str(each) for each in wanted]
+    for place in re.findall("`(.*?)`", found[3]):
+        assert (PACKAGE / place).is_file()
+
+
+def test_length_of_names_on_the_page_is_that_of_the_program():
+    assert f"is one line of at most {OneLine.longest} letters" in PAGE

@@ -15,7 +15,7 @@ from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
-from affordance.files.constraints import OneOf, StrPath, Text, Vector, Within, check_path, complain
+from affordance.files.constraints import Name, OneOf, StrPath, Text, Vector, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
@@ -174,7 +174,7 @@ class _GainsEntry(DataModel):
     common_sd: Annotated[
         float, Within(0.0, 1.0), Field(description="Relative standard deviation of a factor common to all gains.")
     ]
-    joints: Annotated[dict[str, JointEntry], Field(min_length=1, description="Gains by the names of joints.")]
+    joints: Annotated[dict[Name, JointEntry], Field(min_length=1, description="Gains by the names of joints.")]
 
     @model_validator(mode="after")
     def check_friction(self) -> Self:

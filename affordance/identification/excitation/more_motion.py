@@ -96,6 +96,20 @@ def suggest_motion(
             )
 
 
+def suggest_run(belief: PayloadBelief) -> str:
+    """Says what recording would show a mass that a run did not show; empty if it did."""
+    evidence = belief.fit.evidence
+    if belief.shows_mass:
+        return ""
+    if evidence.kind is SignalKind.WRENCH:
+        return "turn the sensor slowly through other postures, with an empty hand too (--empty)"
+    if not evidence.is_difference:
+        return "record the same motion with an empty hand (--empty): the arm's file is too uncertain"
+    if not evidence.is_repeated:
+        return "record the same motion with an empty hand: the arm that was fitted to other motions is too uncertain"
+    return "move slowly through other postures; affordance excite --for mass designs the motion"
+
+
 def _show(number: float) -> str:
     """Formats a number with two digits, never as a power of ten."""
     return np.format_float_positional(number, precision=2, fractional=False, trim="-")

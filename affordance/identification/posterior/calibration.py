@@ -130,9 +130,9 @@ def check_halves(evidence: Evidence, reference_mass: float, settings: Identifica
 def _estimate_friction_sd(fit: PayloadFit) -> Array:
     """Computes the standard deviations of friction given the load and gains, shape (n, 3)."""
     products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
-    prior_precision = fit.likelihood.prior.friction_sd**-2.0
-    covariance = np.linalg.inv(products + prior_precision[:, :, None] * np.eye(3))
-    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+    sd = fit.likelihood.prior.friction_sd  # zero for friction that is switched off
+    covariance = np.linalg.inv(np.eye(3) + sd[:, :, None] * products * sd[:, None, :])
+    return sd * np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:

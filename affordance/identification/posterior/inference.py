@@ -95,7 +95,7 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]
-    sentences.append(f"gains: {gains.source}" if settings.gains else "gains: exact (switched off)")
+    sentences.append(f"gains: {gains.source}{'' if settings.gains else '; their drift is switched off'}")
     if evidence.kind is not SignalKind.WRENCH:
         if prior.load_friction_sd > 0.0 or gains.mean[:, 1].any():
             mu = ", ".join(f"{value:.3f}" for value in gains.load_friction)

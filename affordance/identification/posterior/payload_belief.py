@@ -29,6 +29,8 @@ from affordance.identification.posterior.payload_fit import PayloadFit
 _UNSEEN = 0.8
 # or, for a positive quantity, this share of its mean.
 _VAGUE = 0.4
+# Share of the prior's masses below the 90 % interval's upper end at which little is held, whatever it is.
+_LIGHT = 0.25
 # SD to which a seen object's centre of mass, [m], mass and moments, as shares of their means, count as known anyway.
 _SHARP, _SHARP_SHARE = 0.005, 0.1
 _OF_COM = np.isin(np.arange(len(QUANTITIES)), np.r_[COM])
@@ -82,6 +84,7 @@ class PayloadBelief:
         felt: Quadratic log likelihood of the ten parameters, without what is unseen; None without a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
         doubts: Reasons not to trust the result, a sentence each; empty if it fits.
+        advice: What would show the mass, in words; empty if it was seen.
         tip: Name of the frame T.
     """
 
@@ -106,6 +109,7 @@ class PayloadBelief:
     felt: Quadratic | None = None
     p_value: float | None = None
     doubts: tuple[str, ...] = ()
+    advice: str = ""
     tip: str = ""
 
     def __repr__(self) -> str:
@@ -206,6 +210,17 @@ class PayloadBelief:
             is_hidden[MASS] = False  # the scale determined the mass
         return frozenset(name for name, hidden in zip(QUANTITIES[: MOMENTS.stop], is_hidden, strict=False) if hidden)
 
+    @property
+    def is_light(self) -> bool:
+        """True if the mass is known to be smaller than most of what a hand could hold, though not how small."""
+        is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
+        return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
+
+    @property
+    def shows_mass(self) -> bool:
+        """True if the run tells how much is held, or that it is little or nothing."""
+        return self.is_light or self.hidden.isdisjoint(QUANTITIES[MASS])
+
     @cached_property
     def _share_of_prior(self) -> Array:
         """Standard deviations as a share of the prior's, shape (10,)."""
@@ -224,13 +239,18 @@ class PayloadBelief:
                 continue
             worst = max(hidden, key=lambda i: share[i])
             ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
-            if part is not MASS:
+            if part is MASS:
+                low, high = np.quantile(self.prior_bodies[:, 0], [0.05, 0.95])
+                ranges = f"{ranges} kg, before the run from {low:.2g} to {high:.2g}"
+            else:
                 ranges = f"{QUANTITIES[worst]}: {ranges}"
             if share[worst] > _UNSEEN:
                 reason = "moves too slowly or too briefly to see, the prior decides"
                 ranges = f"{ranges}, SD {100 * share[worst]:.0f} % of the prior's"
+            elif part is MASS:
+                reason = "little or nothing is held" if self.is_light else "no larger than the errors of the runs"
             else:
-                reason = "hardly anything is held" if part is MASS else "known to a factor only"
+                reason = "known to a factor only"
             sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
         return tuple(sentences)
 
@@ -285,7 +305,9 @@ class PayloadBelief:
             "unit": self.unit,
             "assumed": list(self.assumptions),
             "found": list(self.notes),
+            "mass_seen": self.shows_mass,
             "not_seen": list(self.unseen),
+            "would_show_mass": self.advice,
             "warnings": list(self.warnings),
             "reference_mass_kg": self.reference_mass,
             "surprise_p": self.p_value,

@@ -1,7 +1,7 @@
 """Recorded run: one table of times, joint motion and signals, validated on construction.
 
-Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees, currents in
-milliamperes. Each error names the file, the row, the column, the value and its bound.
+Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees or with
+jumps, currents in milliamperes. Each error names the file, the row, the column, the value and its bound.
 """
 
 import difflib
@@ -16,6 +16,14 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.identification.recording.joint_rates import (
+    DEGREES,
+    FASTEST,
+    LONGER_UNIT,
+    LONGEST_STEP,
+    find_fault,
+    find_jumps,
+)
 from affordance.identification.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
@@ -24,18 +32,18 @@ _MIN_ROWS = 20
 _GAP, _GAP_STEPS = 0.25, 5.0
 # Length of gravity on Earth, [m/s^2], as drivers round it.
 _EARTH = (9.7, 9.9)
-_STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
+_STEP_BOUNDS = (1e-5, LONGEST_STEP)  # from 100 kHz to 2 Hz, [s]
 # Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
 _BOUNDS = {
     "q": (4.0 * np.pi, "rad"),
-    "v": (8.0 * np.pi, "rad/s"),
+    "v": (FASTEST, "rad/s"),
     "vdot": (1e4, "rad/s^2"),
     "tau": (5e3, "N m"),
     "current": (100.0, "A"),
     "wrench": (5e3, "N or N m"),
 }
 _HINTS = {
-    "q": "are these degrees? then its description must have 'units: {q: deg}'",
+    "q": DEGREES,
     "v": "are these degrees a second? then its description must have 'units: {v: deg/s}'",
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
@@ -123,6 +131,7 @@ class Run:
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
+            self.check_rates()  # or a jump would look like a column of other rates
             self._check_rate("v", self.v, "q", self.q)
             if self.vdot is not None:
                 self._check_rate("vdot", self.vdot, "v", self.v)
@@ -210,6 +219,14 @@ class Run:
         number = row + 1 if self.rows is None else int(self.rows[row])
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
+    def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
+        """Raises a BadValueError for a joint that turns too fast, by ``find_fault``, whose arguments these are."""
+        rows = np.arange(1, len(self.q) + 1) if self.rows is None else self.rows
+        fault = find_fault(self.times, self.q, rows, limits=limits, ranges=ranges, source=source)
+        if fault is not None:
+            name = self.description.joint_names[fault.joint]
+            raise self.error_at(fault.row, f"q_{fault.joint + 1} ({name})", fault.problem)
+
     def _check_times(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.times))
         if bad.size:
@@ -223,15 +240,23 @@ class Run:
         low, high = _STEP_BOUNDS
         typical = float(np.median(steps))
         if not low <= typical <= high:
-            units = (name for name, unit in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)) if unit * typical <= high)
-            hint = f"; in other units the description must have 'units: {{time: {next(units, 's')}}}'"
-            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}{hint}"
+            hint = LONGER_UNIT if typical < low else self._explain_long_steps(typical)
+            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}; {hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))
         bound = max(_GAP, _GAP_STEPS * typical)
         if steps[longest] > bound:
             problem = f"jumps by {steps[longest]:.3g} s, must be at most {bound:.3g} s; cut the table there"
             raise self.error_at(longest + 1, "time", problem)
+
+    def _explain_long_steps(self, typical: float) -> str:
+        """Says what a table may be whose typical step is too long, [s]."""
+        units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+        unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
+        jumps = find_jumps(units[unit] * self.times, self.q, np.full(self.q.shape[1], np.inf))
+        if len({jump.row for jump in jumps}) > 0.5 * len(self.times):  # in that unit, too
+            return "are these postures that were held? the motion from each to the next must be recorded too"
+        return f"in other units the description must have 'units: {{time: {unit}}}'"
 
     def _check_values(self, name: str, values: Array) -> None:
         bound, unit = _BOUNDS[name]

@@ -30,7 +30,7 @@ from pydantic.json_schema import JsonSchemaValue
 
 from affordance.arrays import Array
 from affordance.exceptions import describe_choice, show_value
-from affordance.files.constraints import Constraint, OneOf, Text, Vector, Whole, Within, complain
+from affordance.files.constraints import Constraint, Name, OneOf, Vector, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.identification.recording.run import GRAVITY, RunDescription
 from affordance.identification.settings import SignalKind
@@ -207,14 +207,14 @@ class RunEntry(DataModel):
     """Description of a table, its joints and its signal."""
 
     joints: Annotated[
-        list[Annotated[str, Text()]],
+        list[Name],
         Field(min_length=1, description="Joints in the order of the columns; a ROS bag names them itself."),
     ] = Field(default_factory=list)
     signal: Annotated[
         SignalKind | None, OneOf(SignalKind), Field(description="What was recorded; by the columns if left out.")
     ] = None
-    tip: Annotated[str, Text(), Field(description="Link that carries the payload, or the wrist sensor.")] = ""
-    base: Annotated[str, Text(), Field(description="Link in which gravity is given.")] = ""
+    tip: Annotated[Name, Field(description="Link that carries the payload, or the wrist sensor.")] = ""
+    base: Annotated[Name, Field(description="Link in which gravity is given.")] = ""
     gravity: Annotated[
         _Triple, Vector(3, Within(-20.0, 20.0)), Field(description="Gravity in the base, [m/s^2].")
     ] = GRAVITY
@@ -248,8 +248,8 @@ class RunEntry(DataModel):
         int, Whole(0, 1_000_000), Field(description="Number of incomplete rows that may be left out.")
     ] = 0
     skip_rows: Annotated[int, Whole(0, 1_000_000), Field(description="Number of rows above the table.")] = 0
-    topic: Annotated[str, Text(), Field(description="Topic of joint states in a bag that has several.")] = ""
-    wrench_topic: Annotated[str, Text(), Field(description="Topic of wrenches in a bag.")] = ""
+    topic: Annotated[Name, Field(description="Topic of joint states in a bag that has several.")] = ""
+    wrench_topic: Annotated[Name, Field(description="Topic of wrenches in a bag.")] = ""
 
     def build(self, joints: Sequence[str], kind: SignalKind) -> RunDescription:
         """Builds the description of a run from its joints and the kind of its signal."""

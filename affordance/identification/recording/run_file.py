@@ -8,7 +8,7 @@ from pathlib import Path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import suggest_file
-from affordance.files.constraints import StrPath, check_path
+from affordance.files.constraints import StrPath, check_names, check_path
 from affordance.files.data_model import load_model
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
 from affordance.identification.recording.run_bag import read_bag
@@ -56,6 +56,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         table = read_netcdf(path)
     else:
         table = read_text(path, entry.drop_torn_rows, entry.skip_rows)
+    check_names(path, "columns", (*table.names, *table.joint_names))
     if not entry.joints:
         raise BadValueError(
             description_file, "joints", "is missing: must list the joints in the order of the columns"

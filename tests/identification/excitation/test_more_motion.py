@@ -1,6 +1,7 @@
 """Benefit of four more seconds of motion: a line on the mass always, another on what was not seen."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from helpers.generated_runs import PAYLOAD, Truth, generate_run
 
 from affordance.identification.excitation import more_motion
 from affordance.identification.identify import Runs, identify
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.settings import IdentificationSettings, SignalKind
 
 SETTINGS = IdentificationSettings(num_samples=500)
 
@@ -74,3 +75,22 @@ def test_suggestion_does_not_change_the_belief(robot, monkeypatch):
     without = run_pair(robot, np.random.default_rng(3), 1.0, 6.0)
     np.testing.assert_array_equal(with_it.bodies.pi, without.bodies.pi)
     assert len(with_it.notes) == len(without.notes) + 2
+
+
+@pytest.mark.parametrize(
+    ("kind", "is_difference", "is_repeated", "says"),
+    [
+        (SignalKind.WRENCH, False, False, "turn the sensor slowly through other postures"),
+        (SignalKind.CURRENT, False, False, "record the same motion with an empty hand (--empty)"),
+        (SignalKind.JOINT_TORQUE, True, False, "record the same motion with an empty hand: the arm that was fitted"),
+        (SignalKind.MOTOR_TORQUE, True, True, "move slowly through other postures; affordance excite --for mass"),
+    ],
+)
+def test_the_run_that_would_show_an_unseen_mass_depends_on_how_the_arm_was_treated(
+    kind, is_difference, is_repeated, says
+):
+    evidence = SimpleNamespace(kind=kind, is_difference=is_difference, is_repeated=is_repeated)
+    belief = SimpleNamespace(fit=SimpleNamespace(evidence=evidence), shows_mass=False)
+    assert more_motion.suggest_run(belief).startswith(says)
+    belief.shows_mass = True
+    assert more_motion.suggest_run(belief) == ""

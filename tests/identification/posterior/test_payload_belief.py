@@ -107,5 +107,24 @@ def test_a_payload_is_set_as_far_as_it_was_seen(bodies):
 
 def test_hardly_any_mass_is_not_said_to_be_unseen(bodies):
     light = bodies[:400] * (1e-3 / bodies[:400, :1]) * np.random.default_rng(5).lognormal(size=(400, 1))
-    sentence = build_belief(light, np.full(400, 1 / 400)).unseen[0]
-    assert sentence.startswith("mass (mass): hardly anything is held (90 % from ")
+    belief = build_belief(light, np.full(400, 1 / 400))
+    assert belief.unseen[0].startswith("mass (mass): little or nothing is held (90 % from ")
+    assert belief.is_light
+    assert belief.shows_mass
+    assert belief.to_dict()["mass_seen"] is True
+    assert belief.setting is None
+
+
+def test_a_mass_is_seen_from_how_far_its_interval_has_narrowed(bodies):
+    """A mass with an SD of 0.3 of itself is seen and one of 0.6 is not; the interval before the run is named."""
+    spread = np.random.default_rng(5).lognormal(size=(400, 1))
+    for sd, is_seen in ((0.3, True), (0.6, False)):
+        sigma = np.sqrt(np.log(1.0 + sd**2))
+        some = bodies[:1] / bodies[0, 0] * np.exp(sigma * np.log(spread) / np.log(spread).std())
+        belief = build_belief(some, np.full(400, 1 / 400))
+        assert belief.marginals.sd[0] / belief.mass == pytest.approx(sd, rel=0.3)
+        assert belief.shows_mass is belief.to_dict()["mass_seen"] is is_seen
+        assert not belief.is_light
+        if not is_seen:
+            low, high = np.quantile(belief.prior_bodies[:, 0], [0.05, 0.95])
+            assert f"kg, before the run from {low:.2g} to {high:.2g})" in belief.unseen[0]

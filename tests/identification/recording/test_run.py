@@ -49,6 +49,11 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
             {"times": 1e3 * _TIMES},
             r"column time: advances by 10 s a row, .* from 1e-05 to 0.5; .*'units: {time: ms}'",
         ),
+        ({"times": 1e-6 * _TIMES}, r"advances by 1e-08 s a row, .*; is the unit of time a thousand times as long"),
+        (
+            {"times": 500.0 * _TIMES, "q": np.random.default_rng(0).uniform(-2.0, 2.0, (50, 2))},
+            r"advances by 5 s a row, .*; are these postures that were held",
+        ),
         (
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
             r"column vdot_2: is 57.3 times the rate of v_2, must be",
