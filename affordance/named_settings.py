@@ -25,6 +25,16 @@ type Changes = Mapping[str, Any]
 # Noise models by name.
 NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
 NO_CHANGES: Changes = {}
+# Names of settings by those that an earlier version had.
+FORMER = {
+    "integration_scheme": "integrator.scheme",
+    "accuracy": "integrator.accuracy",
+    "stiff_accuracy": "integrator.stiff_accuracy",
+    "max_step_size": "integrator.max_step",
+    "contact_scheme": "integrator.contact_scheme",
+    "contact_accuracy": "integrator.contact_accuracy",
+    "contact_max_step_size": "integrator.contact_max_step",
+}
 _NOISE, _MODEL = "noise", "model"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = (
@@ -134,7 +144,9 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
 
 
 def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    """Describes an unknown name, with the settings of the same group or else the nearest name."""
+    """Describes an unknown name: by its present name if it is a former one, else with the settings of the same group or else the nearest name."""
+    if name in FORMER:
+        return f"is now {FORMER[name]}"
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)

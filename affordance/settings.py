@@ -33,6 +33,67 @@ _CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
 
 
 @dataclass(frozen=True)
+class Integrator:
+    """Implicit integrators of Drake that simulate arm and tool.
+
+    Attributes:
+        scheme: Integrator of motions without contact.
+        accuracy: Target accuracy of that integrator.
+        stiff_accuracy: Target accuracy for an arm that damping brings to rest within a control period.
+        max_step: Largest step of the integrators, [s].
+        contact_scheme: Integrator while a tool may touch a nail, and from a second touch on.
+        contact_accuracy: Target accuracy of that integrator.
+        contact_max_step: Largest step of that integrator around the peak of the force, [s].
+    """
+
+    scheme: Annotated[str, _SCHEME, Setting("", _INTEGRATION)] = "radau3"
+    accuracy: Annotated[float, _ACCURACY, Setting("1", _INTEGRATION)] = 1e-4
+    stiff_accuracy: Annotated[
+        float,
+        _ACCURACY,
+        Setting(
+            "1",
+            "the step of torque in each control period starts a transient that decays before it moves anything; "
+            "resolving it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
+        ),
+    ] = 1e-3
+    max_step: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1
+    contact_scheme: Annotated[str, _SCHEME, Setting("", _CONTACT)] = "implicit_euler"
+    contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
+    contact_max_step: Annotated[float, _STEP, Setting("s", _CONTACT)] = 1e-4
+
+    def __post_init__(self) -> None:
+        """Checks all fields; one of the wrong kind or out of bounds raises a BadArgumentError."""
+        check_fields(self)
+
+    @property
+    def free(self) -> SimulatorConfig:
+        """Configuration of Drake's simulator for motions without contact."""
+        return _configure(self.scheme, self.accuracy, self.max_step)
+
+    @property
+    def stiff(self) -> SimulatorConfig:
+        """Configuration for an arm that damping brings to rest within a control period."""
+        return _configure(self.scheme, self.stiff_accuracy, self.max_step)
+
+    @property
+    def contact(self) -> SimulatorConfig:
+        """Configuration while a tool may touch a nail."""
+        return _configure(self.contact_scheme, self.contact_accuracy, self.contact_max_step)
+
+    @property
+    def second_touch(self) -> SimulatorConfig:
+        """Configuration from a second touch of the nail on, when long steps suffice again."""
+        return _configure(self.contact_scheme, self.contact_accuracy, self.max_step)
+
+
+def _configure(scheme: str, accuracy: float, max_step: float) -> SimulatorConfig:
+    return SimulatorConfig(
+        integration_scheme=scheme, accuracy=accuracy, max_step_size=max_step, use_error_control=True
+    )
+
+
+@dataclass(frozen=True)
 class Settings:
     """Settings shared by all simulations.
 
@@ -56,16 +117,8 @@ class Settings:
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
         posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
-        integration_scheme: Integrator of Drake, an implicit one.
-        accuracy: Target accuracy of the integrator.
-        stiff_accuracy: Target accuracy for an arm that damping brings to rest within a control period.
-        max_step_size: Largest step of the integrator, [s].
-        contact_scheme: Integrator while a tool may touch a nail, and from a second touch on.
-        contact_accuracy: Target accuracy of that integrator.
-        contact_max_step_size: Largest step of that integrator around the peak of the force, [s].
+        integrator: Schemes, accuracies and steps of Drake's simulator.
         faults: Faults of sensors and arm; none by default.
-        known: Memory with which every observer begins, as JSON text (``format_memory``); empty for no experience.
-        ledger: Path or URL of the lasting memory to which every simulated trial is appended; empty for none.
         learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
             is flagged either way.
     """
@@ -114,24 +167,8 @@ class Settings:
     posterior_log_period: Annotated[
         Annotated[float, _PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
     ] = None
-    integration_scheme: Annotated[str, _SCHEME, Setting("", _INTEGRATION)] = "radau3"
-    accuracy: Annotated[float, _ACCURACY, Setting("1", _INTEGRATION)] = 1e-4
-    stiff_accuracy: Annotated[
-        float,
-        _ACCURACY,
-        Setting(
-            "1",
-            "the step of torque in each control period starts a transient that decays before it moves anything; "
-            "resolving it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
-        ),
-    ] = 1e-3
-    max_step_size: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1
-    contact_scheme: Annotated[str, _SCHEME, Setting("", _CONTACT)] = "implicit_euler"
-    contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
-    contact_max_step_size: Annotated[float, _STEP, Setting("s", _CONTACT)] = 1e-4
+    integrator: Integrator = Integrator()
     faults: Faults = NO_FAULTS
-    known: str = ""
-    ledger: str = ""
     learns_from_outliers: Annotated[bool, Setting("", "Bayes' rule (docs/decisions/0016-faults-and-surprise.md)")] = (
         True
     )
@@ -147,32 +184,6 @@ class Settings:
         if isinstance(self.noise, WeberNoise) and self.noise.threshold == 0.0:
             problem = "is 0, must be more than 0: a joint without torque would be felt exactly"
             raise BadArgumentError("Settings", "noise.threshold", problem)
-
-    @property
-    def simulator(self) -> SimulatorConfig:
-        """Drake's simulator configuration."""
-        return _configure(self.integration_scheme, self.accuracy, self.max_step_size)
-
-    @property
-    def stiff_simulator(self) -> SimulatorConfig:
-        """Drake's simulator configuration for an arm that damping brings to rest within a control period."""
-        return _configure(self.integration_scheme, self.stiff_accuracy, self.max_step_size)
-
-    @property
-    def contact_simulator(self) -> SimulatorConfig:
-        """Drake's simulator configuration while a tool may touch a nail."""
-        return _configure(self.contact_scheme, self.contact_accuracy, self.contact_max_step_size)
-
-    @property
-    def second_touch_simulator(self) -> SimulatorConfig:
-        """Drake's simulator configuration from a second touch of the nail on, when long steps suffice again."""
-        return _configure(self.contact_scheme, self.contact_accuracy, self.max_step_size)
-
-
-def _configure(integration_scheme: str, accuracy: float, max_step_size: float) -> SimulatorConfig:
-    return SimulatorConfig(
-        integration_scheme=integration_scheme, accuracy=accuracy, max_step_size=max_step_size, use_error_control=True
-    )
 
 
 DEFAULT_SETTINGS = Settings()

@@ -10,17 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import KindMemory, start_memory
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import GateSettings, KindSettings
-from affordance.belief.learner import Learner, Pick
+from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import HeldObject, MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain
 from affordance.objects.appearance import Appearance, PartAppearance
 from affordance.objects.colour import Colour
@@ -68,22 +67,6 @@ def parse_memory(text: str | bytes) -> MaterialMemory | KindMemory:
     except (ValueError, RecursionError) as error:
         raise BadValueError("memory", "", f"is not JSON: {error}") from error
     return build_memory(Path("memory"), content)
-
-
-def begin_memory(known: str, learner: Learner, seed: Seed, kappa: float | None = None) -> Memory:
-    """Returns the memory with which an observer begins: that of a JSON text, or without experience if it is empty.
-
-    The memory of another learner, or a seed that is not one, raises a BadArgumentError, a text that is no memory a
-    BadValueError.
-    """
-    start = start_memory(learner, seed, kappa)
-    if not known:
-        return start
-    memory = parse_memory(known)
-    if not isinstance(memory, type(start)):
-        problem = f"is the memory of another learner, must be that of {learner.value}"
-        raise BadArgumentError("Settings", "known", problem)
-    return memory
 
 
 def _format_kinds(memory: KindMemory) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from affordance.files.model_folder import MODELS
 from affordance.memory.same_colours import SameColours, join_colours
 from affordance.named_settings import Changes, change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
-from affordance.objects.materials import Material
+from affordance.objects.materials import MATERIALS, Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.robots.importer import AXES, ImportOptions, parse_values
 from affordance.robots.robot import Robot
@@ -91,10 +91,13 @@ def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> N
 
 
 def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> "Setup":
-    """Reads the setup of an experiment from the options of ``add_run_options``, with changed settings by name."""
+    """Reads the setup of an experiment from the options of ``add_run_options``, with changed settings by name.
+
+    With ``--memory`` its one observer begins with a lasting memory.
+    """
     from affordance.simulations.observers import Setup  # here, as commands without an experiment need not wait for it
 
-    return Setup(
+    setup = Setup(
         observers=arguments.repeats,
         seed=arguments.seed,
         jobs=arguments.jobs,
@@ -102,6 +105,11 @@ def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) ->
         out=arguments.out,
         settings=change_settings(Settings(arm=robot.directives), changes),
     )
+    if not hasattr(arguments, "memory"):
+        return setup
+    materials = load_materials(robot.folder / MATERIALS.name) if arguments.same_colour else {}
+    pairs = read_same_colours(arguments, materials)
+    return setup.remember_in(arguments.memory, pairs) if arguments.memory else setup
 
 
 def add_set(

@@ -6,7 +6,6 @@ import socket
 import sys
 import webbrowser
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,8 +98,6 @@ class _Show:
         parts = [*known.values(), *(part.looks_like for tool in self.tools for part in tool.components)]
         self.scene = LiveScene(self.settings.arm, {part.colour: part.name.replace("_", " ") for part in parts})
         self.runner = TrialRunner(self.settings, display=self.scene.add_to)
-        # What is not held teaches nothing, and is not remembered.
-        self.doer = TrialRunner(replace(self.settings, ledger=""), display=self.scene.add_to)
 
     def run(self) -> None:
         """Presents all objects and does what visitors wish, until an interruption."""
@@ -126,7 +123,9 @@ class _Show:
         self.trial += 1
         simulator.AdvanceTo(self.duration)
         if not self.scene.is_wanted:
-            self.memory = finish(trial, simulator, tool).memory
+            record = finish(trial, simulator, tool)
+            self.setup.remember(record)
+            self.memory = record.memory
             self.scene.announce("felt", tool, self.memory)
         return self.scene.take_wish()
 
@@ -141,16 +140,16 @@ class _Show:
         held = self.grips[option.grip]
         self.scene.announce(f"chosen by {option.grip.replace('_', ' ')}", held, self.memory, follows=False)
         if isinstance(self.task, Reach):
-            trial = self.doer.get_diagram(self.task.duration, held)
+            trial = self.runner.get_diagram(self.task.duration, held)
             following = self.task.begin(trial.model, held.p_TTfree)
             self.scene.draw_path(following.list_places(np.linspace(0.0, self.task.duration, 50)))
-            simulator = self.doer.prepare(trial, held, following, self.memory, (self.setup.seed, 1, self.trial))
+            simulator = self.runner.prepare(trial, held, following, self.memory, (self.setup.seed, 1, self.trial))
             simulator.AdvanceTo(self.task.duration)
         else:
             assert isinstance(cost, BlowCost)  # as built by a Hammer
             model = ArmModel(load_arm(self.settings.arm))
             strike = plan_strike(cost, self.task, model, held.parameters, self.settings)
-            run_blow(self.doer, held, strike, self.memory, seed=(self.setup.seed, 1, self.trial))
+            run_blow(self.runner, held, strike, self.memory, seed=(self.setup.seed, 1, self.trial))
         return self.scene.take_wish()
 
 

@@ -11,17 +11,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import JOBS, REPEATS, check_kind, check_seed, check_whole
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.memory_file import format_memory
-from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError
+from affordance.exceptions import AffordanceError, InfeasibleError, SeeingError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.files.atomic import remove_leftovers
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS, import_study
-from affordance.memory.ledger import has_memory, open_memory
-from affordance.memory.same_colours import SameColours
-from affordance.memory.summary import recall_with_objects
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -94,8 +89,6 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     changes: Changes = NO_CHANGES,
-    memory: str = "",
-    same_colours: SameColours = (),
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
@@ -112,15 +105,11 @@ def run_suite(
         faults: Names of the faults to switch on, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that runs the repeats; None for processes of this machine.
         changes: Settings that differ from their defaults, by name: ``{"learner": "kinds_map"}``.
-        memory: Path or URL of a lasting memory, with which the observer begins and to which its trials are appended;
-            empty for none. It is of one observer, and root and number of its trials determine the random draws.
-        same_colours: Pairs of colours that two cameras see differently; of each, the second, which must be in the
-            memory, is read as the first.
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
         BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written. Or a memory is given for several observers or learners, or nothing would be felt.
+            nothing was written.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
@@ -130,10 +119,6 @@ def run_suite(
     repeats, jobs = check_whole("repeats", repeats, REPEATS), check_whole("jobs", jobs, JOBS)
     check_folder(out)  # before planning, which takes minutes
     settings = Settings(arm=models / ARM.name)
-    if memory:
-        if repeats != 1:
-            raise BadValueError("--repeats", "", f"is {repeats}, must be 1 with a memory, which is of one observer")
-        settings, seed = begin_with(settings, memory, seed, changes, same_colours)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
@@ -188,38 +173,7 @@ def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Sett
     experiment = load_experiment(name, models, seed, settings, changes)
     if experiment.settings.faults.stuck_joint:  # which the arm must have
         experiment.settings.faults.find_stuck(load_arm(experiment.settings.arm).joint_names)
-    if settings.ledger:
-        _check_remembers(experiment, change_settings(settings, changes))
     return experiment
-
-
-def begin_with(
-    settings: Settings, memory: str, seed: int, changes: Changes, same_colours: SameColours = ()
-) -> tuple[Settings, int]:
-    """Returns the settings of an observer that begins with a lasting memory, and the root of its random draws.
-
-    The number of remembered trials is added to the root, so that no error of measurement is drawn again.
-    """
-    changed = change_settings(settings, changes)
-    if not has_memory(memory) and not same_colours:  # it is made by the first trial, if there is one
-        return replace(settings, known=format_memory(start_memory(changed.learner, seed)), ledger=memory), seed
-    with open_memory(memory, create=False) as ledger:
-        known = format_memory(recall_with_objects(ledger, changed.learner, changed.prior, seed, same_colours))
-        return replace(settings, known=known, ledger=memory), seed + len(ledger)
-
-
-def _check_remembers(experiment: Experiment, settings: Settings) -> None:
-    """Raises a BadValueError unless the one observer holds something, and learns as the recalled memory does."""
-    means = getattr(experiment, "means", None)
-    if experiment.name == "vision" or (means is not None and means.is_closed_form):
-        raise BadValueError("--memory", "", f"has no effect on {experiment.name}, in which nothing is felt")
-    learners = getattr(experiment, "learners", (experiment.settings.learner,))
-    if tuple(learners) != (settings.learner,):
-        names = ", ".join(learner.value for learner in learners)
-        problem = f"is of the learner {settings.learner.value}, {experiment.name} has {names} (--learner)"
-        raise BadValueError("--memory", "", problem)
-    if experiment.settings.prior != settings.prior:
-        raise BadValueError("--memory", "", f"is recalled with another prior than {experiment.name} has (--set)")
 
 
 class _Attempts:

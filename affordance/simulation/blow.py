@@ -132,13 +132,13 @@ def run_blow(
     monitor = BlowMonitor(trial.arm.plant, tool.name)
     simulator.set_monitor(monitor)
     touch, leave = strike.contact
-    _advance(simulator, settings.simulator, touch)
-    _advance(simulator, settings.contact_simulator, leave)
+    _advance(simulator, settings.integrator.free, touch)
+    _advance(simulator, settings.integrator.contact, leave)
     # A tool that catches on the nail on its way back stalls the integrator of an undamped arm (0013).
     monitor.stops_at_touch = True
-    if not _advance(simulator, settings.simulator, duration + END_MARGIN):
+    if not _advance(simulator, settings.integrator.free, duration + END_MARGIN):
         monitor.stops_at_touch = False
-        _advance(simulator, settings.second_touch_simulator, duration + END_MARGIN)
+        _advance(simulator, settings.integrator.second_touch, duration + END_MARGIN)
     record = finish(trial, simulator, tool)
     return record, read_nail_record(trial, simulator.get_context(), strike.placement)
 

@@ -60,7 +60,7 @@ def run_clamp_and_release(
     arm.clamp.release(plant_context)
     arm.set_payload(plant_context, tool.parameters)
     trial.estimator.forget(trial.estimator.GetMyMutableContextFromRoot(context))
-    config = runner.settings.simulator
+    config = runner.settings.integrator.free
     config.start_time = context.get_time()  # or the clock would be set back
     ApplySimulatorConfig(config, simulator)
     record = finish(trial, simulator, tool)

@@ -85,7 +85,7 @@ class TrialDiagram:
     @property
     def simulator(self) -> SimulatorConfig:
         """Drake's simulator configuration for this arm."""
-        return self.settings.stiff_simulator if self.is_stiff else self.settings.simulator
+        return self.settings.integrator.stiff if self.is_stiff else self.settings.integrator.free
 
 
 def build_trial_diagram(

@@ -11,11 +11,10 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
-from affordance.belief.memory_file import begin_memory
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.task import Task
 from affordance.exceptions import name_object
-from affordance.memory.ledger import open_memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
@@ -80,7 +79,7 @@ class TrialRunner:
         Raises:
             BadArgumentError: The seed is not a seed.
         """
-        return begin_memory(self.settings.known, self.settings.learner, seed)
+        return start_memory(self.settings.learner, seed)
 
     def get_diagram(
         self,
@@ -218,14 +217,10 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
 
 
 def finish(trial: TrialDiagram, simulator: Simulator, tool: Tool) -> TrialRecord:
-    """Advances a trial to its end, at which the memory learns, and reads its record; a lasting memory learns too."""
+    """Advances a trial to its end, at which the memory learns, and reads its record."""
     simulator.AdvanceTo(trial.duration + END_MARGIN)
     simulator.AdvancePendingEvents()
-    record = _read_record(trial, simulator.get_context(), tool)
-    if trial.settings.ledger and (evidence := record.evidence) is not None:
-        with open_memory(trial.settings.ledger) as ledger:
-            ledger.append([evidence])
-    return record
+    return _read_record(trial, simulator.get_context(), tool)
 
 
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:

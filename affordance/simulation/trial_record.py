@@ -7,17 +7,12 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.files.html_table import build_table
-from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
-from affordance.plant.arm import name_robot
-from affordance.plant.load import load_arm
-from affordance.plant.serial_chain import recognise_arm
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import SampleCounts
 from affordance.proprioception.torque_noise import NoiseModel
 from affordance.simulation.posterior_log import LoggedPosterior
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.systems import measure_geometry
 
 
 class Percept(NamedTuple):
@@ -89,28 +84,6 @@ class TrialRecord(NamedTuple):
             ("memory", repr(self.memory)),
         ]
         return [*facts, ("overloaded", ", ".join(self.overloaded))] if self.overloaded else facts
-
-    @property
-    def evidence(self) -> TrialEvidence | None:
-        """Evidence for a lasting memory; None if nothing was felt, or by a noise model of the user's own."""
-        percept = self.percept
-        if percept is None or type(percept.noise) not in FELT_MODELS.values():
-            return None
-        num_parts = len(percept.features)
-        return TrialEvidence(
-            object_name=percept.object_name,
-            parts=tuple(part.appearance for part in percept.features),
-            geometry=measure_geometry(percept.features, range(num_parts), num_parts),
-            model=percept.noise,
-            features=percept.statistics.features,
-            num_samples=percept.statistics.num_samples,
-            num_joints=percept.num_joints,
-            robot=name_robot(percept.arm),
-            fingerprint=recognise_arm(load_arm(percept.arm)),
-            log_evidence=self.log_evidence,
-            p_value=self.p_value,
-            source="simulated",
-        )
 
     @property
     def is_outlier(self) -> bool:

@@ -162,8 +162,11 @@ def hold(
     memory = memory.add_colours(colours, setup.settings.prior).restrict_to(colours)
     runner = get_runner(setup.settings)
     seeds = [(setup.seed, observer, Stream.TEST, trial) for trial in range(len(tools))]
-    pairs = zip(tools, seeds, strict=True)
-    return memory, [runner.run_hold(tool, memory, duration=DURATION, seed=seed) for tool, seed in pairs]
+    records = []
+    for tool, seed in zip(tools, seeds, strict=True):
+        records.append(runner.run_hold(tool, memory, duration=DURATION, seed=seed))
+        setup.remember(records[-1])
+    return memory, records
 
 
 def observe(setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int) -> xr.Dataset:

@@ -78,6 +78,7 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[int],
     memories, records = [memory], []
     for trial, index in enumerate(order):
         records.append(hand.hold(tools[index], (setup.seed, observer, trial)))
+        setup.remember(records[-1])
         memories.append(hand.memory)
     return order, memories, records
 

@@ -11,13 +11,17 @@ import numpy as np
 import xarray as xr
 
 from affordance.arrays import Arrays
-from affordance.belief.memory_file import begin_memory
+from affordance.belief.kind_memory import start_memory
 from affordance.belief.object_belief import Memory
+from affordance.exceptions import BadValueError
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
+from affordance.memory.same_colours import SameColours
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.trial_record import TrialRecord
+from affordance.simulations.lasting_memory import LastingMemory, recall_lasting
 
 # Observer of which figures, motions and the replay show every detail.
 OBSERVER_SHOWN = 0
@@ -36,6 +40,8 @@ class Setup:
         models: Folder with arm, materials, tools, paths and tasks.
         out: Folder of the results of all experiments.
         settings: Settings of all simulations.
+        lasting: Memory in a file with which the one observer begins, and to which what it feels is added; see
+            ``remember_in``.
     """
 
     observers: int = 200
@@ -44,6 +50,7 @@ class Setup:
     models: Path = MODELS
     out: Path = Path("results")
     settings: Settings = DEFAULT_SETTINGS
+    lasting: LastingMemory | None = None
 
     def change(self, **settings: Any) -> "Setup":
         """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""
@@ -51,8 +58,27 @@ class Setup:
 
     def start_memory(self, observer: int) -> Memory:
         """Returns the memory with which an observer begins."""
-        seed = (self.seed, observer, Stream.KINDS)
-        return begin_memory(self.settings.known, self.settings.learner, seed)
+        if self.lasting is not None:
+            return self.lasting.recall()
+        return start_memory(self.settings.learner, (self.seed, observer, Stream.KINDS))
+
+    def remember(self, record: TrialRecord) -> None:
+        """Adds what was felt in a trial to the lasting memory, if there is one."""
+        if self.lasting is not None:
+            self.lasting.append(record)
+
+    def remember_in(self, place: Path | str, same_colours: SameColours = ()) -> "Setup":
+        """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
+
+        The number of remembered trials is added to the seed, so that no error of measurement is drawn again. Settings
+        must not be changed afterwards, as the learner's belief depends on them. Arguments and errors are those of
+        ``recall_lasting``; a BadValueError is also raised for several observers.
+        """
+        if self.observers != 1:
+            problem = f"is {self.observers}, must be 1 with a memory, which is of one observer"
+            raise BadValueError("--repeats", "", problem)
+        lasting = recall_lasting(str(place), self.settings, self.seed, same_colours)
+        return replace(self, lasting=lasting, seed=self.seed + lasting.trials)
 
 
 def run_observers(
@@ -78,7 +104,7 @@ def run_observers(
         unit: Noun for an observer in the progress bar.
         count: Number of observers; None for that of the setup.
     """
-    given = [setup.seed, setup.settings, inputs if follows_from is None else follows_from]
+    given = [setup.seed, setup.settings, setup.lasting, inputs if follows_from is None else follows_from]
     functions = [observe, *(each for each in inputs if callable(each))]
     key = compute_key(given, list_arm_files(setup.settings.arm), functions=functions)
     arrays = run_repeats(

@@ -130,6 +130,7 @@ def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Memor
     memories, records = [memory], []
     for trial, tool in enumerate(tools):
         records.append(hand.hold(tool, seed=(setup.seed, observer, trial)))
+        setup.remember(records[-1])
         memories.append(hand.memory)
     return memories, records
 

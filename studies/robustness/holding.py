@@ -151,7 +151,7 @@ def _find_motions(
 def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Array) -> Array:
     """Height of an object's centre, (N,), [m], held by one who believes densities, (M,)."""
     memory = MaterialMemory.from_densities(dict(zip(colours, densities.tolist(), strict=True)))
-    runner = get_runner(replace(world.settings, integration_scheme=_HOLD_SCHEME))
+    runner = get_runner(replace(world.settings, integrator=replace(world.settings.integrator, scheme=_HOLD_SCHEME)))
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 

@@ -118,7 +118,7 @@ def _finish_diagram(
         plant_context = arm.plant.GetMyMutableContextFromRoot(context)
         arm.set_payload(plant_context, tool.parameters)
         simulator = Simulator(diagram, context)
-        ApplySimulatorConfig(settings.simulator, simulator)
+        ApplySimulatorConfig(settings.integrator.free, simulator)
         times, states = starts
         for start, end, x in zip(times, [*times[1:], duration], states, strict=True):
             context.SetTime(start)

@@ -15,7 +15,7 @@ from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.settings import Settings
+from affordance.settings import Integrator, Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
 
@@ -53,17 +53,20 @@ def measure() -> Iterator[list[str]]:
     """Measures every scheme at every accuracy; yields rows of a table."""
     experiment = load_hold_experiment("weight")
     reference, _ = run_trials(
-        experiment, dataclasses.replace(experiment.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
+        experiment,
+        dataclasses.replace(experiment.settings, integrator=Integrator(scheme="runge_kutta5", accuracy=1e-11)),
     )
     control_period = experiment.settings.control_period
     cases = [(scheme, accuracy, control_period) for scheme in SCHEMES for accuracy in ACCURACIES]
-    cases += [(experiment.settings.integration_scheme, experiment.settings.accuracy, step) for step in MAX_STEPS]
+    cases += [
+        (experiment.settings.integrator.scheme, experiment.settings.integrator.accuracy, step) for step in MAX_STEPS
+    ]
     given_up: set[str] = set()
     for scheme, accuracy, step in cases:
         if scheme in given_up:
             continue
         settings = dataclasses.replace(
-            experiment.settings, integration_scheme=scheme, accuracy=accuracy, max_step_size=step
+            experiment.settings, integrator=Integrator(scheme=scheme, accuracy=accuracy, max_step=step)
         )
         records, wall = run_trials(experiment, settings)
         errors = [

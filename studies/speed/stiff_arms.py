@@ -19,7 +19,7 @@ from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffness
 from affordance.plant.load import load_arm
-from affordance.settings import Settings
+from affordance.settings import Integrator, Settings
 from affordance.simulation.trial import TrialRunner
 
 HEADER = ["arm", "tick over M/D", "torque", "accuracy", "error (rad)", "ticks limited", "times real time"]
@@ -35,8 +35,7 @@ def hold(models: Path, accuracy: float, *, holds_torque: bool) -> tuple[Array, i
     """
     settings = dataclasses.replace(
         Settings(arm=models / ARM.name),
-        accuracy=accuracy,
-        stiff_accuracy=accuracy,
+        integrator=Integrator(accuracy=accuracy, stiff_accuracy=accuracy),
         log_period=Settings().control_period,
     )
     tool = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))[3]

@@ -58,7 +58,11 @@ NUM_STARTS = 12
 SHIFTS = np.linspace(-1e-3, 1e-3, NUM_STARTS)
 # The reference hardly depends on the start: radau3 finds the same from all.
 REFERENCE = ("implicit_euler", 1e-6, 1e-5)
-CHOSEN = (SETTINGS.contact_scheme, SETTINGS.contact_accuracy, SETTINGS.contact_max_step_size)
+CHOSEN = (
+    SETTINGS.integrator.contact_scheme,
+    SETTINGS.integrator.contact_accuracy,
+    SETTINGS.integrator.contact_max_step,
+)
 # Wall time after which a blow, and with it the setting, is given up, [s].
 PATIENCE = 10.0
 # Patience for the reference, and for simulations without the controller, [s].
@@ -107,8 +111,8 @@ def prepare_starts(
 def configure(scheme: str, accuracy: float, max_step: float) -> SimulatorConfig:
     """Returns the default configuration during possible contact, with another integrator."""
     return dataclasses.replace(
-        SETTINGS, contact_scheme=scheme, contact_accuracy=accuracy, contact_max_step_size=max_step
-    ).contact_simulator
+        SETTINGS.integrator, contact_scheme=scheme, contact_accuracy=accuracy, contact_max_step=max_step
+    ).contact
 
 
 def strike_nail(start: Start, config: SimulatorConfig, patience: float = PATIENCE) -> tuple[Blow, Context] | None:

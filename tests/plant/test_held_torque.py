@@ -95,7 +95,7 @@ def test_only_a_stiff_arm_is_simulated_with_the_accuracy_for_stiff_arms(tmp_path
     settings = Settings(arm=write_damped_arm(tmp_path, {"wrist_deviation": 3.0}))
     stiff = build_trial_diagram(settings, 1.0)
     assert stiff.is_stiff
-    assert stiff.simulator.accuracy == settings.stiff_accuracy
+    assert stiff.simulator.accuracy == settings.integrator.stiff_accuracy
     plain = build_trial_diagram(Settings(), 1.0)
     assert not plain.is_stiff
-    assert plain.simulator.accuracy == settings.accuracy
+    assert plain.simulator.accuracy == settings.integrator.accuracy

@@ -5,7 +5,7 @@ import pytest
 from helpers.two_tools import REACH, STEEL, STICK, WOOD
 
 from affordance.choice.motion_cost import measure_cost
-from affordance.settings import DEFAULT_SETTINGS
+from affordance.settings import DEFAULT_SETTINGS, Integrator
 from affordance.simulation.rollout import Rollout, roll_out
 
 
@@ -26,7 +26,9 @@ def tool():
 def rollout(tool):
     """Rollout integrated more exactly than in the experiments, so that no error of the integrator remains."""
     densities = {WOOD: 720.0, STEEL: 7850.0}
-    return roll_out(tool, REACH, densities, dataclasses.replace(DEFAULT_SETTINGS, accuracy=1e-8))
+    return roll_out(
+        tool, REACH, densities, dataclasses.replace(DEFAULT_SETTINGS, integrator=Integrator(accuracy=1e-8))
+    )
 
 
 def compute_energies(arm, tool, record):

@@ -18,7 +18,7 @@ from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
-from affordance.settings import DEFAULT_SETTINGS
+from affordance.settings import DEFAULT_SETTINGS, Integrator
 from affordance.simulation.diagram import build_trial_diagram
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_features
@@ -97,7 +97,9 @@ def test_logged_motion_is_consistent(runner, weight):
 
 def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight, arm):
     """Energy gained in every tick is tau . (q_k - q_k-1) to 1e-6 of the largest work, with a row logged a tick."""
-    settings = dataclasses.replace(weight.settings, log_period=weight.settings.control_period, accuracy=1e-8)
+    settings = dataclasses.replace(
+        weight.settings, log_period=weight.settings.control_period, integrator=Integrator(accuracy=1e-8)
+    )
     tool = weight.tools[0]
     record = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=0.5, seed=(0,))
     context = arm.plant.CreateDefaultContext()
@@ -285,7 +287,7 @@ def test_diagrams_are_freed(weight):
 def test_accuracy_chosen_is_that_of_a_far_tighter_reference(weight):
     """Heights agree to 0.01 mm with an accuracy of 1e-10 in the largest drop (see studies/speed/convergence.py)."""
     tool = weight.tools[0]
-    tight = dataclasses.replace(weight.settings, integration_scheme="runge_kutta5", accuracy=1e-10)
+    tight = dataclasses.replace(weight.settings, integrator=Integrator(scheme="runge_kutta5", accuracy=1e-10))
     heights = [
         TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=1.0, seed=(0,)).height_centre
         for settings in (weight.settings, tight)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.memory_file import begin_memory, format_memory
+from affordance.belief.kind_memory import start_memory
+from affordance.belief.memory_file import format_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.files.model_files import list_arm_files
@@ -26,7 +27,7 @@ def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], lis
 
     A colour that was not recognised with certainty is forgotten after its trial; the rest of the update is kept.
     """
-    start = begin_memory(config.settings.known, config.settings.learner, (config.seed, repeat, Stream.KINDS))
+    start = start_memory(config.settings.learner, (config.seed, repeat, Stream.KINDS))
     memory = start.add_colours(config.colours, config.settings.prior).restrict_to(config.colours)
     observer = Observer(get_runner(config.settings), memory, duration=config.duration, remembered=config.colours)
     memories: list[Memory] = [memory]

@@ -11,10 +11,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array, Arrays
-from affordance.belief.kind_memory import KAPPA, count_kinds
+from affordance.belief.kind_memory import KAPPA, count_kinds, start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import begin_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
@@ -176,7 +175,7 @@ class PresentationExperiment(Experiment):
             drawn = [each for each in drawn if each.block]
             memory = recall(experience, repeat, experience.num_trials)  # which has the colours of its objects only
             return self.means.present(self, self._add_colours(memory), drawn, repeat)
-        memory = begin_memory(self.settings.known, self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
+        memory = start_memory(self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
         if self.told:
             memory = MaterialMemory.from_densities(dict(self.told))
         if not self.means.is_closed_form:  # which reports the densities of all colours
