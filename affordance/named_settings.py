@@ -144,7 +144,7 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
 
 
 def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    """Describes an unknown name: by its present name if it is a former one, else with the settings of the same group or else the nearest name."""
+    """Describes an unknown name: by its present name if it had another, else with its group or the nearest name."""
     if name in FORMER:
         return f"is now {FORMER[name]}"
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
