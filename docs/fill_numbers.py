@@ -4,9 +4,10 @@ A number in a page stands between two comments, which a reader of the rendered p
 
     <!--=reach: p_correct[1]; .2f-->0.64<!--/-->
 
-They name a folder of results, an expression over its ``metrics.json``, and a format of Python, without bars, which
-would end the cell of a table. Values are kept in ``docs/numbers.json`` with the run that they are from, so that a
-test can compare the pages with them without results.
+They name a folder of results, a place in its ``metrics.json`` as Python would write it, and a format of Python, without
+bars, which would end the cell of a table. A format that ends in %, cm or mm shows a value in that unit. Values are kept
+in ``docs/numbers.json`` with the run that they are from, so that a test can compare the pages with them without
+results.
 """
 
 import json
@@ -17,11 +18,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.files.atomic import write_json, write_text
-from affordance.reporting.expressions import evaluate
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "numbers.json"
-_MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<expression>[^|;]+?); (?P<format>[^|;>]+?)-->(?P<text>.*?)<!--/-->")
+_MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<place>[^|;]+?); (?P<format>[^|;>]+?)-->(?P<text>.*?)<!--/-->")
+_STEP = re.compile(r"\[(-?\d+)\]|\[\"([^\"]+)\"\]|\.?(\w+)")
+# Factors from SI by the unit in which a format ends.
+_SCALES = {"%": 100.0, "cm": 100.0, "mm": 1000.0}
 # Entries of a run that are kept with its values.
 _RUN = ("repeats", "seed", "commit", "finished")
 
@@ -32,20 +35,35 @@ class Mark(NamedTuple):
     Attributes:
         page: Page, relative to the repository.
         folder: Folder of results.
-        expression: Expression over the folder's metrics.
-        format: Format of Python, with a percent sign for a hundredfold value without its sign.
+        place: Place in the folder's metrics.
+        format: Format of Python, and the unit in which the value is shown, without its name.
         text: Text of the page.
     """
 
     page: str
     folder: str
-    expression: str
+    place: str
     format: str
     text: str
 
     def show(self, value: Any) -> str:
         """Formats a value."""
-        return f"{100.0 * value:{self.format[:-1]}}" if self.format.endswith("%") else f"{value:{self.format}}"
+        for unit, scale in _SCALES.items():
+            if self.format.endswith(unit):
+                return f"{scale * value:{self.format.removesuffix(unit)}}"
+        return f"{value:{self.format}}"
+
+    def find(self, metrics: Mapping[str, Any]) -> Any:
+        """Finds the value in the metrics of its folder; none there, or a place of another form, ends the program."""
+        value: Any = metrics
+        if "".join(step[0] for step in _STEP.finditer(self.place)) != self.place:
+            sys.exit(f'{self.page}: {self.place} is no place such as tools["stick"]["p_correct"][1]')
+        for index, key, name in _STEP.findall(self.place):
+            try:
+                value = value[int(index)] if index else value[key or name]
+            except (LookupError, TypeError):
+                sys.exit(f"{self.page}: {self.folder}: {self.place}: there is no such number")
+        return value
 
 
 def list_pages() -> list[Path]:
@@ -61,7 +79,7 @@ def list_marks() -> Iterator[Mark]:
 
 
 def read_kept() -> dict[str, Any]:
-    """Values by folder and expression, with the runs that they are from."""
+    """Values by folder and place, with the runs that they are from."""
     kept: dict[str, Any] = json.loads(KEPT.read_text(encoding="utf-8"))
     return kept
 
@@ -79,10 +97,10 @@ def collect(results: Path, kept: Mapping[str, Any]) -> dict[str, Any]:
             if None not in (before, now) and now != before:  # those of `make run` are fewer
                 sys.exit(f"{path}: is of {now} repeats, the pages are of {before}: run with --repeats {before}")
             entry["run"] = run | {"affordance": metrics.get("versions", {}).get("affordance")}
-            entry["values"][mark.expression] = evaluate(mark.expression, metrics)
+            entry["values"][mark.place] = mark.find(metrics)
         else:
             entry["run"] = kept[mark.folder]["run"]
-            entry["values"][mark.expression] = kept[mark.folder]["values"][mark.expression]
+            entry["values"][mark.place] = kept[mark.folder]["values"][mark.place]
     return found
 
 
@@ -97,9 +115,9 @@ def fill(kept: Mapping[str, Any]) -> list[str]:
 
         def put(match: re.Match[str], name: str = name) -> str:
             mark = Mark(name, **match.groupdict())
-            shown = mark.show(kept[mark.folder]["values"][mark.expression])
+            shown = mark.show(kept[mark.folder]["values"][mark.place])
             if shown != mark.text:
-                changed.append(f"{mark.page}: {mark.folder}: {mark.expression}: {mark.text} -> {shown}")
+                changed.append(f"{mark.page}: {mark.folder}: {mark.place}: {mark.text} -> {shown}")
             return match[0][: match.start("text") - match.start()] + shown + "<!--/-->"
 
         filled = _MARK.sub(put, text)

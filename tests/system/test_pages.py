@@ -20,9 +20,9 @@ def test_numbers_of_the_pages_are_those_of_the_results():
     kept, marks = fill_numbers.read_kept(), list(fill_numbers.list_marks())
     assert marks
     for mark in marks:
-        assert mark.text == mark.show(kept[mark.folder]["values"][mark.expression]), mark
-    named = {(mark.folder, mark.expression) for mark in marks}
-    assert named == {(folder, expression) for folder in kept for expression in kept[folder]["values"]}
+        assert mark.text == mark.show(kept[mark.folder]["values"][mark.place]), mark
+    named = {(mark.folder, mark.place) for mark in marks}
+    assert named == {(folder, place) for folder in kept for place in kept[folder]["values"]}
 
 
 def test_names_that_pages_import_exist():
@@ -56,7 +56,7 @@ def test_results_are_of_this_version_but_for_those_that_say_so():
     assert earlier == OF_AN_EARLIER_VERSION, f"{versions}: make numbers, then name in this test what is left"
     pages = {(mark.folder, mark.page) for mark in fill_numbers.list_marks() if mark.folder in earlier}
     for folder, page in pages:
-        marks = {mark.expression: mark.text for mark in fill_numbers.list_marks() if mark[:2] == (page, folder)}
+        marks = {mark.place: mark.text for mark in fill_numbers.list_marks() if mark[:2] == (page, folder)}
         assert marks.get('versions["affordance"]') == versions[folder], (
             f"{page} does not say which version {folder} is of"
         )
