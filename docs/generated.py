@@ -41,7 +41,6 @@ _FORMATS = {
     "nail.yaml, or another file of `kind: hammer`": "affordance.choice.hammer.HammerEntry",
     "tasks/carry.yaml, or another file of `kind: carry`": "affordance.choice.carry.CarryEntry",
     "tasks/hold.yaml, or another file of `kind: hold`": "affordance.choice.keep.KeepEntry",
-    "protocols/*.yaml": "affordance.protocols.protocol.Protocol",
     "RUN.yaml, which describes the recording RUN.csv": "affordance.identification.recording.run_entry.RunEntry",
     "The payload on a controller, of `--claimed`": "affordance.identification.payload_formats.PayloadEntry",
     "gains.yaml, which `identify` writes and `--gains` reads": "affordance.identification.evidence.gains._GainsEntry",
