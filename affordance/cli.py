@@ -10,7 +10,7 @@ import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn, Protocol, TextIO, cast
+from typing import Any, NoReturn, Protocol, TextIO, cast, override
 
 from affordance.commands.study import FORMER
 from affordance.drake.system_libraries import provide_libraries
@@ -144,7 +144,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}", file=sys.stderr)
         return 2
     handler = logging.StreamHandler()
-    handler.setFormatter(_ShownFormatter("%(message)s"))
+    handler.setFormatter(ShownFormatter("%(message)s"))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
     try:
         if name not in _FREE:
@@ -173,15 +173,16 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 2
 
 
-class _ShownFormatter(logging.Formatter):
-    """Formatter of log messages without characters that would not be seen."""
+class ShownFormatter(logging.Formatter):
+    """Formatter of log messages that replaces invisible characters."""
 
+    @override
     def format(self, record: logging.LogRecord) -> str:
         return show_text(super().format(record), PROSE)
 
 
 class _ShownOutput:
-    """Standard output in which characters that would not be seen, as in names of files, are replaced."""
+    """Standard output that replaces invisible characters, as in names of files."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

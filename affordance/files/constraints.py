@@ -165,7 +165,7 @@ class Text(Constraint):
 
 @dataclass(frozen=True)
 class OneLine(Text):
-    """Constraint on a text: a name in one line, all of whose characters are seen."""
+    """Constraint on a text: a name in one line of visible characters."""
 
     longest: int = 200
 
