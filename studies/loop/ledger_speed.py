@@ -46,7 +46,7 @@ def measure_ledger(count: int) -> dict[str, float]:
             first = make_trials(0, min(_BATCH, count))
             ledger.append(first)
             ledger.recall()
-            for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch"):
+            for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch", disable=None):
                 ledger.append(make_trials(start, min(_BATCH, count - start)))
             times = [_time_recall(ledger) for _ in range(_RECALLS)]
             more = make_trials(count, _SINGLE)

@@ -54,7 +54,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
             names, columns = _collect_states(path, read(storages, topic, JOINT_STATES), is_current=is_current)
             if wrench_topic:
                 columns |= _collect_wrenches(columns["time"], read(storages, wrench_topic, WRENCHES))
-    except BadValueError:
+    except (BadValueError, MemoryError):
         raise
     except Exception as error:  # the libraries raise any exception on a damaged bag
         raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
