@@ -193,7 +193,7 @@ def _run(words: Sequence[str], program: str) -> int:
 
 
 def describe_import_error(error: ImportError) -> str:
-    """Describes a library that cannot be loaded in one line; raises the error again if it is a part of the program."""
+    """Describes a library that cannot be loaded in one line; raises the error again for a part of the program."""
     if (error.name or "").partition(".")[0] in ("affordance", "studies"):
         raise error
     if any(sign in str(error) for sign in _NO_MEMORY):

@@ -3,6 +3,7 @@
 import argparse
 import os
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -82,9 +83,9 @@ def test_reader_that_goes_ends_a_command_quietly(children, words):
     assert (child.returncode, err) == (141, "")
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 def test_output_that_cannot_be_written_is_one_line(children):
-    with open("/dev/full", "w", encoding="utf-8") as full:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
         child = children([sys.executable, "-m", "affordance", "settings"], stdout=full)
         _, err = child.communicate()
     assert (child.returncode, err) == (2, "affordance: No space left on device\n")
