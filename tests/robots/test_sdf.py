@@ -18,8 +18,8 @@ from affordance.robots.report import list_dropped
 
 TIP = ImportOptions("grip")
 INF = math.inf
-# Pieces of the file: end of the joint tilt, inertia of the link wrist, pose of the inertia of the link upper, and type
-# and limits of the joint bend.
+# Pieces of the file: end of the joint tilt, inertia of the link wrist, pose of the inertia of the link upper, and
+# type and limits of the joint bend.
 TILT = '</axis></joint>\n<joint name="bend"'
 WRIST = "<inertia><ixx>0.001</ixx><iyy>0.001</iyy><izz>0.001</izz></inertia>"
 POSE = "<pose>0.2 0 0 0.1 0 0</pose>"
