@@ -1,7 +1,7 @@
 """Costs of a blow from a table of swings, against kinetic energies that are computed by hand.
 
-A swing of tip speed v costs the work E = m v^2 and fixed multiples of it, m being a tool's first parameter; its second
-one is the effective mass at the tip. So work, torques and wrench are known at any speed.
+A swing of tip speed v costs the work E = m v^2 and fixed multiples of it, where m is a tool's first parameter; its
+second one is the effective mass at the tip. So work, torques and wrench are known at any speed.
 """
 
 import dataclasses
