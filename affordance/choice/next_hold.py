@@ -129,7 +129,9 @@ def advise_hold(
     plan: tuple[str, ...] = ()
     planned = np.zeros(0)
     if looks_ahead and not stop and not check:
-        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), CERTAIN, least)
+        # What no option can do stays so, whatever is held.
+        certain = np.array([CERTAIN if each.is_possible else 0.0 for each in open_decisions])
+        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), certain, least)
     return HoldAdvice(
         ranked,
         tuple(open_decisions),
