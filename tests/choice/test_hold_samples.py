@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from helpers.two_tools import STEEL, STICK, WOOD
 from scipy.spatial.transform import Rotation
+from scipy.stats import norm
 
-from affordance.belief.density_belief import DensityBelief
+from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import FeltObject
-from affordance.choice.hold_samples import HoldSamples, Suspicion
+from affordance.choice.hold_samples import ODD, HoldSamples, Suspicion
 from affordance.choice.listed_options import list_options
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.eye import measure_drawing
@@ -55,9 +56,10 @@ def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=
 
 
 @pytest.mark.parametrize("colours", [(WOOD, STEEL), (STEEL, WOOD)])
-def test_own_densities_of_an_object_that_was_felt_scatter_as_bayes_rule_says(colours, monkeypatch):
-    """To 3 % of standard deviations, together with the materials' means, in whatever order they were felt."""
-    samples = sample({"stick": feel(colours)}, monkeypatch)
+@pytest.mark.parametrize("step", [1, -1])
+def test_own_densities_of_an_object_that_was_felt_scatter_as_bayes_rule_says(colours, step, monkeypatch):
+    """To 3 % of standard deviations, together with the materials' means, whatever the order of what is felt or seen."""
+    samples = sample({"stick": feel(colours)}, monkeypatch, parts={"stick": PARTS["stick"][::step]})
     found = np.hstack([samples.mu, samples.draw_own("stick")])
     mean, covariance = condition()
     sds = np.sqrt(np.diag(covariance))
@@ -129,3 +131,64 @@ def test_geometry_in_a_grip_is_that_of_the_body_moved_there(monkeypatch):
         np.testing.assert_allclose(other[0], one[0], rtol=1e-12)
         expected = X_TG[:3, :3].T @ (one[1:4] - np.outer(X_TG[:3, 3], one[0]))
         np.testing.assert_allclose(other[1:4], expected, rtol=1e-9, atol=1e-18)
+
+
+# Two planks of which each is felt to 1 kg/m^3, so far apart that one of them may be odd; a prior far from zero.
+PLANKS, LIKELY = {"light": 6000.0, "dense": 13000.0}, Prior(mode=9000.0, sd=1000.0, deviation_sd=1500.0)
+
+
+def believe(*densities):
+    """Mean and variance of wood after exactly felt planks, from the prior: each errs by the deviation."""
+    precision = 1.0 / LIKELY.sd**2 + len(densities) / LIKELY.deviation_sd**2
+    return (LIKELY.mode / LIKELY.sd**2 + sum(densities) / LIKELY.deviation_sd**2) / precision, 1.0 / precision
+
+
+def suspect():
+    """Samples of wood, of which both planks were felt."""
+    felt = {}
+    for name, density in PLANKS.items():
+        own = Likelihood(np.eye(1), np.array([density]), 0.0)
+        shared = np.eye(1) / LIKELY.deviation_sd**2
+        felt[name] = FeltObject((WOOD,), own, own._replace(precision=shared, information_vector=shared[0] * density))
+    mean, variance = believe(*PLANKS.values())
+    memory = MaterialMemory((WOOD,), DensityBelief.from_moments(np.array([mean]), np.array([[variance]])))
+    parts = {name: PARTS["stick"][:1] for name in PLANKS}
+    settings = replace(DEFAULT_SETTINGS, prior=LIKELY)
+    return HoldSamples(memory, parts, felt, settings, np.random.default_rng(0))
+
+
+def weigh():
+    """Odds by Bayes' rule that one of the planks is odd: its density as of any material, or given the other plank."""
+    odds = []
+    for odd, other in (PLANKS.values(), reversed(PLANKS.values())):
+        mean, variance = believe(other)
+        strange = norm.pdf(odd, LIKELY.mode, np.hypot(LIKELY.sd, LIKELY.deviation_sd))
+        odds.append(ODD / (1.0 - ODD) * strange / norm.pdf(odd, mean, np.sqrt(variance + LIKELY.deviation_sd**2)))
+    return odds
+
+
+def test_an_object_is_odd_by_the_evidence_of_its_own_densities():
+    found = suspect().suspicions
+    assert [each.weight for each in found] == pytest.approx(weigh(), rel=1e-3)
+    for each, other in zip(found, reversed(PLANKS.values()), strict=True):
+        mean, variance = believe(other)
+        assert (each.belief.untruncated_mean[0], each.belief.covariance[0, 0]) == pytest.approx((mean, variance))
+
+
+@pytest.mark.parametrize("left_out", [None, 0, 1])
+def test_samples_are_of_all_hypotheses_by_their_probability(left_out):
+    """None, the light or the dense plank is odd, and then tells nothing of wood; nor does one that is left out."""
+    samples = suspect()
+    samples.suspicions = [
+        each._replace(weight=weight) for each, weight in zip(samples.suspicions, (0.5, 1.0), strict=True)
+    ]
+    light, dense = PLANKS.values()
+    told = {None: ((light, dense), (dense,), (light,)), 0: ((dense,), (dense,), ()), 1: ((light,), (), (light,))}
+    moments = [believe(*planks) for planks in told[left_out]]
+    shares = np.array([1.0, 0.5, 1.0]) / 2.5
+    mean = shares @ [mean for mean, _ in moments]
+    variance = shares @ [variance + m**2 for m, variance in moments] - mean**2
+    suspicion = None if left_out is None else samples.suspicions[left_out]
+    mu = samples.draw(40_000, suspicion).mu[:, 0]
+    assert mu.mean() == pytest.approx(mean, abs=0.03 * np.sqrt(variance))
+    assert mu.var() == pytest.approx(variance, rel=0.03)
