@@ -37,6 +37,6 @@ def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
 
 
 def limit_steps(database: sqlite3.Connection) -> None:
-    """Ends queries after seconds with an OperationalError, as pages of a hostile file may form a circle."""
+    """Ends queries after seconds with an OperationalError: a hostile file may have pages that never end."""
     checks = itertools.count()
     database.set_progress_handler(lambda: next(checks) > _MOST_STEPS // _CHECKED, _CHECKED)
