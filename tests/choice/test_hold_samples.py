@@ -58,7 +58,7 @@ def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=
 @pytest.mark.parametrize("colours", [(WOOD, STEEL), (STEEL, WOOD)])
 @pytest.mark.parametrize("step", [1, -1])
 def test_own_densities_of_an_object_that_was_felt_scatter_as_bayes_rule_says(colours, step, monkeypatch):
-    """To 3 % of standard deviations, together with the materials' means, whatever the order of what is felt or seen."""
+    """To 3 % of standard deviations, together with the means of materials, in any order of parts."""
     samples = sample({"stick": feel(colours)}, monkeypatch, parts={"stick": PARTS["stick"][::step]})
     found = np.hstack([samples.mu, samples.draw_own("stick")])
     mean, covariance = condition()
@@ -152,7 +152,7 @@ def suspect():
         felt[name] = FeltObject((WOOD,), own, own._replace(precision=shared, information_vector=shared[0] * density))
     mean, variance = believe(*PLANKS.values())
     memory = MaterialMemory((WOOD,), DensityBelief.from_moments(np.array([mean]), np.array([[variance]])))
-    parts = {name: PARTS["stick"][:1] for name in PLANKS}
+    parts = dict.fromkeys(PLANKS, PARTS["stick"][:1])
     settings = replace(DEFAULT_SETTINGS, prior=LIKELY)
     return HoldSamples(memory, parts, felt, settings, np.random.default_rng(0))
 
