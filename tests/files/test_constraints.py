@@ -40,7 +40,7 @@ def test_names_of_a_file_are_checked_but_for_empty_ones():
 @pytest.mark.parametrize("value", [10**400, -(10**400)])
 @pytest.mark.parametrize("bound", [Within(0.0, 1.0), Within(), Length(1e-4, 1.0), Whole(1, 9), Whole()])
 def test_integers_beyond_all_doubles_are_refused(bound, value):
-    with pytest.raises(BadArgumentError, match="must be (from|finite|at least)"):
+    with pytest.raises(BadArgumentError, match=r"must be (from|finite|at least)"):
         run_check("number", bound.check, value)
 
 
