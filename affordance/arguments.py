@@ -6,6 +6,7 @@ raises a BadArgumentError that names argument, value and bound.
 
 import enum
 import math
+import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,9 +19,9 @@ from affordance.files.constraints import SEEDS, OneOf, Whole, Within, run_check
 
 type Seed = int | tuple[int, ...]
 
-# Bounds of numbers that commands and functions share: larger values are assumed to be mistakes.
-REPEATS = Whole(1, 1_000_000)
-JOBS = Whole(1, 4096)
+# Bounds of numbers that commands and functions share, by what they cost (SECURITY.md).
+REPEATS = Whole(1, 100_000)
+JOBS = Whole(1, max(16, 4 * (os.cpu_count() or 1)))  # a process takes 0.4 GB
 # Largest rounding error of the entries of a rotation matrix, 1.
 _ROTATION_TOLERANCE = 1e-6
 # Largest rounding difference of equal entries, relative to the largest entry, 1.

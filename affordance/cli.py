@@ -8,9 +8,10 @@ import argparse
 import contextlib
 import importlib
 import logging
+import os
 import sys
 from collections.abc import Sequence
-from typing import Any, NoReturn, Protocol, TextIO, cast
+from typing import Any, NoReturn, Protocol, TextIO, cast, override
 
 from affordance.commands.study import FORMER
 from affordance.drake.system_libraries import provide_libraries
@@ -41,11 +42,19 @@ COMMANDS = {
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Commands that need no library of the system.
-_FREE = ("tutorials", "doctor")
+_FREE = ("doctor",)
+# What the dynamic loader says if it has no memory for a library.
+_NO_MEMORY = ("failed to map segment", "annot allocate memory")
+# Exit status as of a process that SIGPIPE ended.
+_NO_READER = 141
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Argument parser whose errors are one line, without the usage in front."""
+    """Argument parser whose errors are one line, without the usage in front; options must be written in full."""
+
+    def __init__(self, *, prog: str, description: str | None = None, add_help: bool = True) -> None:
+        """Declares no options yet, except ``--help``."""
+        super().__init__(prog=prog, description=description, add_help=add_help, allow_abbrev=False)
 
     def error(self, message: str) -> NoReturn:
         """Prints an error and exits with status 2."""
@@ -126,9 +135,36 @@ class Command(Protocol):
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
     """Runs a command, by default that of this process, and returns the exit status; messages begin with ``program``.
 
-    The status is 0, 2 for invalid input, 3 if some of the work could not be done, or 130 after an interruption.
+    The status is 0, 2 for invalid input, 3 if some of the work could not be done, 130 after an interruption, or 141
+    if whoever reads the output has gone.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        try:
+            return _run(words, program)
+        finally:
+            if sys.stdout is not None:
+                sys.stdout.flush()  # here, where a failure can still be answered
+    except AffordanceError as error:
+        problem = str(error)
+    except KeyboardInterrupt:
+        print(f"{program}: interrupted; the same command continues where it stopped", file=sys.stderr)
+        return 130
+    except MemoryError as error:
+        problem = describe_memory_error(error)
+    except ImportError as error:  # a library that is missing, or that the loader finds no memory for
+        problem = describe_import_error(error)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        return _NO_READER
+    except OSError as error:  # a full disk, a removed folder
+        problem = describe_system_error(error)
+    print(f"{program}: {problem}", file=sys.stderr)
+    return 2
+
+
+def _run(words: Sequence[str], program: str) -> int:
+    """Runs the command that the words name, and returns the exit status."""
     if words and words[0] in EXPERIMENTS:
         words = ["run", *words]
     if words and words[0] in FORMER:
@@ -139,49 +175,53 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     if words[0] == "--version":
         print(f"{program} {__version__}")
         return 0
-    name = words[0]
+    name, *words = words
     if name not in COMMANDS:
-        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}", file=sys.stderr)
-        return 2
+        raise AffordanceError(f"the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}")
     handler = logging.StreamHandler()
-    handler.setFormatter(_ShownFormatter("%(message)s"))
+    handler.setFormatter(ShownFormatter("%(message)s"))
     logging.basicConfig(handlers=[handler], level=logging.WARNING)
-    try:
-        if name not in _FREE:
-            provide_libraries()
-        words = words[1:]
-        if name == "study" and words and not words[0].startswith("-"):
-            study = import_study(words[0])  # a command with its own line of help
-            command: Command = study
-            name, description, words = f"study {words[0]}", study.HELP, words[1:]
-        else:
-            command, description = load_command(name), COMMANDS[name]
-        logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
-        parser = OneLineParser(prog=f"{program} {name}", description=description)
-        command.add_arguments(parser)
-        chosen = parser.parse(words)
-        with contextlib.redirect_stdout(cast(TextIO, _ShownOutput(sys.stdout))):
-            return command.run(chosen)
-    except AffordanceError as error:
-        print(f"{program}: {error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print(f"{program}: interrupted; the same command continues where it stopped", file=sys.stderr)
-        return 130
-    except OSError as error:  # a full disk, a removed folder
-        print(f"{program}: {describe_system_error(error)}", file=sys.stderr)
-        return 2
+    if name not in _FREE:
+        provide_libraries()
+    if name == "study" and words and not words[0].startswith("-"):
+        study = import_study(words[0])  # a command with its own line of help
+        command: Command = study
+        name, description, words = f"study {words[0]}", study.HELP, words[1:]
+    else:
+        command, description = load_command(name), COMMANDS[name]
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
+    parser = OneLineParser(prog=f"{program} {name}", description=description)
+    command.add_arguments(parser)
+    chosen = parser.parse(words)
+    with contextlib.redirect_stdout(cast(TextIO, _ShownOutput(sys.stdout))):
+        return command.run(chosen)
 
 
-class _ShownFormatter(logging.Formatter):
-    """Formatter of log messages without characters that would not be seen."""
+def describe_import_error(error: ImportError) -> str:
+    """Describes a library that cannot be loaded in one line; raises the error again for a part of the program."""
+    if (error.name or "").partition(".")[0] in ("affordance", "studies"):
+        raise error
+    if any(sign in str(error) for sign in _NO_MEMORY):
+        return describe_memory_error(error)
+    return f"a library cannot be loaded ({' '.join(str(error).split())}); affordance doctor says what works here"
 
+
+def describe_memory_error(error: Exception) -> str:
+    """Describes a lack of memory in one line."""
+    found = " ".join(str(error).split())
+    return f"memory ran out{f' ({found})' if found else ''}; fewer --jobs, or smaller settings and files, take less"
+
+
+class ShownFormatter(logging.Formatter):
+    """Formatter of log messages that replaces invisible characters."""
+
+    @override
     def format(self, record: logging.LogRecord) -> str:
         return show_text(super().format(record), PROSE)
 
 
 class _ShownOutput:
-    """Standard output in which characters that would not be seen, as in names of files, are replaced."""
+    """Standard output that replaces invisible characters, as in names of files."""
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

@@ -24,9 +24,10 @@ from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.vision.features import FeatureSource, VisionError
 
-_PERIOD = Within(1e-4, 60.0)
-_ACCURACY = Within(1e-12, 1.0)
-_STEP = Within(1e-9, 10.0)
+# Bounds of what a simulation takes: times and memory at each are in SECURITY.md.
+_PERIOD, _POSTERIOR_PERIOD = Within(1e-4, 60.0), Within(0.01, 60.0)
+_ACCURACY = Within(1e-11, 1.0)
+_STEP, _CONTACT_STEP = Within(1e-4, 10.0), Within(1e-5, 10.0)
 _SCHEME = OneOf(tuple(GetIntegrationSchemes()))
 _INTEGRATION = "chosen by the table of docs/decisions/0007-integration.md"
 _CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
@@ -60,7 +61,7 @@ class Integrator:
     max_step: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1
     contact_scheme: Annotated[str, _SCHEME, Setting("", _CONTACT)] = "implicit_euler"
     contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
-    contact_max_step: Annotated[float, _STEP, Setting("s", _CONTACT)] = 1e-4
+    contact_max_step: Annotated[float, _CONTACT_STEP, Setting("s", _CONTACT)] = 1e-4
 
     def __post_init__(self) -> None:
         """Checks all fields; one of the wrong kind or out of bounds raises a BadArgumentError."""
@@ -165,7 +166,7 @@ class Settings:
     ] = 0.1
     log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; affects no result")] = 0.01
     posterior_log_period: Annotated[
-        Annotated[float, _PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
+        Annotated[float, _POSTERIOR_PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
     ] = None
     integrator: Integrator = Integrator()
     faults: Faults = NO_FAULTS

@@ -48,6 +48,11 @@ class BlowCost:
         """Joint angles at the start, (num_joints,), [rad]; there are none where no swing strikes the nail."""
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
+    @property
+    def num_periods(self) -> int:
+        """Number of control periods of all swings, which are held in memory."""
+        return sum(each.num_periods for each in self.motions)
+
     def find_speed(self, pi: Array, force: float | None = None) -> Array:
         """Computes the tip speed, (S,), [m/s], for a peak force, [N], or that demanded, aiming slightly above it."""
         aim = np.array(AIM * (self.force if force is None else force))

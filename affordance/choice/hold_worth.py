@@ -199,16 +199,16 @@ class Outlook:
         best = max(worths, key=lambda pair: worths[pair], default=None)
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
-    def look_ahead(self, names: Sequence[str], certain: float, least: float) -> tuple[tuple[str, ...], Array]:
+    def look_ahead(self, names: Sequence[str], certain: Array, least: float) -> tuple[tuple[str, ...], Array]:
         """Adds to the next holds, one at a time, the object that makes all of them worth most together.
 
-        It ends when all choices are certain, of that probability of being the best, or a further hold adds less than
-        the least worth. Returns the names of all holds in their order, at most a few, and the probability of being
-        the best that each choice is expected to have after them, (D,).
+        It ends when every choice has the probability of being the best, (D,), from which it is certain, or a further
+        hold adds less than the least worth. Returns the names of all holds in their order, at most a few, and the
+        probability of being the best that each choice is expected to have after them, (D,).
         """
         order = list(names)
         worth = self._measure(order)
-        while worth.p_best_after.min() < certain and len(order) < _MOST_AHEAD:
+        while (worth.p_best_after < certain).any() and len(order) < _MOST_AHEAD:
             others = {name: self._measure([*order, name]) for name in self._felt if name not in order}
             name = max(others, key=lambda each: others[each].total, default="")
             if not name or others[name].total - worth.total <= least:

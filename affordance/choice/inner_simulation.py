@@ -3,7 +3,7 @@
 The motions planned once for each option give the cost of the task at any density drawn from the belief.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -14,7 +14,7 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.tool import PosedShape
@@ -22,6 +22,9 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.systems import measure_geometry
+
+# Most control periods of the motions of all options, 170 bytes each, and most samples of all options, 200 bytes each.
+_MOST_PERIODS, _MOST_SAMPLES = 5_000_000, 5_000_000
 
 
 class OptionCost(Protocol):
@@ -68,7 +71,30 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
     the arm cannot be loaded, a ModelFileError.
     """
     model = ArmModel(load_arm(settings.arm))
-    return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
+    costs = (task.build_cost(model, option.gripped, settings) for option in options)
+    return Choice(options, collect_costs(costs, settings), settings)
+
+
+def collect_costs(costs: Iterable[OptionCost], settings: Settings) -> list[OptionCost]:
+    """Plans the costs of options one by one; raises a BadArgumentError if their motions would not fit into memory."""
+    found: list[OptionCost] = []
+    total = 0
+    for cost in costs:
+        found.append(cost)
+        total += getattr(cost, "num_periods", 0)  # tasks of a user's own may have no motion
+        if total > _MOST_PERIODS:
+            problem = f"is {settings.control_period:g} s: motions with {len(found)} options take {total} periods"
+            raise BadArgumentError("settings", "control_period", f"{problem}, must take at most {_MOST_PERIODS}")
+    return found
+
+
+def check_num_samples(num_samples: int, num_objects: int, what: str = "options") -> None:
+    """Raises a BadArgumentError for more samples of several options than are held in memory."""
+    most = _MOST_SAMPLES // num_objects
+    if num_samples > most:
+        raise BadArgumentError(
+            "num_samples", "", f"is {num_samples}, must be at most {most} for {num_objects} {what}"
+        )
 
 
 class Choice:
@@ -95,6 +121,7 @@ class Choice:
 
     def draw(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Draws:
         """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
+        check_num_samples(num_samples, len(self.options))
         memory, geometries = self._recognise(memory)
         joint = memory.belief.add_object_variation(self.settings.prior.deviation_sd, len(self._features))
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._features), -1)

@@ -20,7 +20,7 @@ from affordance.choice.hold_worth import (
     measure_information,
     measure_worth,
 )
-from affordance.choice.inner_simulation import Choice
+from affordance.choice.inner_simulation import Choice, check_num_samples
 from affordance.choice.pricing import GripBounds, price_options
 from affordance.choice.ranking import NO_OPTION, find_taken
 from affordance.exceptions import AffordanceError
@@ -39,7 +39,7 @@ _HOLDABLE = 0.05
 _NEGLIGIBLE = 1e-4
 # Samples with which a choice is looked at again as if an object were odd.
 _NUM_DOUBTED = 500
-_SAMPLES = Whole(100, 1_000_000)
+_SAMPLES = Whole(100, 100_000)
 
 
 class Question(NamedTuple):
@@ -96,6 +96,7 @@ def advise_hold(
     if not questions:
         raise AffordanceError("nothing is to be decided, must be at least one task")
     offered = {option.object_name: option.features for each in questions for option in each.choice.options}
+    check_num_samples(num_samples, len(candidates) + sum(len(each.choice.options) for each in questions), "objects")
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
     samples = HoldSamples(memory, objects, dict(felt or {}), settings, np.random.default_rng(seed)).draw(num_samples)
     decisions = [_decide(question, samples, criterion, bounds) for question in questions]
@@ -129,7 +130,9 @@ def advise_hold(
     plan: tuple[str, ...] = ()
     planned = np.zeros(0)
     if looks_ahead and not stop and not check:
-        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), CERTAIN, least)
+        # What no option can do stays so, whatever is held.
+        certain = np.array([CERTAIN if each.is_possible else 0.0 for each in open_decisions])
+        plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), certain, least)
     return HoldAdvice(
         ranked,
         tuple(open_decisions),

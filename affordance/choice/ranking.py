@@ -36,7 +36,7 @@ NO_OPTION = -1
 # An option is usable if it is feasible with at least this probability, unless another is given: the risk of one in
 # twenty of the 95 % intervals used throughout.
 MIN_FEASIBILITY = 0.95
-_NUM_SAMPLES = Whole(1, 1_000_000)
+_NUM_SAMPLES = Whole(1, 100_000)
 
 
 class RankedOption(NamedTuple):

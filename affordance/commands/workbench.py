@@ -85,7 +85,7 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
     """Checks what the options of a choice have in common, before a robot is opened; returns the gripper's bounds."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
-    check_whole("--samples", arguments.samples, Whole(fewest_samples, 1_000_000))
+    check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
     return _read_grip_bounds(arguments)
 
 

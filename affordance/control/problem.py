@@ -27,7 +27,7 @@ class MpcSettings(CheckedFields):
         Setting("s", "one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983)"),
     ] = 0.24
     num_steps: Annotated[
-        int, Whole(1, 10_000), Setting("1", "steps of four control periods (docs/decisions/0005-controller.md)")
+        int, Whole(1, 400), Setting("1", "steps of four control periods (docs/decisions/0005-controller.md)")
     ] = 12
     goal_weight: Annotated[
         float,

@@ -71,7 +71,7 @@ class TimedPath:
         """
         points = np.array(self.points)
         for size in sizes:
-            for pace in paces:
+            for pace in (each for each in paces if self.duration * each <= _DURATION.high):
                 for mirrored in (False, True):
                     placed = size * points * (_MIRROR if mirrored else 1.0)
                     words = [f"{size:g} times as large"] if size != 1.0 else []

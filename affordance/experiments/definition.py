@@ -72,6 +72,10 @@ class Experiment(ABC):
         """Returns the number of repeats for a number of observers."""
         return observers
 
+    def check_repeats(self, repeats: int) -> None:
+        """Raises a BadValueError for more observers than the results of can be held in memory."""
+        return None
+
     def plan(self, jobs: int) -> Any:
         """Plans and simulates what all observers share; a file that cannot be carried out raises a BadValueError."""
         return None

@@ -45,6 +45,7 @@ def predict_protocol(experiment: Experiment, out: Path, *, repeats: int, jobs: i
         raise BadValueError(experiment.section, "observers.told", problem)
     if len(experiment.learners) < 2:
         experiment = experiment.with_learners(tuple(Learner))
+    experiment.check_repeats(repeats)
     folder = prepare_folder(out / experiment.name)
     _, arrays = run_observers(experiment, None, folder, repeats=repeats, jobs=jobs)
     values = sort_by_number(experiment.compute_of_observers(arrays), experiment.learners)

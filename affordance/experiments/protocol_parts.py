@@ -30,6 +30,7 @@ from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects, find_file
 from affordance.protocols.people import People, check_table
 from affordance.protocols.people_tables import load_people_lifts, load_published
+from affordance.protocols.presentations import count_presentations
 from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
@@ -39,6 +40,8 @@ from affordance.vision.features import FeatureSource
 type Told = tuple[tuple[Colour, float], ...]
 
 # Settings that have a key of their own in ``observers``.
+# Most rows of the logs of an observer's motions, of some 600 bytes each.
+_MOST_ROWS = 2_000_000
 _OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
 
 
@@ -96,7 +99,30 @@ def load_paths(protocol: Protocol, path: Path, models: Path, settings: Settings)
             file = find_file(block.do.reach.path, f"blocks[{index}].do.reach.path", path, models)
             paths[index] = load_path(file)
             check_start(file, "start", paths[index].start, load_arm(settings.arm))
+            try:
+                check_duration(paths[index].duration, settings)
+            except BadArgumentError as error:
+                raise BadValueError(file, "duration", error.problem) from error
     return paths
+
+
+def check_logs(
+    path: Path,
+    blocks: Sequence[BlockEntry],
+    objects: ProtocolObjects,
+    paths: Mapping[int, TimedPath],
+    settings: Settings,
+) -> None:
+    """Raises a BadValueError if an observer's motions would take too much memory: their logs are kept to its end."""
+    seconds = sum(
+        count_presentations(block, objects.groups) * (paths[i].duration if i in paths else block.do.duration)
+        for i, block in enumerate(blocks)
+    )
+    most = _MOST_ROWS * settings.log_period
+    if seconds > most:
+        problem = f"hold objects for {seconds:g} s in all, must for at most {most:g} s at a log_period of"
+        problem = f"{problem} {settings.log_period:g} s"
+        raise BadValueError(path, "blocks", problem)
 
 
 def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolObjects) -> People:

@@ -17,6 +17,7 @@ from affordance.experiments.protocol_parts import (
     apply_observers,
     check_colours_known,
     check_durations,
+    check_logs,
     check_one_course,
     check_several_grips,
     check_suits_closed_form,
@@ -145,6 +146,7 @@ def build_presentations(
         quantiles = {entry.quantile for entry in numbers if entry.measure is Measure.DENSITY}
     else:
         paths = load_paths(protocol, path, models, settings)
+        check_logs(path, protocol.blocks, objects, paths, settings)
         check_one_course(path, protocol.blocks)
         chooser = None
         if protocol.novel is not None:  # whose tasks decide what is held

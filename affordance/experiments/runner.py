@@ -66,7 +66,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         steps["seen"] = lambda: save_figure(
             draw_camera_views_of(experiment.tools_observed, experiment.seed), folder, "seen"
         )
-    for name, step in tqdm(steps.items(), desc=f"{experiment.name}: files", unit="file"):
+    for name, step in tqdm(steps.items(), desc=f"{experiment.name}: files", unit="file", disable=None):
         try:
             step()
         except UnavailableError as error:

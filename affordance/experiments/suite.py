@@ -130,6 +130,8 @@ def run_suite(
             _find_name(name), partial(_load_fitted, name, models, seed, settings, changes), InfeasibleError
         )
     ]
+    for experiment in experiments:
+        experiment.check_repeats(repeats)
     try:
         with use_cluster(cluster, models) if cluster is not None else nullcontext():
             planned = [

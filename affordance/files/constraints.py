@@ -97,7 +97,7 @@ class Length(Within):
 
     @override
     def _suggest(self, value: float) -> str:
-        metres = 1e-3 * min(value, 1e9)
+        metres = 1e-3 * max(-1e9, min(value, 1e9))  # integers of 400 digits would overflow
         return f"; {metres:g} if mm were meant" if self.low <= metres <= self.high else ""
 
 
@@ -119,7 +119,7 @@ class Whole(Within):
     @override
     def _suggest(self, value: float) -> str:
         nearest = self.low if value < self.low else self.high
-        return "" if math.isnan(value) else f"; the nearest is {nearest:.12g}"
+        return "" if value != value else f"; the nearest is {nearest:.12g}"
 
 
 # Seeds of random draws, as of NumPy.
@@ -165,7 +165,7 @@ class Text(Constraint):
 
 @dataclass(frozen=True)
 class OneLine(Text):
-    """Constraint on a text: a name in one line, all of whose characters are seen."""
+    """Constraint on a text: a name in one line of visible characters."""
 
     longest: int = 200
 

@@ -60,7 +60,7 @@ def read_triangles(path: Path) -> Triangles:
         if path.suffix.lower() == ".obj":
             geometries.reverse()  # trimesh 5.2 lists the last piece first
         parts = [_take(geometry) for geometry in geometries]
-    except BadValueError:
+    except (BadValueError, MemoryError):
         raise
     except Exception as error:  # parsers raise all kinds of errors on corrupt files
         raise BadValueError(path, "", f"is no readable {path.suffix[1:].upper()} file: {error}") from error

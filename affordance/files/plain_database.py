@@ -1,5 +1,6 @@
 """Check of SQLite files from others: plain tables without views, triggers or computed columns."""
 
+import itertools
 import re
 import sqlite3
 from contextlib import closing
@@ -7,6 +8,8 @@ from pathlib import Path
 
 from affordance.exceptions import BadValueError
 
+# Most instructions of SQLite's virtual machine, some ten per row, and how many it runs between two checks.
+_MOST_STEPS, _CHECKED = 500_000_000, 100_000
 _VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 
 
@@ -18,6 +21,7 @@ def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
     options = "mode=ro&immutable=1" if is_immutable else "mode=ro"
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?{options}", uri=True)) as database:
+            limit_steps(database)
             entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
             tables = [name for kind, name, sql in entries if kind == "table" and not _VIRTUAL.match(sql or "")]
             calculated = [
@@ -30,3 +34,9 @@ def check_plain_tables(path: Path, what: str, *, is_immutable: bool) -> None:
     others = [name for kind, name, _ in entries if kind != "index" and name not in tables]
     if programs := [*others, *calculated]:
         raise BadValueError(path, "", f"calculates {programs[0]!r}, must be a database of plain tables")
+
+
+def limit_steps(database: sqlite3.Connection) -> None:
+    """Ends queries after seconds with an OperationalError: a hostile file may have pages that never end."""
+    checks = itertools.count()
+    database.set_progress_handler(lambda: next(checks) > _MOST_STEPS // _CHECKED, _CHECKED)

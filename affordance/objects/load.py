@@ -1,6 +1,6 @@
 """Reader of tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -40,6 +40,8 @@ _OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like")
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
+# Most parts of all tools: the time of a joint belief grows with their cube.
+_MOST_PARTS = 200
 # Files of tools and of held objects, in the folder workshop/ of the models.
 _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
@@ -262,7 +264,14 @@ def build_tools(
             tools[entry.name] = Tool(entry.name, components, grips)
         except BadArgumentError as error:
             raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
+        check_parts(path, key, tools.values())
     return tuple(tools.values())
+
+
+def check_parts(path: Path, key: str, tools: Iterable[Tool]) -> None:
+    """Raises a BadValueError for tools with too many parts, whose densities are believed together."""
+    if (count := sum(len(tool.components) for tool in tools)) > _MOST_PARTS:
+        raise BadValueError(path, key, f"have {count} parts in all, must have at most {_MOST_PARTS}")
 
 
 def _add_strike(

@@ -12,7 +12,7 @@ from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.constraints import Name, OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, join_key
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
-from affordance.objects.load import build_tools, load_tools
+from affordance.objects.load import build_tools, check_parts, load_tools
 from affordance.objects.materials import ColourText, Material, MaterialEntry, load_materials
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
@@ -145,6 +145,7 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
         tools = load_tools(source, materials)
     tools += build_tools(path, f"{key}.tools", entry.tools or [], materials, path.parent)
     tools += tuple(each.build() for each in entry.cylinders or [])
+    check_parts(path, key, tools)
     names = [tool.name for tool in tools]
     if twice := {name for name in names if names.count(name) > 1}:
         raise BadValueError(path, key, f"has two objects called {min(twice)!r}, each must have its own name")

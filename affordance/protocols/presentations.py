@@ -8,14 +8,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import ActionEntry, BlockEntry, GradualEntry
 from affordance.protocols.number_entries import OF_OBJECTS, Measure
 from affordance.protocols.object_entries import ProtocolObjects
 
-# Largest number of presentations of a block: a hundred times those of Linear+ (Cesanek et al. 2021), an hour's work.
+# Most presentations of a protocol: a hundred times those of Linear+ (Cesanek et al. 2021), an hour's work.
 _MOST = 20_000
 # Measures that need a simulated motion.
 _OF_MOTION = frozenset(
@@ -43,7 +43,7 @@ class Presentation:
     cycle: int = 1
 
 
-def _count(block: BlockEntry, groups: Mapping[str, Sequence[int]]) -> int:
+def count_presentations(block: BlockEntry, groups: Mapping[str, Sequence[int]]) -> int:
     """Counts the presentations of a block, the same for every observer; a choice presents nothing."""
     return 0 if block.do.choose is not None else len(groups[block.objects]) * block.repetitions * block.times
 
@@ -51,11 +51,8 @@ def _count(block: BlockEntry, groups: Mapping[str, Sequence[int]]) -> int:
 def draw_presentations(
     block: BlockEntry, index: int, objects: ProtocolObjects, rng: np.random.Generator, repeat: int
 ) -> list[Presentation]:
-    """Draws the presentations of a block, at most _MOST, to an observer, whose number is a row of a Latin square."""
+    """Draws the presentations of a block to an observer, whose number is a row of a Latin square."""
     group = list(objects.groups[block.objects])
-    if (count := _count(block, objects.groups)) > _MOST:
-        problem = f"presents {len(group)} objects {block.repetitions} times, {block.times} in a row: {count} in all"
-        raise AffordanceError(f"blocks[{index}]: {problem}, must be at most {_MOST}")
     before = [] if block.first is None else list(objects.groups[block.first])
     others = [tool for tool in group if tool not in before]
     presentations = []
@@ -103,8 +100,10 @@ def check_blocks(path: Path, blocks: Sequence[BlockEntry], objects: ProtocolObje
     """Refuses blocks that contradict their objects, with a BadValueError.
 
     A group that comes first, or an object whose weight changes, must be among the objects of its block; the weight
-    must change, and imply a possible density.
+    must change, and imply a possible density. All blocks together present at most _MOST objects.
     """
+    if (count := sum(count_presentations(block, objects.groups) for block in blocks)) > _MOST:
+        raise BadValueError(path, "blocks", f"present {count} objects in all, must present at most {_MOST}")
     for index, block in enumerate(blocks):
         if block.do.choose is not None:
             continue
@@ -168,7 +167,7 @@ class Layout(NamedTuple):
 
 def lay_out(blocks: Sequence[BlockEntry], groups: Mapping[str, Sequence[int]], *, is_closed_form: bool) -> Layout:
     """Lays out the measured presentations of a protocol; blocks of choices present nothing."""
-    counts = [_count(block, groups) if block.measured else 0 for block in blocks]
+    counts = [count_presentations(block, groups) if block.measured else 0 for block in blocks]
     return Layout(tuple(blocks), np.repeat(np.arange(len(blocks)), counts), is_closed_form)
 
 

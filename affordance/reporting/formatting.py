@@ -57,7 +57,7 @@ def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> s
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
     """Formats rows of cells as lines, columns two spaces apart; those whose numbers are in ``right`` to the right.
 
-    Characters that would not be seen, or change the lines, are replaced.
+    Invisible characters, and line ends within a cell, are replaced.
     """
     rows = [[show_text(cell) for cell in row] for row in rows]
     widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]

@@ -106,6 +106,8 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
     except BadValueError as error:
         appearance.remarks.append(f"the mesh {file.name} cannot be read (it {error.problem})")
         return []
+    except MemoryError:
+        raise
     except Exception as error:  # loaders raise all kinds of errors for damaged files
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []

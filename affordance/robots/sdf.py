@@ -84,7 +84,11 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(find_text(mimic, "multiplier") or mimic.get("multiplier"), f"{key}.mimic", 1.0),
             numbers.parse_one(find_text(mimic, "offset") or mimic.get("offset"), f"{key}.mimic", 0.0),
         )
-    lower, upper = (None, None) if joint.get("type") == "continuous" else (take_bound("lower"), take_bound("upper"))
+    lower, upper = take_bound("lower"), take_bound("upper")
+    if joint.get("type") == "continuous":  # unlimited, whatever its limits say; Drake would insist on a range
+        lower, upper = None, None
+        for limit in joint.findall("axis/limit"):
+            remove_children(limit, ("lower", "upper"))
     ratio, rotor = take(f"{_DRAKE}gear_ratio", 1.0), take(f"{_DRAKE}rotor_inertia", 0.0)
     axis = numbers.parse(find_text(joint, "axis/xyz"), f"{key}.axis.xyz", 3, (0.0, 0.0, 1.0))
     damping = take("axis/dynamics/damping", 0.0)

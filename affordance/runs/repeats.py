@@ -12,7 +12,8 @@ import struct
 import sys
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor
 from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
@@ -141,8 +142,8 @@ def run_repeats(
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
     failed: dict[int, AffordanceError] = {}
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
-    finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
-    with tqdm(total=repeats, initial=len(kept), desc=description, unit=unit, smoothing=0.1) as progress:
+    finished = _report_ended(parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing))
+    with tqdm(total=repeats, initial=len(kept), desc=description, unit=unit, smoothing=0.1, disable=None) as progress:
         for repeat, arrays in finished:
             if isinstance(arrays, UnavailableError):
                 raise arrays
@@ -175,8 +176,17 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
     Tasks run before anything is written, so that invalid input leaves nothing but a one-line error.
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
-    results = parallel(joblib.delayed(task)() for task in tasks)
+    results = _report_ended(parallel(joblib.delayed(task)() for task in tasks))
     return list(tqdm(results, total=len(tasks), desc=description, unit="task", leave=False, disable=None))
+
+
+def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
+    """Yields the results of processes; if one ended before its task did, an AffordanceError says so in one line."""
+    try:
+        yield from results
+    except BrokenExecutor as error:
+        problem = "a process ended unexpectedly, as happens when memory runs out; fewer --jobs take less"
+        raise AffordanceError(problem) from error
 
 
 def end_processes() -> None:

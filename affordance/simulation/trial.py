@@ -14,7 +14,7 @@ from affordance.arrays import Array
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.task import Task
-from affordance.exceptions import name_object
+from affordance.exceptions import BadArgumentError, name_object
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
@@ -33,6 +33,8 @@ _LOG = logging.getLogger(__name__)
 _MAX_DIAGRAMS = 8
 # Longer presentations are assumed to be a mistake of units: a second takes 0.05 s to compute, [s].
 DURATION_MAX = 3600.0
+# Most periods of control, samples or logs in a presentation.
+_MOST_PERIODS = 200_000
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
@@ -188,9 +190,17 @@ def get_runner(settings: Settings) -> TrialRunner:
 
 
 def check_duration(duration: float, settings: Settings) -> None:
-    """Raises a BadArgumentError for less than a sample, without which nothing is learned, or over DURATION_MAX."""
+    """Raises a BadArgumentError for less than a sample, without which nothing is learned, or for too long a time.
+
+    That is DURATION_MAX, or _MOST_PERIODS of control, samples or logs, whose rows are held in memory.
+    """
     unit = "s, a period of the samples at least"
     check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
+    name = min(("control_period", "sample_period", "log_period"), key=lambda name: float(getattr(settings, name)))
+    longest = _MOST_PERIODS * getattr(settings, name)
+    if duration > longest:
+        problem = f"is {duration:g} s, must be at most {longest:g} s, which are {_MOST_PERIODS} times {name}"
+        raise BadArgumentError("duration", "", problem)
 
 
 def _check_trial(tool: Tool, memory: Memory) -> None:

@@ -48,7 +48,7 @@ def measure_ledger(count: int) -> dict[str, float]:
         with open_memory(place) as ledger:
             first = make_trials(0, min(_BATCH, count))
             ledger.append(first)
-            for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch"):
+            for start in tqdm(range(_BATCH, count, _BATCH), desc="ledger: trials", unit="batch", disable=None):
                 ledger.append(make_trials(start, min(_BATCH, count - start)))
             first_recall, *times = [_time_recall(place) for _ in range(1 + _RECALLS)]
             more = make_trials(count, _SINGLE)

@@ -116,7 +116,7 @@ class _PandaStudy:
         found = []
         drawn = self._draw(length, settings, num_injections, seed)
         for payload, evidence, phantom in tqdm(
-            drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections
+            drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections, disable=None
         ):
             if not settings.correlated_noise:
                 evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))

@@ -47,7 +47,7 @@ def measure_seen_sizes(world: World, *, num_draws: int, seed: int) -> dict[str, 
     coverage = {}
     for name, draw in errors.items():
         rng, inside = np.random.default_rng((seed, 4)), []
-        for _ in tqdm(range(num_draws), desc=f"sizes off by {name} %", unit="object"):
+        for _ in tqdm(range(num_draws), desc=f"sizes off by {name} %", unit="object", disable=None):
             tool = honest[rng.integers(len(honest))]
             inside += _teach(world, tool, _resize(tool, 1.0 + 0.01 * draw(rng)), rng)
         coverage[name] = float(np.mean(inside))

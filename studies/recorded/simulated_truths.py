@@ -74,7 +74,9 @@ def measure_coverage(world: World, *, num_draws: int, seed: int) -> dict[str, An
     rng = np.random.default_rng((seed, 1))
     coverage = _cover(world, lambda rng: solid.draw_parameters(rng, 1)[0], rng, num_draws, "own prior")
     rng = np.random.default_rng((seed, 2))
-    hidden = [_hide_and_find(world, rng) for _ in tqdm(range(num_draws), desc="hidden part", unit="object")]
+    hidden = [
+        _hide_and_find(world, rng) for _ in tqdm(range(num_draws), desc="hidden part", unit="object", disable=None)
+    ]
     return {
         "prior_coverage": {
             "mass": coverage[0],
@@ -103,7 +105,7 @@ def _cover(
 ) -> Array:
     """Computes how often intervals hold the mass, centre and moments of drawn bodies, (7,)."""
     solid, inside = SolidPrior.for_hand(), []
-    for _ in tqdm(range(num_draws), desc=name, unit="body"):
+    for _ in tqdm(range(num_draws), desc=name, unit="body", disable=None):
         pi = draw(rng)
         likelihood = world.hold(pi, rng)
         bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, world.settings.num_samples)

@@ -73,7 +73,7 @@ def read_pickle(path: Path) -> Any:
     """
     try:
         return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
-    except BadValueError:
+    except (BadValueError, MemoryError):
         raise
     except Exception as error:  # a damaged pickle can raise anything
         raise BadValueError(path, "", f"is no readable record: {error}") from error

@@ -131,6 +131,21 @@ def test_blow_beyond_the_table_is_refused(hammer, planned, own_model):
     assert not planned["steel"].compute(PI["steel"][None], force=3000.0).feasible[0]
 
 
+def test_blow_just_beyond_the_table_is_refused_and_a_weak_one_takes_the_slowest_swing(hammer, planned, own_model):
+    """Forces up to 0.1 % beyond that of the fastest swing are refused; one that drives nothing needs no speed."""
+    cost, tool = planned["wood"], PI["wood"]
+    forces = np.geomspace(hammer.force, 20.0 * hammer.force, 3000)
+    fast = np.array([cost.find_speed(tool[None], force)[0] for force in forces])
+    beyond = forces[np.argmax(fast > cost.speeds[-1])]
+    with pytest.raises(AffordanceError, match="needs a tip speed of"):
+        plan_strike(cost, hammer, own_model, tool, DEFAULT_SETTINGS, force=float(beyond))
+    nothing = 0.5 * hammer.nail.stiffness * hammer.nail.depth_set
+    swing = plan_strike(cost, hammer, own_model, tool, DEFAULT_SETTINGS, force=nothing).swing
+    own_model.set_posture(swing.q_end)
+    tip = cost.target.direction_W @ own_model.compute_point_jacobian(cost.target.p_TS) @ swing.v_end
+    assert tip == pytest.approx(cost.speeds[0], rel=1e-6)
+
+
 def ask_for_depth(hammer, depth):
     nail = dataclasses.replace(hammer.nail, depth_demanded=depth)
     return dataclasses.replace(hammer, nail=nail, force=nail.force_demanded)

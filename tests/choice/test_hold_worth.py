@@ -6,6 +6,7 @@ from scipy.stats import norm
 
 from affordance.choice.hold_worth import (
     Decision,
+    Outlook,
     PossibleHold,
     PricedDecisions,
     feel,
@@ -64,6 +65,37 @@ def test_what_tells_nothing_is_worth_nothing_even_at_ties(rng):
     worth = worth_of([rng.standard_normal((S, 2))], [decide(*(5.0 + cost))])
     assert worth.worths[0] <= 0.05 + 3.0 * worth.se
     assert worth_of([np.zeros((S, 0))], [decide(*cost)]).worths[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_worth_of_what_tells_nothing_is_never_negative(rng):
+    decision = decide(*(5.0 + rng.standard_normal((3, 400))))
+    found = [worth_of([rng.standard_normal((400, 1))], [decision]) for _ in range(10)]
+    assert min(each.worths[0] for each in found) == 0.0
+
+
+def test_worth_of_several_decisions_is_their_sum_over_uses(rng):
+    a, b = rng.standard_normal((2, S))
+    decisions = [decide(a, np.zeros(S), uses=2.0), decide(b, np.zeros(S), uses=5.0)]
+    worth = worth_of([np.stack([a, b], axis=1)], decisions)
+    # E max(0, a) of a standard normal variable
+    assert worth.total == pytest.approx(7.0 / np.sqrt(2.0 * np.pi), rel=0.05)
+    outlook = Outlook({"a": a[:, None], "b": b[:, None]}, PricedDecisions(decisions))
+    assert outlook.find_best_pair(["a", "b"]) == (("a", "b"), worth.total)
+
+
+@pytest.mark.parametrize("names", [["a"], ["a", "b"]])
+def test_without_two_objects_that_tell_something_there_is_no_pair(rng, names):
+    felt = {name: rng.standard_normal((S, 1)) for name in names}
+    outlook = Outlook(felt, PricedDecisions([decide(np.ones(S), np.full(S, 2.0))]))
+    assert outlook.find_best_pair(names) == (None, 0.0)
+
+
+def test_options_that_cost_the_same_share_being_the_best():
+    """Of three samples the first has one best option, the second two, and the third none that is feasible."""
+    cost = np.array([[1.0, 2.0, 1.0], [2.0, 2.0 + 1e-12, 1.0], [3.0, 2.1, 1.0]])
+    feasible = np.array([[True, True, False]] * 3)
+    marked = decide(*cost, feasible=feasible).mark_best()
+    assert marked.tolist() == [[1.0, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0]]
 
 
 def test_a_pair_may_be_worth_what_neither_is_alone(rng):

@@ -1,8 +1,10 @@
 """``affordance doctor`` says its lines and nothing else."""
 
+import os
 import sys
 
-from helpers.children import PATIENCE
+import pytest
+from helpers.children import PATIENCE, ROOT
 
 
 def test_only_its_own_lines_are_printed(children):
@@ -14,3 +16,29 @@ def test_only_its_own_lines_are_printed(children):
     lines = [line.split()[0] for line in out.splitlines()]
     assert lines[:6] == ["affordance", "libraries", "drake", "solvers", "renderer", "graphviz"]
     assert lines[6:] == ["meshcat", "models", "[cluster]", "[bags]"]
+
+
+@pytest.fixture
+def without_drake(tmp_path):
+    """An environment in which Drake cannot be imported."""
+    (tmp_path / "pydrake").mkdir()
+    (tmp_path / "pydrake" / "__init__.py").write_text('raise ImportError("no Drake here")', encoding="utf-8")
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), str(ROOT)])}
+
+
+def test_without_drake_it_says_what_does_not_work(children, without_drake):
+    child = children([sys.executable, "-m", "affordance", "doctor"], env=without_drake)
+    out, err = child.communicate(timeout=PATIENCE)
+    assert (child.returncode, err) == (2, "")
+    assert "drake       does not work: no Drake here\n" in out
+    assert out.splitlines()[-1].startswith("[bags]")
+
+
+@pytest.mark.parametrize(
+    "words", [["settings"], ["tutorials", "--copy-only"], ["study", "people"], ["run", "--help"]]
+)
+def test_without_drake_other_commands_say_it_in_one_line(children, without_drake, words, tmp_path):
+    child = children([sys.executable, "-m", "affordance", *words], env=without_drake, cwd=tmp_path)
+    out, err = child.communicate(timeout=PATIENCE)
+    said = "affordance: a library cannot be loaded (no Drake here); affordance doctor says what works here\n"
+    assert (child.returncode, out, err) == (2, "", said)

@@ -1,7 +1,9 @@
 """Errors of the command line: one line that names option, value, bound and the nearest that fits."""
 
 import argparse
+import os
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -30,6 +32,12 @@ def parser():
         ),
         (["reach", "--repeets=3"], "prog: --repeets: is not an option"),
         (["reach", "--zzz"], "prog: --zzz: is not an option (known: --help, --repeats, --mass, --vision)"),
+        (
+            ["reach", "--repeat", "3"],
+            "prog: --repeat: is not an option (known: --help, --repeats, --mass, --vision);",
+        ),
+        (["reach", "--mas=3"], "prog: --mas: is not an option"),
+        (["reach", "--observer", "3"], "prog: --observer: is not an option"),
         (["reach", "--repeats", "many"], "prog: --repeats: is 'many', must be a whole number"),
         (["reach", "--mass", "x"], "prog: --mass: is 'x', must be a number"),
         (["reach", "far"], "prog: is given 'far', which is one argument too many"),
@@ -63,3 +71,21 @@ def test_help_imports_nothing_that_takes_long(children):
     assert "  identify     identify what a robot held" in text
     assert "affordance.commands.study" in modules.split()
     assert not {"matplotlib", "pydantic", "pydrake", "scipy"} & set(modules.split())
+
+
+@pytest.mark.parametrize("words", [["settings"], ["--help"], ["study"]])
+def test_reader_that_goes_ends_a_command_quietly(children, words):
+    read, write = os.pipe()
+    os.close(read)
+    child = children([sys.executable, "-m", "affordance", *words], stdout=write)
+    os.close(write)
+    _, err = child.communicate()
+    assert (child.returncode, err) == (141, "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_output_that_cannot_be_written_is_one_line(children):
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        child = children([sys.executable, "-m", "affordance", "settings"], stdout=full)
+        _, err = child.communicate()
+    assert (child.returncode, err) == (2, "affordance: No space left on device\n")

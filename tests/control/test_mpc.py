@@ -10,6 +10,7 @@ from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import MpcSettings, TerminalGoal
 from affordance.exceptions import BadArgumentError
 from affordance.plant.arm import JointLimits
+from affordance.plant.arm_model import HeldTorqueModel
 from affordance.settings import DEFAULT_SETTINGS
 
 SETTINGS = DEFAULT_SETTINGS.mpc
@@ -212,6 +213,27 @@ def test_limits_that_cannot_be_kept_are_overstepped_as_little_as_possible():
     np.testing.assert_allclose(vdot, found, atol=0.05)
 
 
+@pytest.mark.parametrize("T", [0.3, 3.0])
+@pytest.mark.parametrize("lever", [1.9, 2.1])
+def test_of_two_limits_that_cannot_both_be_kept_angles_count_by_t_squared_and_rates_by_t(T, lever):
+    """One step, with joint 0 beyond its limit of angle, joint 1 beyond that of rate, and too little torque for both.
+
+    By hand, with decelerations a and b: s_q = T^2 (0.1 - a) / 2 and s_v = T (0.2 - b), and the torque that the bias
+    leaves is a + lever b <= 0.1. Keeping the angle, a = 0.1 and b = 0, makes s_q / T^2 + s_v / T = 0.2; keeping the
+    rate, b = 0.2 and a = 0.1 - 0.2 lever, makes it 0.1 lever.
+    """
+    settings = MpcSettings(horizon=T, num_steps=1, goal_weight=1e3)
+    far = 1e3
+    limits = JointLimits(np.full(2, -far), np.array([-0.05 * T**2, far]), np.array([far, 1.0]), np.array([0.6, far]))
+    M, bias = np.array([[1.0, lever], [lever, 10.0]]), np.array([-0.5, 0.0])
+    goal = TerminalGoal(np.eye(2), np.full(2, 9.0), np.eye(2), np.full(2, 9.0))  # which pulls beyond both limits
+    x = np.array([0.0, 0.0, 0.0, 1.0 + 0.2 * T])
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, guess=np.zeros((1, 2)))
+    expected = (0.0, 0.2 * T) if lever > 2.0 else (0.1 * lever * T**2, 0.0)
+    assert measure_overstep(vdot, x, limits, settings) == pytest.approx(expected, abs=1e-6)
+    assert np.abs(M @ vdot[0] + bias)[0] <= 0.6 + 1e-8
+
+
 def test_goals_far_beyond_the_limits_do_not_move_the_arm_beyond_them(mpc, arm, model, at_home):
     """Goals up to 3 rad beyond the limits, from home, overstep angles by < 1e-7 rad and rates by < 1e-6 rad/s."""
     one = np.eye(7)
@@ -258,6 +280,49 @@ def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, rng, goal):
         mpc.solve_limited(x, goal._replace(C_q=goal.C_q[:3], d_q=goal.d_q[:3]), model)
     np.testing.assert_array_equal(mpc.solve(start, goal, model).vdot, first.vdot)
     assert mpc._programs[7, 7] is program
+
+
+@pytest.mark.parametrize("name", ["C_q", "C_v"])
+@pytest.mark.parametrize("in_place", [True, False])
+def test_plan_is_that_of_the_goal_as_it_is_now(mpc, arm, rng, name, in_place):
+    """One matrix of the goal is changed, in place or for another; the other one stays and can never be changed."""
+    matrices = {"C_q": np.eye(7), "C_v": np.eye(7)}
+    for each, matrix in matrices.items():
+        matrix.flags.writeable = each == name and in_place
+    x, goal = draw_state(arm, rng, 0.1, 0.5), TerminalGoal(**matrices, d_q=arm.home, d_v=np.zeros(7))
+    mpc.solve_free(x, goal)
+    changed = getattr(goal, name) if in_place else np.eye(7)
+    changed[0, 1] = 1.0
+    goal = goal._replace(**{name: changed})
+    expected = MinimumAccelerationMpc(arm.limits, SETTINGS).solve_free(x, goal)
+    np.testing.assert_array_equal(mpc.solve_free(x, goal), expected)
+
+
+def test_torque_that_is_held_over_a_control_period_is_within_the_limits(arm, goal, rng):
+    """A limit that only the held torque exceeds, not that at the beginning of the period, is active."""
+    model = HeldTorqueModel(arm, 0.02)
+    x = draw_state(arm, rng, 0.1, 2.0)
+    none = arm.limits._replace(tau_max=np.full(7, np.inf))
+    vdot = MinimumAccelerationMpc(none, SETTINGS).solve_free(x, goal)[0]
+    held = np.abs(model.compute_held_torque(x, vdot))
+    model.set_state(x)
+    begun = np.abs(model.compute_inverse_dynamics(vdot))
+    joint = int(np.argmax(held - begun))
+    assert held[joint] > begun[joint] + 0.01
+    none.tau_max[joint] = 0.5 * (held + begun)[joint]
+    for always in (False, True):
+        settings = dataclasses.replace(SETTINGS, always_program=always)
+        assert MinimumAccelerationMpc(none, settings).solve(x, goal, model).status is MpcStatus.LIMITED
+
+
+@pytest.mark.parametrize(
+    ("elapsed", "expected"),
+    [(0.0, 1.0), (0.005, 1.0), (0.02, 2.0), ((0.01 + 0.06) - 0.01, 4.0), (0.235, 12.0), (0.24, 0.0), (9.0, 0.0)],
+)
+def test_earlier_plan_is_continued_step_by_step_and_then_coasts(mpc, elapsed, expected):
+    """Of twelve steps of 0.02 s the fourth begins after 0.06 s, also if that is rounded to less."""
+    vdot = np.arange(1.0, 13.0)[:, None] * np.ones(7)
+    np.testing.assert_array_equal(mpc.continue_plan(vdot, elapsed), np.full(7, expected))
 
 
 def test_state_that_is_not_finite_fails_without_torque(mpc, model, goal, at_home):

@@ -63,3 +63,11 @@ def test_an_error_as_large_as_the_tolerance_is_on_the_path():
     path = TimedPath(POINTS, duration=2.0, tolerance=0.01)
     assert path.describe_error(0.01) == ""
     assert path.describe_error(0.0101) == "leaves the path by 0.0101 m, must stay within 0.01 m"
+
+
+def test_easier_paths_are_within_the_bounds_of_paths():
+    """A path of a minute, the longest one, is made easier in other ways than by more time."""
+    easier = [
+        words for _, words in TimedPath(POINTS, duration=60.0, tolerance=0.01).list_easier((1.0, 2.0), (1.0, 0.5))
+    ]
+    assert easier == ["", "mirrored", "0.5 times as large", "0.5 times as large, mirrored"]

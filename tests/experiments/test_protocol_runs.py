@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.results_files import read_numbers
 from helpers.short_holds import shorten
 
@@ -13,6 +14,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment, load_prot
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.experiments.simulated import Simulated
+from affordance.experiments.suite import run_suite
 from affordance.files.atomic import to_plain
 from affordance.named_settings import describe_changes
 
@@ -186,3 +188,29 @@ def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs
         load_protocol_experiment("weight", models)
     path.write_text(without.split("report:")[0], encoding="utf-8")
     assert load_protocol_experiment("weight", models).report.prose is None
+
+
+def test_motions_whose_logs_fill_the_memory_are_refused_before_they_run(load):
+    blocks = "  - {name: a, repetitions: 200, do: {hold: {duration: 60}}}"
+    load(blocks, settings="{log_period: 0.02}")
+    said = refuse(load, blocks)
+    assert said.endswith(
+        "blocks: hold objects for 24000 s in all, must for at most 20000 s at a log_period of 0.01 s"
+    )
+
+
+def test_observers_whose_numbers_fill_the_memory_are_refused_before_they_run(load, tmp_path):
+    blocks = "  - {name: a, repetitions: 1000, times: 10, do: {look: {}}}"
+    experiment = load(blocks, observers="{learners: [density, kinds_map]}")
+    experiment.check_repeats(50)
+    said = refuse(run_suite, [experiment], tmp_path / "out", repeats=51, jobs=1)
+    assert said == "--repeats: is 51, must be at most 50 with 40000 presentations each"
+    said = refuse(predict_protocol, experiment, tmp_path / "out", repeats=51, jobs=1)
+    assert said == "--repeats: is 51, must be at most 50 with 40000 presentations each"
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_reach_that_lasts_too_long_for_its_periods_names_its_file(load, tmp_path):
+    (tmp_path / "path.yaml").write_text("duration: 30\ntolerance: 0.02\npoints: [[0, 0, 0.1]]\n", encoding="utf-8")
+    said = refuse(load, "  - {name: a, do: {reach: {path: path.yaml}}}", settings="{control_period: 0.0001}")
+    assert "path.yaml: duration: is 30 s, must be at most 20 s, which are 200000 times control_period" in said

@@ -358,3 +358,19 @@ def test_records_and_columns_that_were_changed_from_outside_are_found_by_all_who
         assert str(caught.value) == found
     assert ledger.append(hold_workshop(9)) >= 3
     assert ledger.forget(Selection(since="2026-01-01")) >= 8
+
+
+def test_evidence_that_fits_no_densities_names_its_trial(ledger):
+    """All joints feel one torque, of a shape that may be anything: errors that are equal to rounding."""
+    trial = hold("bar", (WOOD,), (600.0,), 0)
+    same = np.concatenate([np.full(14, 5.0), np.ones(70)])
+    geometry = replace(trial.geometry, Phi_errors=np.full((1, 10, 1), 1e6))
+    ledger.append([hold("rod", (STEEL,), (7800.0,), 1), replace(trial, features=same, geometry=geometry)])
+    (bad, _) = ledger.list_trials()
+    for learner in (Learner.DENSITY, Learner.KINDS_MAP):
+        with pytest.raises(BadValueError) as caught:
+            ledger.recall(learner)
+        assert str(caught.value) == f"{ledger.place}: trial {bad.id}: cannot be learned from: Singular matrix"
+    assert ledger.verify() == []
+    ledger.forget(Selection(trial=bad.id))
+    assert len(ledger.recall().colours) == 1

@@ -10,6 +10,7 @@ from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
+from affordance.memory import evidence_sums
 from affordance.memory.evidence_sums import find_material
 from affordance.memory.ledger import open_memory
 from affordance.memory.same_colours import join_colours
@@ -105,3 +106,12 @@ def test_two_materials_at_hand_and_unknown_colours_are_refused(ledgers):
     for learner in Learner:
         with pytest.raises(BadValueError, match="same colours: name #1ab233, which no part in the memory has; the"):
             ledgers[1].recall(learner, same_colours=[(WOOD, _BLUE), (WOOD, _GREEN)])
+
+
+def test_materials_are_bounded(tmp_path, monkeypatch):
+    monkeypatch.setattr(evidence_sums, "MOST_MATERIALS", 5)
+    with open_memory(tmp_path / "memory.sqlite") as ledger:
+        ledger.append([hold(f"bar {i}", ((0.1 * i, 0.5, 0.5),), (900.0,), i) for i in range(6)])
+        message = "memory.sqlite: colours: are of 6 materials, must be of at most 5"
+        for learner in Learner:
+            assert message in refuse(ledger.recall, learner, same_colours=[(WOOD, (0.0, 0.5, 0.5))])

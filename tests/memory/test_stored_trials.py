@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.trials import STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Quadratic
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.felt_models import MeanDensities, PayloadQuadratic, pack
 from affordance.memory.ledger import open_memory
@@ -165,6 +166,15 @@ def test_whatever_can_be_appended_is_read_as_it_was_written(tmp_path, seed):
         assert len(taken) > 20
         assert {trial.id: trial.to_dict() for trial in ledger.list_trials()} == taken
         assert ledger.verify() == []
+
+
+def test_a_record_that_is_too_large_is_not_written(tmp_path):
+    trial, *_ = hold_workshop(1)
+    large = replace(trial, geometry=replace(trial.geometry, Phi_errors=np.full((6000, 10, 1), 1.0 / 3.0)))
+    with open_memory(tmp_path / "memory.sqlite") as ledger:
+        message = f"trial {large.id}: is a record of more than 1 MB, must be smaller"
+        assert refuse(ledger.append, [large], error=BadArgumentError) == message
+        assert ledger.append([trial]) == 1
 
 
 _CHANGES = {

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import trimesh
 from helpers.meshes import join, make_box, write_obj
+from helpers.refusals import refuse
 
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
@@ -175,3 +176,13 @@ def test_striking_face_belongs_to_the_part_it_lies_on(read):
     p_TQ, normal_T = head.strikes[0].express(head.X_TE)
     np.testing.assert_allclose(p_TQ, [0.22, 0.05, 0], atol=1e-12)
     np.testing.assert_allclose(normal_T, [0, 1, 0], atol=1e-12)
+
+
+def test_tools_of_too_many_parts_are_refused(tmp_path):
+    part = "{semi_axes: [0.1, 0.01, 0.01], position: [0, 0, 0], material: oak}"
+    names = [f"  - {{name: t{number}, components: [{part}, {part}]}}" for number in range(101)]
+    path = tmp_path / "tools.yaml"
+    path.write_text("\n".join(["tools:", *names[:100]]), encoding="utf-8")
+    assert len(load_tools(path)) == 100
+    path.write_text("\n".join(["tools:", *names]), encoding="utf-8")
+    assert refuse(load_tools, path).endswith("tools: have 202 parts in all, must have at most 200")

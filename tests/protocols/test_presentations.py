@@ -1,13 +1,14 @@
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from pydrake.multibody.tree import SpatialInertia
 
-from affordance.exceptions import AffordanceError
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import CylinderEntry, ProtocolObjects
-from affordance.protocols.presentations import build_row, count_rows, draw_presentations, weigh
+from affordance.protocols.presentations import build_row, check_blocks, count_rows, draw_presentations, weigh
 
 TOOLS = tuple(
     CylinderEntry(name=name, radius=0.04, height=0.1, mass=mass, colour="#808080").build()
@@ -44,9 +45,10 @@ def test_test_object_comes_first_in_each_cycle():
 
 
 def test_block_that_would_fill_the_memory_is_one_line():
-    assert len(draw(repetitions=1000, times=5)) == 20_000
-    with pytest.raises(AffordanceError, match=r"^blocks\[1\]: presents 4 objects 1000 times, 100 in a row: 400000"):
-        draw(repetitions=1000, times=100)
+    blocks = [BlockEntry.model_validate({"name": name, "do": {"look": {}}, "repetitions": 1000}) for name in "abcdef"]
+    check_blocks(Path("mine.yaml"), blocks[:5], OBJECTS)
+    said = refuse(check_blocks, Path("mine.yaml"), blocks, OBJECTS)
+    assert said == "mine.yaml: blocks: present 24000 objects in all, must present at most 20000"
 
 
 def test_cylinder_turns_like_one():

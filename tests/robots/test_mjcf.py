@@ -56,6 +56,9 @@ A2 = 'joint="a2" ctrlrange="-9 9"'
             '<general joint="a2" ctrlrange="-1 1" gainprm="7" biastype="affine" biasprm="0 -70" forcerange="-20 20"',
             [30, 40, 14, 30],
         ),
+        # Signs of gear and gain say which way it turns.
+        ('gear="2"/>', 'gear="-2"/>', [30, 18, 14, 30]),
+        (f"<motor {A2}", '<general joint="a2" ctrlrange="-1 1" gainprm="-7"', [30, 14, 14, 30]),
         # Two actuators of a joint add up.
         ("<actuator>", '<actuator><motor joint="a2" ctrlrange="-1 1"/>', [30, 20, 14, 30]),
     ],

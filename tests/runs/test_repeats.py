@@ -262,3 +262,10 @@ def test_folder_that_cannot_be_written_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
     with pytest.raises(BadValueError, match=r"--out: is '.*', which is not writable"):
         prepare_folder(tmp_path)
+
+
+def test_progress_is_not_written_into_a_file(tmp_path, capfd):
+    """Standard error is no terminal here, and a bar would fill a log with hundreds of lines."""
+    run(tmp_path, jobs=1)
+    run_tasks([functools.partial(square, repeat) for repeat in range(3)], jobs=1, description="test")
+    assert capfd.readouterr().err == ""

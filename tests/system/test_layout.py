@@ -1,10 +1,12 @@
 """Layout of the library: number of loose modules, and length of the longest chain of imports (decision 0029)."""
 
+import ast
 import tomllib
 from functools import cache
 from pathlib import Path
 
 import grimp
+import pytest
 
 import affordance
 
@@ -38,3 +40,15 @@ def test_every_folder_of_the_library_is_packaged():
     files = [path for path in LIBRARY.rglob("*.*") if path.is_file() and "__pycache__" not in path.parts]
     folders = {".".join(path.parent.relative_to(LIBRARY.parent).parts) for path in files}
     assert sorted(folders - set(listed)) == []
+
+
+@pytest.mark.parametrize(
+    "path", [path for folder in ("affordance", "studies") for path in sorted((LIBRARY.parent / folder).rglob("*.py"))]
+)
+def test_progress_bars_are_for_terminals_only(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    calls = [
+        each for each in ast.walk(tree) if isinstance(each, ast.Call) and ast.unparse(each.func).endswith("tqdm")
+    ]
+    for call in calls:
+        assert "disable=None" in ast.unparse(call), f"line {call.lineno}"

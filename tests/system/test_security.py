@@ -5,6 +5,7 @@ tests/reporting/test_expressions.py, tests/protocols/test_protocol.py, tests/ide
 """
 
 import json
+import logging
 import os
 import re
 import sqlite3
@@ -18,11 +19,13 @@ from helpers.robot_files import SDF, build_urdf
 from helpers.trials import hold_workshop
 
 import affordance
+from affordance.cli import ShownFormatter
 from affordance.files import bounded, xml_file
 from affordance.files.constraints import OneLine
 from affordance.files.model_folder import MODELS
 from affordance.memory import evidence_sums, tables
 from affordance.memory.ledger import open_memory
+from affordance.plant.arm import name_robot
 from affordance.robots import reader
 
 PACKAGE = Path(affordance.__file__).parent
@@ -265,6 +268,23 @@ def test_names_of_files_do_not_steer_the_terminal(tmp_path):
         said = answer("memory", *words).out
         assert "a\ufffd[2J\ufffdb.sqlite: " in said
         assert said.replace("\n", "").isprintable()
+    answer("memory", "show", place, "--out", tmp_path / "out")
+    assert (tmp_path / "out" / "memory.txt").read_text(encoding="utf-8").replace("\n", "").isprintable()
+    assert name_robot(tmp_path / "a\x1b[2J.urdf", "tool0") == "a\ufffd[2J-tool0"
+    record = logging.LogRecord("", logging.WARNING, "", 0, "%s: is damaged", ("a\x1b[2J.ply",), None)
+    assert ShownFormatter().format(record) == "a\ufffd[2J.ply: is damaged"
+
+
+@pytest.mark.parametrize(
+    ("name", "problem"),
+    [
+        ("r" * 201, "name: has 201 letters, must have at most 200"),
+        ("a&#10;b", "name: is 'a\\nb', must be without the"),
+    ],
+)
+def test_names_of_links_and_joints_are_short_lines(tmp_path, refuse, name, problem):
+    (tmp_path / "a.urdf").write_text(change('"right_j2"', f'"{name}"', build_urdf()), encoding="utf-8")
+    assert problem in refuse("import-arm", tmp_path / "a.urdf", "--tip", "right_tool", "--out", tmp_path / "out")
 
 
 NAMES = {
@@ -354,4 +374,4 @@ def test_bounds_on_the_page_are_those_of_the_program(row, wanted):
 
 
 def test_length_of_names_on_the_page_is_that_of_the_program():
-    assert f"is one line of at most {OneLine.longest} letters" in PAGE
+    assert f"is one line of at most {OneLine.longest} visible letters" in PAGE

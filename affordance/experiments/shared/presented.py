@@ -15,6 +15,7 @@ from affordance.belief.kind_memory import KAPPA, count_kinds, start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
+from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
 from affordance.experiments.shared.hold_measures import ROW, get_measure
@@ -34,13 +35,22 @@ from affordance.protocols.measured import MeasuredObservers, compute_numbers, co
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people import People, describe_people, list_people
-from affordance.protocols.presentations import Layout, Presentation, draw_presentations, lay_out, weigh
+from affordance.protocols.presentations import (
+    Layout,
+    Presentation,
+    count_presentations,
+    draw_presentations,
+    lay_out,
+    weigh,
+)
 from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
+# Most presentations of all observers of a run: the numbers of one take 120 bytes, several times.
+_MOST_PRESENTATIONS = 2_000_000
 
 # Function that returns a function for each of the figures of all observers, from their arrays.
 type DrawFigures = Callable[[PresentationExperiment, Arrays], Mapping[str, Callable[[], Figure]]]
@@ -154,6 +164,13 @@ class PresentationExperiment(Experiment):
         """Lets observers learn in a first block that is not measured; returns None without such a block."""
         config = self.experience
         return None if config is None else self.means.gain_experience(config, folder, repeats=repeats, jobs=jobs)
+
+    def check_repeats(self, repeats: int) -> None:
+        """Raises a BadValueError for more observers than memory holds the presentations of."""
+        count = len(self.learners) * sum(count_presentations(each, self.objects.groups) for each in self.blocks)
+        if repeats * count > _MOST_PRESENTATIONS:
+            problem = f"is {repeats}, must be at most {_MOST_PRESENTATIONS // count} with {count} presentations each"
+            raise BadValueError("--repeats", "", problem)
 
     def draw_measured(self, repeat: int) -> list[Presentation]:
         """Draws the measured presentations of an observer."""

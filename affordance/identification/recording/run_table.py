@@ -162,6 +162,8 @@ def read_netcdf(path: Path) -> RunTable:
                     for name, each in dataset.variables.items()
                 }
                 variables = {name: np.asarray(values, dtype=float) for name, values in decoded.items()}
+    except MemoryError:
+        raise
     except Exception as error:  # the libraries raise any exception on a damaged file
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:

@@ -25,12 +25,11 @@ TABLES = "CREATE TABLE topics(id, name, type); CREATE TABLE messages(id, topic_i
     ],
 )
 def test_database_that_calculates_is_one_line(tmp_path, statements, named):
-    path = tmp_path / "bag" / "bag.db3"
-    path.parent.mkdir()
+    path = tmp_path / "bag.db3"
     with sqlite3.connect(path) as database:
         database.executescript(statements)
     database.close()
-    assert f"bag.db3: calculates '{named}', must be a database of plain tables" in refuse(read_bag, path.parent)
+    assert f"bag.db3: calculates '{named}', must be a database of plain tables" in refuse(read_bag, path)
 
 
 def test_what_is_no_database_is_one_line(tmp_path):

@@ -135,4 +135,4 @@ def test_a_missing_clone_is_named_before_anything_is_run(tmp_path):
     assert "ur10e.urdf: is not there; --data must hold clones" in said
     assert "of dynamic_calib" in said
     assert not (tmp_path / "results").exists()
-    assert "--repeats: is 0, must be from 1 to 1000000" in refuse(run_study, STUDY, *words, "--draws", 0)
+    assert "--repeats: is 0, must be from 1 to 100000" in refuse(run_study, STUDY, *words, "--draws", 0)

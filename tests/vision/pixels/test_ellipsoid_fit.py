@@ -111,6 +111,46 @@ def test_guess_is_near_enough_to_start_from():
     assert 0.5 < volumes[0] / volumes[1] < 2.0
 
 
+def compute_size_prior(ellipsoid):
+    """Half the squared deviations of the logarithms of the sizes: a factor of two is about one (0.68)."""
+    sizes = np.sqrt(np.linalg.eigvalsh(ellipsoid.shape_matrix))
+    return 0.5 * ((np.log(sizes / 0.05) / 0.7) ** 2).sum()
+
+
+@pytest.mark.parametrize("ellipsoid", [EGG, ROD, make_ellipsoid([0.049, 0.05, 0.2], [0.0, 0.0, 0.6], TURN)])
+def test_sizes_have_the_log_normal_prior_of_things_that_are_held(ellipsoid):
+    """Its value, and its gradient by finite differences of the sizes of the deformed ellipsoid."""
+    rays = CAMERA.compute_rays(np.array([[320.0, 240.0]]))
+    problem = ellipsoid_fit._Problem(ellipsoid, rays, np.ones(1), np.ones(1), rays, NOISY, CAMERA.focal_length)
+    of_sizes = problem.compute_residuals(np.zeros(10))[-4:-1]
+    assert 0.5 * of_sizes @ of_sizes == pytest.approx(compute_size_prior(ellipsoid))
+    gradient = problem.compute_jacobian(np.zeros(10))[-4:-1].T @ of_sizes
+    changes = [
+        compute_size_prior(deform(ellipsoid, step)) - compute_size_prior(deform(ellipsoid, -step))
+        for step in 1e-5 * np.eye(9)
+    ]
+    np.testing.assert_allclose(gradient, [*np.array(changes) / 2e-5, 0.0], rtol=1e-6, atol=1e-8)
+
+
+def test_a_shift_of_the_outline_by_its_standard_deviation_costs_one():
+    rays = CAMERA.compute_rays(np.array([[320.0, 240.0]]))
+    problem = ellipsoid_fit._Problem(BALL, rays, np.ones(1), np.ones(1), rays, NOISY, CAMERA.focal_length)
+    assert [problem.compute_residuals(shift * np.eye(10)[9])[-1] for shift in (-1.0, 0.5)] == [-1.0, 0.5]
+
+
+@pytest.mark.parametrize("thickness", [0.03, 0.08])
+def test_thickness_of_which_nothing_is_seen_has_the_prior_of_sizes(thickness):
+    """Nine readings around the middle do not show it: its logarithm is as uncertain as that of any size."""
+    ball = make_ellipsoid([0.06, 0.05, thickness], [0.001, 0.002, 0.6])
+    places = np.stack(np.meshgrid([-8.0, 0.0, 8.0], [-8.0, 0.0, 8.0]), axis=-1).reshape(-1, 2)
+    pixels = CAMERA.project(ball.centre[None]) + places
+    depth = trace_rays(ball, CAMERA.compute_rays(pixels), CAMERA.focal_length).depth
+    found = fit_ellipsoid(PartView(pixels, depth, draw_outline(ball, CAMERA)), CAMERA, NOISY)
+    xx, yy, zz = np.sqrt(np.diag(found.covariance)[3:6])
+    assert zz == pytest.approx(0.7, rel=0.04)
+    assert max(xx, yy) < 0.04
+
+
 def collect_view_of(ellipsoid) -> PartView:
     picture = draw_picture([ellipsoid], [(0.7, 0.4, 0.2)])
     return collect_view(picture, segment(picture, STAND, PERFECT), 0)

@@ -47,6 +47,48 @@ def test_touching_ellipsoids_of_one_colour_and_unequal_size_are_two():
     assert segmentation.num_parts == 2
 
 
+ROWS, COLUMNS = np.indices((480, 640))
+
+
+def fill(x, a, b=None):
+    """The pixels of an ellipse of these semi-axes around a column of the middle row."""
+    return ((COLUMNS - x) / a) ** 2 + ((ROWS - 240) / (b or a)) ** 2 < 1.0
+
+
+def fill_bar(end, half_width):
+    """The pixels of a bar along the middle row, from column 200."""
+    return (np.abs(ROWS - 240) <= half_width) & (COLUMNS >= 200) & (end >= COLUMNS)
+
+
+def segment_flat(*shapes):
+    """Segments a flat thing of one colour, 5 cm above the stand, as a perfect camera sees it."""
+    seen = np.any(shapes, axis=0)
+    colour = np.where(seen[..., None], np.array([200, 140, 90]), 51).astype(np.uint8)
+    return segment(Picture(colour, np.where(seen, STAND - 0.05, STAND)), STAND, PERFECT)
+
+
+@pytest.mark.parametrize("radius", [20, 40])
+@pytest.mark.parametrize(("ratio", "num_parts"), [(0.2, 2), (0.58, 2), (0.72, 1), (0.9, 1)])
+def test_bar_between_two_discs_is_a_waist_if_it_is_narrower_than_seven_tenths_of_both(radius, ratio, num_parts):
+    """The ratio is that of the bar's width to the smaller disc's; that the other is larger makes no difference."""
+    for larger in (radius, 2 * radius):
+        one, other = fill(200, larger), fill(220 + 4 * radius, radius)
+        assert segment_flat(one, other, fill_bar(220 + 4 * radius, ratio * radius)).num_parts == num_parts
+
+
+@pytest.mark.parametrize(("ratio", "num_parts"), [(0.65, 2), (0.75, 1)])
+def test_waist_is_told_to_a_few_hundredths(ratio, num_parts):
+    """Of discs of 40 pixels, of which 27.3 and 31.4 pixels are among the distances from the rim that are tried."""
+    assert segment_flat(fill(200, 40), fill(360, 40), fill_bar(360, ratio * 40)).num_parts == num_parts
+
+
+def test_three_discs_in_a_row_are_three_parts():
+    discs = [fill(x, 30) for x in (200, 258, 316)]
+    segmentation = segment_flat(*discs)
+    assert segmentation.num_parts == 3
+    assert len({segmentation.labels[240, x] for x in (200, 258, 316)}) == 3
+
+
 def draw_one(*ellipsoid):
     return add_noise(draw_picture([make_ellipsoid(*ellipsoid)], [BEECH]))
 
