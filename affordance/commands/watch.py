@@ -16,7 +16,7 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import pick_cheapest
+from affordance.choice.picking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands import options
 from affordance.exceptions import BadValueError

@@ -67,6 +67,8 @@ def test_an_error_as_large_as_the_tolerance_is_on_the_path():
 
 @pytest.mark.parametrize(("duration", "slowest"), [(2.0, 8.0), (20.0, 40.0), (60.0, 60.0)])
 def test_easier_paths_take_no_longer_than_a_path_may(duration, slowest):
-    easier = [path for path, _ in TimedPath(POINTS, duration, tolerance=0.01).list_easier((1.0, 2.0, 4.0), (1.0, 0.5))]
+    easier = [
+        path for path, _ in TimedPath(POINTS, duration, tolerance=0.01).list_easier((1.0, 2.0, 4.0), (1.0, 0.5))
+    ]
     assert max(path.duration for path in easier) == slowest
     assert {path.points[0][0] for path in easier} == {0.1, 0.05}

@@ -242,7 +242,8 @@ def _adapt(reader: Any, bounds: _Bounds, *, is_ros1: bool) -> Storage:
 
 @contextmanager
 def _opened(reader: Any) -> Iterator[Any]:
-    with reader:  # closes itself if it cannot be opened
+    reader.open()  # closes itself if it cannot be opened
+    with closing(reader):
         yield reader
 
 
