@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn, Protocol, TextIO, cast, override
 
 from affordance.commands.study import FORMER
@@ -155,7 +156,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     except ImportError as error:  # a library that is missing, or that the loader finds no memory for
         problem = describe_import_error(error)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # the interpreter flushes once more at its end
         return _NO_READER
     except OSError as error:  # a full disk, a removed folder
         problem = describe_system_error(error)

@@ -10,8 +10,9 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.options import Option
+from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_once
-from affordance.choice.ranking import MIN_FEASIBILITY, Ranking
+from affordance.choice.ranking import Ranking
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 

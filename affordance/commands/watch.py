@@ -13,7 +13,7 @@ import numpy as np
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import pick_cheapest
+from affordance.choice.picking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands import options
 from affordance.exceptions import BadValueError

@@ -18,7 +18,7 @@ from affordance.choice.hammer import Hammer, find_swing, sample_swing
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import MotionCost
-from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
+from affordance.choice.picking import NO_OPTION, Chosen, pick_cheapest
 from affordance.exceptions import BadValueError, name_object
 from affordance.experiments.definition import Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask

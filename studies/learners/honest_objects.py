@@ -19,7 +19,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.ranking import pick_cheapest, rank_options
+from affordance.choice.picking import pick_cheapest
+from affordance.choice.ranking import rank_options
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order

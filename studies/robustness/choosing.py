@@ -9,7 +9,8 @@ import numpy as np
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.inner_simulation import Choice, OptionCost
 from affordance.choice.motion_cost import Costs, MotionCost
-from affordance.choice.ranking import MIN_FEASIBILITY, TIE, rank_options
+from affordance.choice.picking import MIN_FEASIBILITY, TIE
+from affordance.choice.ranking import rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.decisions import (

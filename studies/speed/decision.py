@@ -17,7 +17,7 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import NUM_NODES, MotionCost
-from affordance.choice.ranking import NO_OPTION, pick_cheapest
+from affordance.choice.picking import NO_OPTION, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.experience import ExperienceConfig

@@ -21,7 +21,7 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
+from affordance.choice.picking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
 from affordance.experiments.protocol_runs import load_choice_experiment

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import pick_cheapest
+from affordance.choice.picking import pick_cheapest
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct, find_cheaper_grip
 from affordance.experiments.shared.experience import ExperienceConfig

@@ -309,3 +309,9 @@ def test_joint_that_forbids_every_swing_is_named_with_its_limit(arm):
     q = arm.find_posture(dict(load_hammer(MODELS / "nail.yaml").start))
     stiff = plan_with_limits(arm, q_lower=q - 0.01, q_upper=q + 0.01)
     assert re.search(r": \w+ would have to turn to .* rad, its limits are .* and .* rad$", stiff.infeasible_reason)
+
+
+def test_easier_blows_take_no_longer_than_a_blow_may(hammer):
+    longest = dataclasses.replace(hammer, duration=6.0)
+    assert max(task.duration for task, _ in longest.list_easier()) == 9.0
+    assert len(list(dataclasses.replace(hammer, duration=10.0).list_easier())) == len(list(hammer.list_easier())) - 2

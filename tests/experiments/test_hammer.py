@@ -13,7 +13,7 @@ from helpers.slow_arm import make_slow_models
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import load_hammer
 from affordance.choice.off_axis import list_shifted, measure_change
-from affordance.choice.ranking import NO_OPTION
+from affordance.choice.picking import NO_OPTION
 from affordance.exceptions import BadValueError
 from affordance.experiments.hammer import Hammering, compute_share_of_light_ends, label_blows
 from affordance.experiments.protocol_runs import load_choice_experiment

@@ -36,6 +36,9 @@ class MadeUp:
     def plan(self, jobs):
         return f"planned in {jobs} jobs"
 
+    def check_repeats(self, repeats):
+        pass
+
 
 @pytest.fixture
 def made_up(monkeypatch):

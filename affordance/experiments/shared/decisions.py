@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import NO_OPTION, TIE, Chosen, pick_cheapest, rank_options
+from affordance.choice.picking import NO_OPTION, TIE, Chosen, pick_cheapest
+from affordance.choice.ranking import rank_options
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.recall import recall

@@ -11,7 +11,8 @@ from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD
 
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.ranking import NO_OPTION, Ranking
+from affordance.choice.picking import NO_OPTION
+from affordance.choice.ranking import Ranking
 from affordance.experiments.shared import decisions
 from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,

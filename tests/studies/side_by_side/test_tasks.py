@@ -7,7 +7,7 @@ import pytest
 from helpers.answers import answer
 from helpers.results_files import OF_STUDY, read_numbers
 
-from affordance.choice.ranking import NO_OPTION
+from affordance.choice.picking import NO_OPTION
 from affordance.experiments.shared.decisions import label_choices
 from affordance.files.netcdf import Trajectories, write_trajectories
 from studies.side_by_side.tasks import NAME, ToolChoices, compute_agreement
