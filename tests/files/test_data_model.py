@@ -1,9 +1,13 @@
-"""A good file is read into a data model; ``tests/system/bad_values/protocols.yaml`` has files that are refused."""
+"""A file is read into a data model, or refused with its first mistake."""
 
+import pytest
 from helpers.invented_model import Fruit, Outer
+from helpers.refusals import refuse
 
 from affordance.files.constraints import complain
 from affordance.files.data_model import load_model
+
+GOOD = "name: x\nparts: [{length: 1.0}]\nnamed: {a: {length: 2}}\nfrom: 3\n"
 
 
 def test_good_file_is_read(tmp_path):
@@ -19,3 +23,40 @@ def test_good_file_is_read(tmp_path):
 def test_complaint_of_a_check_names_the_place_below():
     found = complain("is 3, must be 4", "[1]")
     assert found.context == {"problem": "is 3, must be 4", "at": "[1]"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("name: x", "nome: x", "name: is missing; is 'nome' misspelt?"),
+        ("name: x", "name: ' '", "name: is ' ', must be a non-empty text"),
+        (
+            "from: 3",
+            "form: 3",
+            "form: is not a key known here (known: name, count, place, order, parts, named, from); did you mean 'from'?",
+        ),
+        ("from: 3", "count: 1.5", "count: is 1.5, must be a whole number"),
+        ("from: 3", "count: 11", "count: is 11, must be from 1 to 10"),
+        ("from: 3", "place: [0, 2]", "place[1]: is 2, must be from -1 to 1"),
+        (
+            "from: 3",
+            "order: latin sqare",
+            "order: is 'latin sqare', must be one of fixed, latin square; did you mean 'latin square'?",
+        ),
+        ("{length: 1.0}", "{length: true}", "parts[0].length: is True, must be a number"),
+        (
+            "{length: 1.0}",
+            "{length: 1.0, kind: peer}",
+            "parts[0].kind: is 'peer', must be one of apple, pear; did you mean 'pear'?",
+        ),
+        ("{length: 1.0}", "{length: 1.0, hue: 1}", "parts[0].hue: is not a key known here (known: length, kind)"),
+        ("{length: 1.0}", "3", "parts[0]: is 3, must be a mapping of keys to values"),
+        ("[{length: 1.0}]", "[]", "parts: is [], must be a list with at least one entry"),
+        ("{a: {length: 2}}", "{a: {lenth: 2}}", "named.a.length: is missing; is 'lenth' misspelt?"),
+        ("{a: {length: 2}}", "{7: {length: 2}}", "named: the key 7 must be a text"),
+        ("from: 3", "from: .inf", "from: is inf, must be finite"),
+    ],
+)
+def test_first_mistake_is_refused_with_its_place_and_bound(tmp_path, old, new, said):
+    (tmp_path / "file.yaml").write_text(GOOD.replace(old, new))
+    assert f"file.yaml: {said}" in refuse(load_model, tmp_path / "file.yaml", Outer)
