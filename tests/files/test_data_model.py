@@ -33,7 +33,8 @@ def test_complaint_of_a_check_names_the_place_below():
         (
             "from: 3",
             "form: 3",
-            "form: is not a key known here (known: name, count, place, order, parts, named, from); did you mean 'from'?",
+            "form: is not a key known here (known: name, count, place, order, parts, named, from); did you mean"
+            " 'from'?",
         ),
         ("from: 3", "count: 1.5", "count: is 1.5, must be a whole number"),
         ("from: 3", "count: 11", "count: is 11, must be from 1 to 10"),
