@@ -3,6 +3,7 @@
 import pytest
 import xarray
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 
 SMALL = ["--repeats", "1", "--jobs", "1"]
@@ -38,3 +39,7 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path):
     assert "<h1>Visual inertial affordances: the paper" not in page
     with xarray.open_dataset(folder / "trajectories.nc", engine="scipy") as dataset:
         assert len(dataset.to_dataframe()) == dataset["tool"].size  # a row a lift
+
+
+def test_unknown_group_is_refused_with_the_nearest():
+    assert "did you mean 'prior'?" in refuse_command("settings", "priors")

@@ -137,8 +137,8 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
         ),
         (
             {'name="right_j2" type="revolute"': 'name="right_j2" type="revolut"'},
-            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating, planar;"
-            " did you mean 'revolute'?",
+            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating,"
+            " planar; did you mean 'revolute'?",
         ),
         ({'velocity="3"': 'velocity="-3"'}, "joint right_j1: has a velocity limit of -3 rad/s, must be more than 0"),
         (
