@@ -1,20 +1,41 @@
 """A file is read into a data model, or refused with its first mistake."""
 
-import pytest
-from helpers.invented_model import Fruit, Outer
-from helpers.refusals import refuse
+import enum
+from typing import Annotated, Literal
 
-from affordance.files.constraints import complain
-from affordance.files.data_model import load_model
+import pytest
+from helpers.refusals import refuse
+from pydantic import Field
+
+from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
+from affordance.files.data_model import DataModel, load_model
+
+
+class Fruit(enum.Enum):
+    APPLE = "apple"
+    PEAR = "pear"
+
+
+class Inner(DataModel):
+    length: Annotated[float, Within(0.0, 2.0)]
+    kind: Annotated[Fruit, OneOf(Fruit)] = Fruit.APPLE
+
+
+class Outer(DataModel):
+    name: Annotated[str, Text()]
+    count: Annotated[int, Whole(1, 10)] = 1
+    place: Annotated[tuple[float, float], Vector(2, Within(-1.0, 1.0))] = (0.0, 0.0)
+    order: Literal["fixed", "latin square"] = "fixed"
+    parts: Annotated[list[Inner], Field(min_length=1)] = Field(default_factory=list)
+    named: dict[str, Inner] = Field(default_factory=dict)
+    first: Annotated[Annotated[int, Whole()] | None, Field(alias="from")] = None
+
 
 GOOD = "name: x\nparts: [{length: 1.0}]\nnamed: {a: {length: 2}}\nfrom: 3\n"
 
 
 def test_good_file_is_read(tmp_path):
-    text = (
-        "name: x\nparts: [{length: 1.0}]\nnamed: {a: {length: 2}}\nfrom: 3\norder: latin square\nplace: [0.5, -1]\n"
-    )
-    (tmp_path / "file.yaml").write_text(text)
+    (tmp_path / "file.yaml").write_text(GOOD + "order: latin square\nplace: [0.5, -1]\n")
     found = load_model(tmp_path / "file.yaml", Outer)
     assert (found.parts[0].length, found.named["a"].length, found.first) == (1.0, 2.0, 3)
     assert (found.order, found.place, found.parts[0].kind) == ("latin square", (0.5, -1.0), Fruit.APPLE)
