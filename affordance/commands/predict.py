@@ -8,6 +8,7 @@ from affordance.commands.options import (
     check_experiment,
     read_robot,
     read_setup,
+    refuse_changes,
 )
 from affordance.exceptions import BadValueError
 from affordance.named_settings import parse_changes
@@ -40,6 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
+    refuse_changes(arguments, ["learner"], "observers of every learner are simulated")
     check_folder(arguments.out)
     robot = open_robot(*read_robot(arguments))
     setup = read_setup(arguments, robot, parse_changes(arguments.changes))

@@ -50,12 +50,17 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(find_experiment(name).observers for name in names)
     options.check_bounds(arguments)
+    changes = _list_changes(arguments)
+    for name in names:
+        if "learner" in changes and find_experiment(name).every_learner:
+            problem = f"has no effect on {name}, which simulates observers of every learner"
+            raise BadValueError("--learner", "", problem)
     robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
-    setup = options.read_setup(arguments, robot, _list_changes(arguments))
+    setup = options.read_setup(arguments, robot, changes)
     if arguments.fault:
         joint_names = load_arm(setup.settings.arm).joint_names
         faults = load_faults(robot.folder / "faults.yaml", arguments.fault, joint_names)

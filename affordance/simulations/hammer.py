@@ -22,7 +22,6 @@ from affordance.choice.listed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.control.start_posture import check_start
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.load import load_arm
 from affordance.reporting.blow_figures import draw_blow
@@ -54,7 +53,7 @@ from affordance.simulations.grips import (
     tabulate_rules,
     tabulate_tools,
 )
-from affordance.simulations.objects import check_can_be_held, check_honest
+from affordance.simulations.objects import check_can_be_held, check_honest, read_tools
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.results import Results
 
@@ -167,7 +166,7 @@ def run(setup: Setup) -> Results:
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
     """Reads the objects that are held, the novel tools and the nail, and checks that they make the experiment."""
     held, nail, file = com.read(setup)[:2], setup.models / NAIL, setup.models / TOOLS
-    task, tools = load_hammer(nail), load_tools(file)
+    task, tools = load_hammer(nail), read_tools(setup.models, TOOLS)
     check_start(nail, "blow.start", task.start, load_arm(setup.settings.arm))
     check_several_grips(file, tools)
     check_honest(file, tools)

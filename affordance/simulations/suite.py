@@ -34,6 +34,7 @@ class Experiment(NamedTuple):
         observers: Number of observers unless another is asked for.
         needs: Tasks that the arm must be able to do; if the import of an arm could not fit one, it is not planned.
         no_memory: Reason why no lasting memory can learn from it; empty if its one observer holds objects.
+        every_learner: Whether observers of every learner are simulated, so that none can be chosen.
     """
 
     run: Callable[[Setup], Results]
@@ -42,6 +43,7 @@ class Experiment(NamedTuple):
     observers: int = 200
     needs: tuple[str, ...] = ()
     no_memory: str = ""
+    every_learner: bool = False
 
 
 # Why a lasting memory has no effect on experiments whose observers are computed by hand.
@@ -55,6 +57,7 @@ def _of_group(name: str) -> Experiment:
         partial(linear.predict, name),
         linear.OBSERVERS,
         no_memory=NOTHING_FELT,
+        every_learner=True,
     )
 
 
@@ -67,10 +70,20 @@ EXPERIMENTS: Mapping[str, Experiment] = {
     "linear_plus": _of_group("linear_plus"),
     "linear_plus_plus": _of_group("linear_plus_plus"),
     "spoilt_family": Experiment(
-        spoilt_family.run, spoilt_family.read, spoilt_family.predict, spoilt_family.OBSERVERS, no_memory=NOTHING_FELT
+        spoilt_family.run,
+        spoilt_family.read,
+        spoilt_family.predict,
+        spoilt_family.OBSERVERS,
+        no_memory=NOTHING_FELT,
+        every_learner=True,
     ),
     "two_families": Experiment(
-        two_families.run, two_families.read, two_families.predict, two_families.OBSERVERS, no_memory=NOTHING_FELT
+        two_families.run,
+        two_families.read,
+        two_families.predict,
+        two_families.OBSERVERS,
+        no_memory=NOTHING_FELT,
+        every_learner=True,
     ),
     "next_lift": Experiment(
         next_lift.run,
@@ -78,6 +91,7 @@ EXPERIMENTS: Mapping[str, Experiment] = {
         next_lift.predict,
         next_lift.OBSERVERS,
         no_memory="whose observers differ in their learner",
+        every_learner=True,
     ),
 }
 # Experiments of `affordance run all`, in order.

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.slow_arm import make_slow_models
 from helpers.two_tools import HELD, PI
 from scipy.spatial.transform import Rotation
@@ -315,3 +316,31 @@ def test_easier_blows_take_no_longer_than_a_blow_may(hammer):
     longest = dataclasses.replace(hammer, duration=6.0)
     assert max(task.duration for task, _ in longest.list_easier()) == 9.0
     assert len(list(dataclasses.replace(hammer, duration=10.0).list_easier())) == len(list(hammer.list_easier())) - 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("length: 0.0508", "length: 5.08", "nail.yaml: length: is 5.08, must be from 0.005 to 0.3"),
+        ("density: 7850", "", "density: is missing"),
+        (
+            "depth_demanded: 0.01722",
+            "depth_demanded: 0.001",
+            "depth_demanded: is 0.001, must be from 0.005 to 0.0508",
+        ),
+        ("depth_set: 0.005", "depth_set: .nan", "depth_set: is nan, must be from"),
+        ("diameter: 0.00287", "diameter: 1", "diameter: is 1, must be from"),
+        ("head_radius: 0.0034", "head_radius: -1", "head_radius: is -1, must be from"),
+        ("wood_specific_gravity: 0.48", "wood_specific_gravity: 5", "wood_specific_gravity: is 5, must be from"),
+        ("density: 7850", "density: 1", "density: is 1, must be from"),
+        ("head_radius: 0.0034", "head_radius: 0.0034\ncolour: grey", "colour: is not a key known here"),
+        ("direction: [0, 0, -1]", "direction: [0, 0, 0]", "blow.direction: has a length of 0, must be"),
+        ("duration: 0.8", "duration: 0", "blow.duration: is 0, must be from 0.2 to 10"),
+        ("duration: 0.8", "duration: 0.8\n  speed: 3", "blow.speed: is not a key known here"),
+    ],
+)
+def test_mistake_in_a_nail_is_refused(tmp_path, old, new, said):
+    path, text = tmp_path / "nail.yaml", (MODELS / "nail.yaml").read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    assert said in refuse(load_hammer, path)
