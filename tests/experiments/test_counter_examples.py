@@ -145,10 +145,6 @@ ALL = {
         },
         "coverage time",  # with three objects, on any machine
     ),
-    "vision_comparison": CounterExamples(
-        partial(runs.compare_pictures, runs.DEFAULT_SETTINGS),
-        {"pictures teach nothing": (partial(runs.compare_pictures, NO_SAMPLES), "close")},
-    ),
     "robustness": CounterExamples(
         partial(studies.evaluate_settings, 300),
         {
@@ -275,7 +271,7 @@ def list_claims_of(name: str) -> dict[str, Claim]:
 
 
 # Sections that share runs, which a process keeps.
-TOGETHER = [("reach", "hammer", "tasks"), ("weight", "vision_comparison")]
+TOGETHER = [("reach", "hammer", "tasks")]
 APART = [(name,) for name in ALL if not any(name in names for names in TOGETHER)]
 
 

@@ -28,7 +28,6 @@ from affordance.proprioception.faults import Faults
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
-from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
 from helpers.stacked import stack
@@ -45,7 +44,6 @@ from studies.robustness.choosing import (
     measure_tasks,
 )
 from studies.robustness.learning import collect_experience_at_rest
-from studies.side_by_side.sources import CURVES, describe_sources
 from studies.vision import experiment as vision
 
 type Numbers = Mapping[str, Any]
@@ -90,17 +88,6 @@ def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
 def believe_denser() -> Numbers:
     """Simulation I by observers who believe in densities of 20,000 kg/m^3."""
     return hold("weight", change_settings(DEFAULT_SETTINGS, {"prior.mode": 20_000.0}))
-
-
-def compare_pictures(other: Settings) -> Numbers:
-    """Numbers that compare true features with pictures, under other settings for the pictures."""
-    numbers = {
-        source.value: hold("weight", settings)
-        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other))
-    }
-    curves = [curve for curve in CURVES if curve.experiment == "weight"]
-    found = {curve: {way: np.asarray(of_one[curve.key]) for way, of_one in numbers.items()} for curve in curves}
-    return dict(describe_sources(found).numbers)
 
 
 def _build(changes: Mapping[str, float | str]) -> World:
