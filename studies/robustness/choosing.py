@@ -93,6 +93,15 @@ def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
 
 
+def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
+    """Returns the blows that were planned for a choice, by grip."""
+    found = {}
+    for option, cost in zip(choice.options, choice.cost_models, strict=True):
+        assert isinstance(cost, BlowCost)  # as built by a Hammer
+        found[option.grip] = cost
+    return found
+
+
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
     """Finds the largest travel of the nail, [m], at which the grip with the densest part at the hand is the cheaper.
 

@@ -21,13 +21,12 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
-from studies.hammering.blows import list_blow_costs
-from studies.hammering.least_work import plan_least_work
 from studies.robustness.assumptions import Setting
 from studies.robustness.build import HOLD_DURATION, World, build_world
 from studies.robustness.choosing import (
     compare_measures,
     find_travel_of_other_grip,
+    list_blow_costs,
     measure_choices,
     measure_tasks,
 )
@@ -39,6 +38,7 @@ from studies.robustness.holding import (
     measure_rods,
 )
 from studies.robustness.learning import collect_experience_at_rest, learn_at_rest
+from studies.robustness.least_work import plan_least_work
 
 
 class Outcome(NamedTuple):

@@ -34,7 +34,7 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
-from studies.hammering.blows import list_blow_costs
+from studies.robustness.choosing import list_blow_costs
 
 BOUND, LEAST_SAME = 0.02, 0.98
 HEADER = [

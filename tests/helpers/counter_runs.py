@@ -31,7 +31,6 @@ from affordance.simulation.blow import simulate_blow
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
 from helpers.stacked import stack
-from studies.hammering.blows import list_blow_costs
 from studies.learners import decoy_again
 from studies.learners.command import list_facts
 from studies.people.fit import load_groups
@@ -40,6 +39,7 @@ from studies.robustness.build import HOLD_DURATION, World, build_world
 from studies.robustness.choosing import (
     compare_measures,
     find_travel_of_other_grip,
+    list_blow_costs,
     measure_choices,
     measure_tasks,
 )

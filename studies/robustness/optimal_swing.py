@@ -1,17 +1,15 @@
-"""Swings of least effort or work under the dynamics of arm and tool, for comparison with minimum acceleration.
+"""Swings of least work under the dynamics of arm and tool, for comparison with minimum acceleration.
 
 The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike: at
 the same time and place, with the same velocity of the tip and as squarely, and with the same room to come to rest.
-Among such motions that keep the limits of angle, rate and torque, the search minimises
+Among such motions that keep the limits of angle, rate and torque, the search minimises the absolute work,
 
-    effort  integral of |tau|^2 dt,    or    absolute work  integral of sum_i |tau_i v_i| dt,
+    integral of sum_i |tau_i v_i| dt,
 
-with tau from inverse dynamics at Gauss-Lobatto nodes, and its exact gradient. Neither is convex: the result is a
-local optimum near the start of the search (docs/decisions/0017-dynamically-consistent-swing.md).
+with tau from inverse dynamics at Gauss-Lobatto nodes, and its exact gradient. The problem is not convex: the result
+is a local optimum near the start of the search (docs/decisions/0017-dynamically-consistent-swing.md).
 """
 
-from collections.abc import Callable
-from functools import partial
 from typing import NamedTuple, cast
 
 import numpy as np
@@ -25,10 +23,7 @@ from affordance.arrays import Array
 from affordance.control.swing import COASTING_TIME, StrikeCondition, Swing, Target
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
-from studies.hammering.inverse_dynamics import InverseDynamics
-
-# Function of torques and rates at the nodes, (N, num_joints) each: integrand, (N,), and its derivatives by both.
-Integrand = Callable[[Array, Array], tuple[Array, Array, Array]]
+from studies.robustness.inverse_dynamics import InverseDynamics
 
 _ORDER = 6  # degree five: torques are then as smooth as cubic splines
 _NODES_A_PIECE = 6  # exact for polynomials of degree nine
@@ -44,7 +39,7 @@ _NUM_TIMES = 801
 
 
 class OptimalSwing(NamedTuple):
-    """Motion from rest to a strike, with its torques and costs."""
+    """Motion from rest to a strike, with its torques and work."""
 
     times: Array  # times, (T,), [s]
     q: Array  # joint angles, (T, num_joints), [rad]
@@ -52,37 +47,7 @@ class OptimalSwing(NamedTuple):
     vdot: Array  # joint accelerations, (T, num_joints), [rad/s^2]
     tau: Array  # torques, (T, num_joints), [N m]
     work: float  # absolute work of the joints, [J]
-    effort: float  # integral of |tau|^2 dt, [N^2 m^2 s]
     converged: bool  # true if the search ended at an optimum, or there was no search
-
-
-class SwingComparison(NamedTuple):
-    """Swings of one blow by three criteria."""
-
-    least_acceleration: OptimalSwing
-    least_effort: OptimalSwing
-    least_work: OptimalSwing
-
-
-def measure_swing(model: ArmModel, swing: Swing, pi: Array) -> OptimalSwing:
-    """Computes torques and costs of a swing of minimum acceleration with a tool of inertial parameters pi, (10,)."""
-    times = np.linspace(0.0, swing.duration, _NUM_TIMES)
-    return _measure(InverseDynamics(model, pi), times, *swing.evaluate(times), converged=True)
-
-
-def compare_swings(
-    model: ArmModel, target: Target, swing: Swing, pi: Array, *, num_pieces: int = 4
-) -> SwingComparison:
-    """Computes the swings of a blow by minimum acceleration, by least effort and by least work.
-
-    Both searches start from the swing of minimum acceleration, and change the model's state and payload. The tool's
-    inertial parameters pi, (10,), are about To, expressed in T.
-
-    Raises:
-        AffordanceError: No motion that keeps the limits was found.
-    """
-    search = SwingSearch(model, target, swing, pi, num_pieces=num_pieces)
-    return SwingComparison(measure_swing(model, swing, pi), search.find_least_effort(), search.find_least_work())
 
 
 class SwingSearch:
@@ -93,7 +58,10 @@ class SwingSearch:
     """
 
     def __init__(self, model: ArmModel, target: Target, swing: Swing, pi: Array, *, num_pieces: int = 4) -> None:
-        """Builds basis and nodes; arguments as for ``compare_swings``."""
+        """Builds basis and nodes; the search changes the model's state and payload.
+
+        The tool's inertial parameters pi, (10,), are about To, expressed in T.
+        """
         self._limits = model.arm.limits
         self._dynamics = InverseDynamics(model, pi)
         num_points = num_pieces + _ORDER - 1
@@ -124,37 +92,33 @@ class SwingSearch:
         points[:2] = self._q_start  # at rest
         return points
 
-    def find_least_effort(self) -> OptimalSwing:
-        """Searches for the motion of least effort, from the given swing.
+    def find_least_work(self) -> OptimalSwing:
+        """Searches for the motion of least work, from the given swing.
 
         Raises:
             AffordanceError: No motion that keeps the limits was found.
         """
-        return self.measure(*self._minimise(compute_squared_torque, self.start))
-
-    def find_least_work(self) -> OptimalSwing:
-        """Searches for the motion of least work, from the given swing; errors as for ``find_least_effort``."""
         points, converged = self.start, True
         for rounding in _ROUNDING:
-            points, converged = self._minimise(partial(compute_rounded_power, rounding), points)
+            points, converged = self._minimise(rounding, points)
         return self.measure(points, converged)
 
     def measure(self, points: Array, converged: bool = True) -> OptimalSwing:
-        """Computes torques and costs of the motion with the given control points."""
+        """Computes torques and work of the motion with the given control points."""
         q, v, vdot = self._evaluate_basis(self._times) @ points
-        return _measure(self._dynamics, self._times, q, v, vdot, converged=converged)
+        return measure_motion(self._dynamics, self._times, q, v, vdot, converged=converged)
 
-    def compute_cost(self, integrand: Integrand, points: Array) -> tuple[float, Array]:
-        """Computes an integral over a motion, and its gradient by the free control points, (m,)."""
+    def compute_cost(self, rounding: float, points: Array) -> tuple[float, Array]:
+        """Computes the rounded work of a motion, [J], and its gradient by the free control points, (m,)."""
         tau, v, by_points = self._compute_torques(points)
-        value, by_tau, by_v = integrand(tau, v)
+        value, by_tau, by_v = compute_rounded_power(rounding, tau, v)
         w = self._quadrature
-        # (points, joints): through the torques and, where the integrand has them, through the rates.
+        # (points, joints): through the torques and through the rates.
         gradient = np.einsum("k,ki,kijl->jl", w, by_tau, by_points)
         gradient += np.einsum("k,kj,kl->jl", w, self._at_nodes[1][:, 2:], by_v)
         return float(w @ value), gradient.ravel()
 
-    def _minimise(self, integrand: Integrand, start: Array) -> tuple[Array, bool]:
+    def _minimise(self, rounding: float, start: Array) -> tuple[Array, bool]:
         """Searches for optimal control points from a start; returns them, and whether the search converged."""
         n, num_free = start.shape[1], len(start) - 2
         q_lower, q_upper, v_max, tau_max = self._limits
@@ -168,10 +132,10 @@ class SwingSearch:
         def complete(value: Array) -> Array:
             return np.vstack([start[:2], value.reshape(-1, n)])
 
-        first, _ = self.compute_cost(integrand, start)
+        first, _ = self.compute_cost(rounding, start)
 
         def compute_cost(z: Array) -> Array:
-            cost, gradient = self.compute_cost(integrand, complete(ExtractValue(z)))
+            cost, gradient = self.compute_cost(rounding, complete(ExtractValue(z)))
             slope = gradient[None] / first @ ExtractGradient(z)
             with_gradient: Array = InitializeAutoDiff(np.array([cost / first]), slope)
             scalar: Array = with_gradient[0, 0]
@@ -211,7 +175,7 @@ class SwingSearch:
             raise AffordanceError(
                 f"no swing of {self._times[-1]:g} s within position, velocity and torque limits was found"
             )
-        if self._keeps_torques(start) and self.compute_cost(integrand, found)[0] > first:
+        if self._keeps_torques(start) and self.compute_cost(rounding, found)[0] > first:
             return start, False
         return found, result.is_success()
 
@@ -238,11 +202,6 @@ class SwingSearch:
         return np.array([spline.vector_values(list(times)).T for spline in self._splines])
 
 
-def compute_squared_torque(tau: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Computes the integrand of the effort, |tau|^2, and its derivatives."""
-    return np.sum(tau**2, axis=1), 2.0 * tau, np.zeros_like(v)
-
-
 def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array, Array, Array]:
     """Computes the smoothed integrand of the work, sum_i sqrt((tau_i v_i)^2 + e^2) - e, and its derivatives."""
     power = tau * v
@@ -251,13 +210,13 @@ def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array,
     return np.sum(root - rounding, axis=1), share * v, share * tau
 
 
-def _measure(
+def measure_motion(
     dynamics: InverseDynamics, times: Array, q: Array, v: Array, vdot: Array, *, converged: bool
 ) -> OptimalSwing:
+    """Computes torques and work of a motion; angles, rates and accelerations are (T, num_joints)."""
     tau = dynamics.compute(q, v, vdot)
     work = np.trapezoid(np.abs(tau * v).sum(axis=1), times)
-    effort = np.trapezoid((tau**2).sum(axis=1), times)
-    return OptimalSwing(times, q, v, vdot, tau, float(work), float(effort), converged)
+    return OptimalSwing(times, q, v, vdot, tau, float(work), converged)
 
 
 def _build_lobatto(duration: float, num_pieces: int) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.settings import Settings
-from studies.hammering.optimal_swing import OptimalSwing, SwingSearch
+from studies.robustness.optimal_swing import OptimalSwing, SwingSearch
 
 # Speeds of the motion relative to the one found: from a tap to what the lightest tool needs.
 _PACES = np.geomspace(0.25, 2.0, 12)

@@ -10,8 +10,9 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.motion_cost import MotionCost
 from affordance.exceptions import AffordanceError
 from affordance.settings import DEFAULT_SETTINGS
-from studies.hammering import least_work
-from studies.hammering.optimal_swing import SwingSearch, measure_swing
+from studies.robustness import least_work
+from studies.robustness.inverse_dynamics import InverseDynamics
+from studies.robustness.optimal_swing import SwingSearch, measure_motion
 
 HELD = STICK.list_gripped()["wood"]
 
@@ -23,7 +24,9 @@ def task(own_model, hammer, monkeypatch):
     blows = hammer.build_cost(own_model, HELD.components, DEFAULT_SETTINGS)
 
     def begin(self, model, target, swing, pi):
-        self.measured = measure_swing(model, swing, pi)
+        times = np.linspace(0.0, swing.duration, 801)
+        dynamics = InverseDynamics(model, pi)
+        self.measured = measure_motion(dynamics, times, *swing.evaluate(times), converged=True)
 
     monkeypatch.setattr(SwingSearch, "__init__", begin)
     monkeypatch.setattr(SwingSearch, "find_least_work", lambda self: self.measured)
