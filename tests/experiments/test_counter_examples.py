@@ -122,19 +122,6 @@ ALL = {
             )
         },
     ),
-    "learners": CounterExamples(
-        runs.lift_decoy_again,
-        {
-            "one kind": (
-                partial(runs.lift_decoy_again, kappa=ONE_KIND),
-                "kinds_map_brass_stays kinds_map_second_lift kinds_drawn_brass_stays kinds_drawn_second_lift",
-            ),
-            # The purpose of kinds.
-            "nothing": (runs.lift_decoy_again, "density_brass_stays density_second_lift"),
-        },
-        # The first seconds of a hold say too little of the second lift.
-        "density_brass_stays density_second_lift kinds_map_second_lift kinds_drawn_second_lift",
-    ),
     "vision": CounterExamples(
         runs.see,
         {

@@ -8,11 +8,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from affordance.belief import kind_memory
-from affordance.belief.learner import Learner, Pick
+from affordance.belief.learner import Pick
 from affordance.choice import blow_cost
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
@@ -31,8 +30,6 @@ from affordance.simulation.blow import simulate_blow
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
 from helpers.stacked import stack
-from studies.learners import decoy_again
-from studies.learners.command import list_facts
 from studies.people.fit import load_groups
 from studies.robustness.assumptions import list_defaults, load_assumptions
 from studies.robustness.build import HOLD_DURATION, World, build_world
@@ -187,20 +184,6 @@ def lift_family(name: str, *, kappa: float | None = None) -> Numbers:
         experiment = load_protocol_experiment(name)
         runs = [experiment.run_observer(None, None, 0)]
     return experiment.compute_metrics(None, None, stack(runs))
-
-
-@functools.cache
-def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
-    """Simulation I by one observer of each learner, the decoy twice."""
-    with pytest.MonkeyPatch.context() as patch:
-        _widen(patch, kappa)
-        patch.setattr(decoy_again, "NUM_DECOYS", 2)
-        weight = shorten(load_hold_experiment("weight"), _HELD["weight"])
-        arrays = {
-            learner: stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
-            for learner in Learner
-        }
-        return {**decoy_again.compute_metrics(weight, arrays), **list_facts(1)}
 
 
 def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:
