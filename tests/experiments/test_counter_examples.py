@@ -122,16 +122,6 @@ ALL = {
             )
         },
     ),
-    "vision": CounterExamples(
-        runs.see,
-        {
-            "slow detector of objects a quarter larger than seen": (
-                partial(runs.see, scale=1.25, delay=0.2),
-                "visible_axes depth_axis mass coverage time",
-            )
-        },
-        "coverage time",  # with three objects, on any machine
-    ),
     "robustness": CounterExamples(
         partial(studies.evaluate_settings, 300),
         {

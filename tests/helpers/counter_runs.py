@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import tempfile
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from affordance.belief.learner import Pick
 from affordance.choice import blow_cost
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
@@ -27,7 +25,6 @@ from affordance.proprioception.faults import Faults
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
-from affordance.vision.pixels.camera_sensor import CameraSensor
 from helpers.short_holds import shorten
 from helpers.stacked import stack
 from studies.people.fit import load_groups
@@ -41,7 +38,6 @@ from studies.robustness.choosing import (
     measure_tasks,
 )
 from studies.robustness.learning import collect_experience_at_rest
-from studies.vision import experiment as vision
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
@@ -190,42 +186,3 @@ def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:
     if kappa is not None:
         for pick in Pick:
             patch.setitem(kind_memory.KAPPA, pick, kappa)
-
-
-def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:
-    """Three objects, scaled over those before the camera, by a detector that takes some time at least, [s]."""
-    draw, detect = vision.draw_numbered_object, CameraSensor.detect_parts
-    nothing = Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=False)
-
-    def draw_scaled(seed: int, number: int) -> Any:
-        tool = draw(seed, number)
-        parts = [
-            dataclasses.replace(part, shape=part.shape.with_sizes(scale * part.shape.sizes))
-            for part in tool.components
-        ]
-        return dataclasses.replace(tool, components=tuple(parts))
-
-    def detect_slowly(self: CameraSensor, picture: Any) -> Any:
-        start = time.process_time()
-        found = detect(self, picture)
-        while time.process_time() < start + delay:
-            pass
-        return found
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: (nothing, nothing))
-        patch.setattr(CameraSensor, "detect_parts", detect_slowly)
-        experiment = vision.load()
-        runs = []
-        for repeat in range(3):
-            picture = _take_picture(repeat)
-            with pytest.MonkeyPatch.context() as of_one:
-                of_one.setattr(vision, "take_numbered_picture", lambda seed, number, taken=picture: taken)
-                of_one.setattr(vision, "draw_numbered_object", draw_scaled)
-                runs.append(experiment.run_observer(None, None, repeat))
-        return experiment.compute_metrics(None, None, stack(runs))
-
-
-@functools.cache
-def _take_picture(number: int) -> Any:
-    return vision.take_numbered_picture(0, number)

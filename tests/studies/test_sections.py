@@ -15,5 +15,5 @@ def test_every_template_is_one_and_every_claim_has_criteria(path):
 
 
 def test_all_studies_with_a_report_are_looked_at():
-    names = {"active", "arms", "loop", "recorded", "robustness", "vision", "tools"}
+    names = {"active", "arms", "loop", "recorded", "robustness", "tools"}
     assert names <= SECTIONS.keys()
