@@ -92,9 +92,9 @@ def _summarise(loaded: Found, ours: Mapping[str, Any]) -> str:
         return f"{sentences[0]} No robot was imported."
     sentences.append(
         "An arm sags under an object that it takes for lighter than it is by (1 + 1/N) T²/6 times the acceleration"
-        " that it did not foresee, with T the horizon of its plan and N its steps. That acceleration follows from"
-        " the mass not foreseen over the sum of the arm's own effective mass at the hand and the believed mass."
-        " Nothing is fitted."
+        " that it did not foresee, with T the horizon of its plan and N its steps. That acceleration is g times the"
+        " mass not foreseen, over the sum of the arm's own effective mass at the hand and the believed mass. Nothing"
+        " is fitted."
     )
     sags = [one["sag"] for one in loaded.values()]
     ratios = [sag["simulated"] / sag["predicted"] for sag in sags if sag["limited"] <= FREE]
