@@ -70,7 +70,8 @@ class Study:
     # Function that checks the arguments and reads all files, and returns what is to be run; nothing is written
     # before it returns.
     plan: Callable[[argparse.Namespace], Work | Task]
-    folder: str | None = None  # folder of the results in that of ``--out``; None for the study's name
+    # Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
+    folder: str | None = None
     # Reasons by settings, or groups of settings, that the study does not use.
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
     on_one_thread: bool = False  # true if the study's process is to have one thread, as processes of repeats have
@@ -97,7 +98,8 @@ class Study:
         work = self.plan(arguments)
         if isinstance(work, Task):
             return work.run()
-        folder = prepare_folder(arguments.out) / (self.folder or Path(inspect.getfile(self.plan)).parent.name)
+        name = Path(inspect.getfile(self.plan)).parent.name if self.folder is None else self.folder
+        folder = prepare_folder(arguments.out) / name
         section, written = None, None
         for findings in work(folder):
             section, written = findings.section, write_findings(findings, folder)
