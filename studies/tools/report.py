@@ -1,5 +1,6 @@
 """Report of the study of tools: claims about masses, intervals, grips and blows, and the outcome in words."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -95,7 +96,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def _check_largest(name: str, errors: Sequence[float]) -> Criterion:
-    return check(name, [max(errors)] if errors else [], PERCENT, at_most=0.05)
+    return check(name, max(errors, default=math.nan), PERCENT, at_most=0.05)
 
 
 def _judge_meshes(parity: Mapping[str, Any]) -> list[ClaimResult]:
