@@ -245,7 +245,8 @@ def _find_without_observers(name: str) -> Any:
         "hammer": lambda setup: hammer.plan(setup, *hammer.read(setup)[1:]),
         "vision": lambda setup: vision.check_mashing(setup, *vision.read(setup)),
     }
-    return suite.EXPERIMENTS[name]._replace(run=plans.get(name, _do_nothing))
+    run: Any = plans.get(name, _do_nothing)
+    return suite.EXPERIMENTS[name]._replace(run=run)
 
 
 def _do_nothing(*_: Any) -> None:

@@ -1,11 +1,10 @@
-"""The study of robustness: every claim over a sample of all that the paper does not give. One repeat a setting."""
+"""The study of robustness: every claim over a sample of all that the paper does not give; a repeat is a setting."""
 
 import csv
 import io
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +13,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.arrays import Array, Arrays
-from affordance.experiments.definition import Experiment, Outputs
-from affordance.experiments.shared.experience import Experience
-from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
+from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
-from affordance.reporting.claims import Claim
 from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.robustness.assumptions import Assumption, list_defaults, load_assumptions, sample_places, sample_settings
@@ -44,8 +40,8 @@ _KINDS = {
     "puts ": "the arm cannot take the start posture",
     "must be at most": "an object is too heavy to hold",
 }
-# As many observers a setting as the simulations have.
-DEFAULT_NUM_OBSERVERS = DEFAULT_REPEATS
+# As many observers in each setting as the simulations have.
+DEFAULT_NUM_OBSERVERS = 200
 # As many as the sample has by default: shares are then known to 6 % or better.
 DEFAULT_NUM_SETTINGS = 300
 # One setting in this many has simulated contact, which takes a tenth of all the time.
@@ -57,29 +53,20 @@ INTERPOLATION_BOUND = TOLERANCE
 
 
 @dataclass(frozen=True)
-class Robustness(Experiment):
-    """Robustness study: claims evaluated over a sample of settings."""
+class Robustness:
+    """Claims evaluated over a sample of settings."""
 
     assumptions: tuple[Assumption, ...]  # assumptions that are varied
-    claims: Mapping[str, Claim]  # claims judged in every setting, by experiment and key
-    models: Path  # folder of materials, path, nail and arm
+    models: Path = MODELS  # folder of materials, path, nail and arm
     seed: int = 0  # root of every random draw
     # Settings of the simulations; a sampled setting replaces those that it varies.
     settings: Settings = DEFAULT_SETTINGS
     num_observers: int = DEFAULT_NUM_OBSERVERS  # number of observers of each setting
 
-    name = "robustness"
-    unit = "setting"
-    section = Path(__file__).with_name("section.yaml")
-
-    @property
-    def files_read(self) -> tuple[Path, ...]:
-        """Files of materials, path and nail, which a setting changes."""
-        return tuple(self.models / name for name in ("materials.yaml", "paths/reach.yaml", "nail.yaml"))
-
-    def count_repeats(self, observers: int) -> int:
-        """One repeat a setting of the sample, after the first, which is the setting of the simulations."""
-        return observers + 1
+    def list_files(self) -> list[Path]:
+        """Lists the files of the arm, and those of materials, path and nail, which a setting changes."""
+        names = ("materials.yaml", "paths/reach.yaml", "nail.yaml")
+        return [*list_arm_files(self.settings.arm), *(self.models / name for name in names)]
 
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
         """Evaluates a setting of the sample, or that of the simulations, with the random draws that they have.
@@ -104,7 +91,7 @@ class Robustness(Experiment):
         )
         return setting, outcome
 
-    def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
+    def run_setting(self, repeat: int) -> Arrays:
         """Evaluates a setting: that of the simulations as repeat 0, then those of the sample.
 
         Returns: ``outcomes`` (C,), 1, 0 or not a number; ``p_correct`` (2, 4) and ``work_ratio`` (2,) of reaching and
@@ -124,8 +111,9 @@ class Robustness(Experiment):
             "cpu_s": np.array([outcome.cpu_s[part] for part in PARTS]),
         }
 
-    def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
+    def compute_metrics(self, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json."""
+        known = list_claims()
         default = np.asarray(arrays["outcomes"][0], dtype=float)
         errors = np.asarray(arrays["interpolation_error"], dtype=float)
         proven = np.isfinite(errors)
@@ -134,7 +122,7 @@ class Robustness(Experiment):
         count = len(outcomes)
         levels = find_levels(self.assumptions, sample_places(len(self.assumptions), count, self.seed))
         claims = {}
-        for column, (name, claim) in enumerate(self.claims.items()):
+        for column, (name, claim) in enumerate(known.items()):
             effects = measure_effects(outcomes[:, column], levels, self.seed)
             claims[name] = {
                 "text": claim.text,
@@ -147,8 +135,8 @@ class Robustness(Experiment):
         return {
             "settings": count,
             "observers": self.num_observers,
-            "default_meets": [name for name, outcome in zip(self.claims, default, strict=True) if outcome == 1.0],
-            "default_fails": [name for name, outcome in zip(self.claims, default, strict=True) if outcome == 0.0],
+            "default_meets": [name for name, outcome in zip(known, default, strict=True) if outcome == 1.0],
+            "default_fails": [name for name, outcome in zip(known, default, strict=True) if outcome == 0.0],
             "simulated": float(np.mean(arrays["simulated"] == 1.0)),
             "interpolation_proven": bool(proven.any() and (errors[proven] <= INTERPOLATION_BOUND).all()),
             "interpolation_bound_m": INTERPOLATION_BOUND,
@@ -165,22 +153,6 @@ class Robustness(Experiment):
             "cpu_s": dict(zip(PARTS, arrays["cpu_s"].mean(axis=0), strict=True)),
             "first_order": {name: each["first_order"] for name, each in claims.items()},
         }
-
-    def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Lists the facts of the report: assumptions in words, and numbers that the text quotes."""
-        return {
-            "num_assumptions": len(self.assumptions),
-            "labels": {each.name: each.label for each in self.assumptions},
-            "contact_every": CONTACT_EVERY,
-            "least_holds": min(each["holds"] for each in numbers["claims"].values() if each["holds"] is not None),
-        }
-
-    def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """Shows the map of claims by assumptions, and the table of settings."""
-        return Outputs(
-            figures={"robustness": partial(self._draw, numbers)},
-            writers={"settings.csv": partial(self._write_settings, _drop_default(arrays))},
-        )
 
     def _describe(self, effects: Effects, outcomes: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
         strongest = self.assumptions[effects.strongest]
@@ -209,7 +181,8 @@ class Robustness(Experiment):
             for name, rows in {"all": np.ones(len(levels), dtype=bool), **chosen}.items()
         }
 
-    def _draw(self, numbers: Mapping[str, Any]) -> Figure:
+    def draw(self, numbers: Mapping[str, Any]) -> Figure:
+        """Draws the map of claims by assumptions."""
         order = (*EXPERIMENTS, TASKS)
         claims = dict(sorted(numbers["claims"].items(), key=lambda entry: order.index(entry[0].split(".")[0])))
         shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
@@ -221,13 +194,15 @@ class Robustness(Experiment):
             null_levels=np.array([each["null_level"] for each in claims.values()]),
         )
 
-    def _write_settings(self, arrays: Arrays, folder: Path) -> None:
+    def write_settings(self, arrays: Arrays, folder: Path) -> None:
+        """Writes the table of the sample, a row per setting, into the folder."""
+        arrays = _drop_default(arrays)
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         measured = [f"{name}.p_correct[{moment}]" for name in _CHOOSING for moment in MOMENTS]
         measured += [f"{name}.energy_ratio_true" for name in _CHOOSING]
         names = [each.name for each in self.assumptions]
-        writer.writerow(["setting", *names, *self.claims, *measured, "not run"])
+        writer.writerow(["setting", *names, *list_claims(), *measured, "not run"])
         settings = sample_settings(self.assumptions, len(arrays["outcomes"]), self.seed)
         columns = (arrays[name] for name in ("outcomes", "p_correct", "work_ratio", "reasons"))
         for index, (setting, row, p_correct, ratios, reasons) in enumerate(zip(settings, *columns, strict=True)):
@@ -258,5 +233,5 @@ def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
 
 
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> Robustness:
-    """Reads assumptions and claims."""
-    return Robustness(load_assumptions(), list_claims(), models, seed, settings)
+    """Reads the assumptions."""
+    return Robustness(load_assumptions(), models, seed, settings)
