@@ -111,8 +111,8 @@ def _tabulate_choices(p_correct: Mapping[str, Mapping[str, Mapping[str, Any]]]) 
                 shares = [f"{median} ({low} to {high})" for median, low, high in spans]
                 rows.append([task, name, str(each["count"]), *shares])
     return Table(
-        "Correct choices after no, one, two and six trials by the structure of the noise; medians over settings, and 5"
-        " to 95 % of them.",
+        "Correct choices after no, one, two and six trials by the structure of the noise; medians over settings, and"
+        " 5 to 95 % of them.",
         ["task", "noise structure", "settings", "before", "after one", "after two", "after six"],
         rows,
     )

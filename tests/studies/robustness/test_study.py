@@ -6,36 +6,29 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.results_files import check_keys, read_numbers
+from helpers.results_files import find_documented_keys, read_numbers
 from helpers.shared import compute_once
+from helpers.study_runs import run_study
 from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError
-from affordance.experiments import runner
-from affordance.experiments.suite import DEFAULT_REPEATS, run_suite
 from affordance.files.model_folder import MODELS
-from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.statistics import estimate_proportion
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
+from studies.robustness import command, holding, study
 from studies.robustness import evaluate as evaluate_module
-from studies.robustness import experiment as study
-from studies.robustness import holding
 from studies.robustness.assumptions import list_defaults, sample_settings
 from studies.robustness.build import build_world
-from studies.robustness.claims import EXPERIMENTS
+from studies.robustness.claims import list_claims
 from studies.robustness.command import describe_outcome
 from studies.robustness.evaluate import evaluate_setting
 from studies.robustness.holding import Held, compare_with_simulated
 
 LOADED = study.load()
-# Claims of the protocols that `affordance run all` judges, without headlines.
-JUDGED = [
-    f"{name}.{claim.key}"
-    for name in EXPERIMENTS
-    for claim in load_protocol(find_protocol(name, MODELS)).report.claims
-]
+# Claims that `affordance run all` judges, without headlines.
+JUDGED = [name for name, claim in list_claims().items() if claim.source != "README"]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -53,7 +46,7 @@ def defaults(_shorter_holds, tmp_path_factory):
 
 
 def test_default_meets_all_that_the_simulations_meet(defaults):
-    """The default setting meets all claims of protocols and headlines that simulations of 200 observers meet."""
+    """The default setting meets all claims and headlines that simulations of 200 observers meet."""
     setting, outcome = defaults
     assert setting == list_defaults(LOADED.assumptions)
     assert not any(outcome.reasons.values())
@@ -73,14 +66,14 @@ def test_default_meets_all_that_the_simulations_meet(defaults):
 def test_as_many_choose_as_in_the_simulations(defaults):
     """Claims are judged with one choice of each of 200 observers, as in the simulations."""
     _, outcome = defaults
-    assert LOADED.num_observers == DEFAULT_REPEATS == 200
+    assert LOADED.num_observers == 200
     for name in ("reach", "hammer"):
         share = outcome.numbers[name]["p_correct"][1:]
-        np.testing.assert_allclose(share * DEFAULT_REPEATS, np.round(share * DEFAULT_REPEATS), atol=1e-9)
-        of_as_many = estimate_proportion(share * DEFAULT_REPEATS, DEFAULT_REPEATS).ci95
+        np.testing.assert_allclose(share * 200, np.round(share * 200), atol=1e-9)
+        of_as_many = estimate_proportion(share * 200, 200).ci95
         np.testing.assert_allclose(outcome.numbers[name]["p_correct_ci95"][1:], of_as_many)
     for held in outcome.held.values():
-        assert {len(each.motions.heights) for each in held.tools} == {DEFAULT_REPEATS}
+        assert {len(each.motions.heights) for each in held.tools} == {200}
 
 
 def test_interpolated_motions_are_those_of_full_holds(defaults):
@@ -136,16 +129,16 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
         return outcome._replace(outcomes=held, reasons=reasons, interpolation_error=error)
 
     monkeypatch.setattr(study, "evaluate_setting", evaluate)
-    monkeypatch.setattr(runner, "find_commit", lambda: "0123abc")
+    monkeypatch.setattr("studies.study.find_commit", lambda: "0123abc")
     with monkeypatch.context() as undrawn:
         undrawn.setattr(Figure, "savefig", lambda figure, path, **options: Path(path).touch())
-        run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=5, jobs=1)
-    run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=12, jobs=1)
+        run_study(command.STUDY, "--repeats", 5, "--jobs", 1, "--out", tmp_path)
+    run_study(command.STUDY, "--repeats", 12, "--jobs", 1, "--out", tmp_path)
     sample = sample_settings(LOADED.assumptions, 12, 0)
     assert evaluated == [list_defaults(LOADED.assumptions), *sample]
     assert proven == [True, True, *[False] * 11]
     numbers = read_numbers(tmp_path / "robustness")
-    check_keys(numbers, "Robustness")
+    assert set(numbers) == find_documented_keys("Every experiment", "Robustness") - {"run_shown"}
     assert numbers["settings"] == 12
     assert numbers["commit"] == "0123abc"
     assert set(JUDGED) <= set(numbers["default_meets"])
@@ -155,7 +148,7 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
     assert numbers["interpolation_error_m"] == 4e-6
     assert numbers["proven_in"] == [0]
     assert numbers["simulated"] == 0.0
-    assert not any("{{" in each["text"] for each in numbers["claims"].values())
+    assert numbers["claims"]["reach.learned"]["text"] == "After 6 trials at least 95 of 100 choices are correct."
     claim = numbers["claims"]["reach.after_one"]
     assert claim["holds"] == pytest.approx(8 / 12)
     assert {"holds", "ci95", "strongest_assumption"} <= set(claim)
@@ -194,5 +187,5 @@ def test_claims_are_drawn_by_experiment(monkeypatch):
     drawn = []
     monkeypatch.setattr(study, "draw_multiverse", lambda claims, *others, **arrays: drawn.extend(claims))
     claim = {"holds": 0.5, "ci95": [0.4, 0.6], "null_level": 0.1, "first_order": {"x": 0.0}}
-    LOADED._draw({"claims": dict.fromkeys(("reach.chance", "hammer.chance", "reach.after_one", "com.mass"), claim)})
+    LOADED.draw({"claims": dict.fromkeys(("reach.chance", "hammer.chance", "reach.after_one", "com.mass"), claim)})
     assert drawn == ["com: mass", "reach: chance", "reach: after one", "hammer: chance"]
