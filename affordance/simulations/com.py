@@ -17,7 +17,6 @@ import xarray as xr
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.reporting.claims import ClaimResult
@@ -29,7 +28,7 @@ from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.drawings import add_motion, draw_heights_of_points, draw_made_and_seen, replay_holds
 from affordance.simulations.experience import count_events, gain_experience, recall, tabulate_experience
 from affordance.simulations.lifts import describe_holds, tabulate_holds
-from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
+from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks, read_tools
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
 from affordance.simulations.prediction import ObserverNumbers, measure_learners
 from affordance.simulations.results import Results
@@ -124,7 +123,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 def read(setup: Setup) -> Sequence[Tool]:
     """Reads the two objects and the decoy, and checks that they make the experiment."""
     file = setup.models / OBJECTS
-    tools = load_tools(file)
+    tools = read_tools(setup.models, OBJECTS)
     if len(tools) != 3:
         raise BadValueError(file, "tools", f"has {len(tools)} entries, must have 3: two objects and the decoy")
     check_no_grips(file, tools)

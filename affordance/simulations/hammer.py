@@ -28,7 +28,6 @@ from affordance.choice.off_axis import measure_changes
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.control.start_posture import check_start
 from affordance.exceptions import BadValueError, name_object
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
@@ -65,7 +64,7 @@ from affordance.simulations.grips import (
     tabulate_rules,
     tabulate_tools,
 )
-from affordance.simulations.objects import check_can_be_held, check_honest
+from affordance.simulations.objects import check_can_be_held, check_honest, read_tools
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.results import Results
 
@@ -183,7 +182,7 @@ def run(setup: Setup) -> Results:
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Hammer]:
     """Reads the objects that are held, the novel tools and the nail, and checks that they make the experiment."""
     held, nail, file = com.read(setup)[:2], setup.models / NAIL, setup.models / TOOLS
-    task, tools = load_hammer(nail), load_tools(file)
+    task, tools = load_hammer(nail), read_tools(setup.models, TOOLS)
     check_start(nail, "blow.start", task.start, load_arm(setup.settings.arm))
     check_several_grips(file, tools)
     check_honest(file, tools)

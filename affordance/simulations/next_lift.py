@@ -24,7 +24,6 @@ from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.options import Option
 from affordance.choice.pricing import plan_options
 from affordance.choice.tasks import load_task
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.criteria import check, claim, with_interval
@@ -35,7 +34,7 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.drawings import replay_holds
 from affordance.simulations.lifts import describe_holds, tabulate_holds
-from affordance.simulations.objects import check_can_be_held
+from affordance.simulations.objects import check_can_be_held, read_tools
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, run_observers
 from affordance.simulations.prediction import ObserverNumbers
 from affordance.simulations.results import Results
@@ -120,9 +119,9 @@ def predict(setup: Setup) -> ObserverNumbers:
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
     """Reads the objects, and the tools whose grips are to be chosen."""
     file = setup.models / OBJECTS
-    things, tools = load_tools(file), load_tools(setup.models / TOOLS)[:2]
+    things, tools = (read_tools(setup.models, each) for each in (OBJECTS, TOOLS))
     check_can_be_held(file, things, setup.settings)
-    return things, tools
+    return things, tools[:2]
 
 
 def collect(setup: Setup) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""Checks of the objects of a user's own, which may make no experiment: refusals in one line."""
+"""Objects of an experiment from a folder of models, and refusals in one line of those that make no experiment."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -9,12 +9,18 @@ from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
 from affordance.exceptions import BadValueError, InfeasibleError, ModelFileError
-from affordance.objects.materials import Material
+from affordance.objects.load import load_tools
+from affordance.objects.materials import Material, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm
 from affordance.plant.load import load_arm, parse_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
+
+
+def read_tools(models: Path, file: str) -> tuple[Tool, ...]:
+    """Reads the tools of a file in a folder of models, made of the materials of that folder."""
+    return load_tools(models / file, load_materials(models / "materials.yaml"))
 
 
 def list_looks(tools: Sequence[Tool]) -> list[Material]:

@@ -22,7 +22,6 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError, name_object
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, find_free_end, list_colours, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -56,7 +55,7 @@ from affordance.simulations.grips import (
     tabulate_rules,
     tabulate_tools,
 )
-from affordance.simulations.objects import check_can_be_held, check_honest
+from affordance.simulations.objects import check_can_be_held, check_honest, read_tools
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.results import Results
 
@@ -137,7 +136,7 @@ def run(setup: Setup) -> Results:
 def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
     """Reads the objects that are held, the novel tools and the path, and checks that they make the experiment."""
     held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
-    task, tools = Reach(load_path(path_file)), load_tools(file)
+    task, tools = Reach(load_path(path_file)), read_tools(setup.models, TOOLS)
     check_start(path_file, "start", task.path.start, load_arm(setup.settings.arm))
     check_several_grips(file, tools)
     check_honest(file, tools)

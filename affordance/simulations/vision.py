@@ -30,7 +30,6 @@ from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.objects.colour import convert_to_lab
-from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
 from affordance.plant.arm_model import ArmModel
@@ -40,6 +39,7 @@ from affordance.reporting.camera_figures import CameraView, draw_calibration, dr
 from affordance.reporting.claims import ClaimResult
 from affordance.reporting.criteria import PERCENT, Unit, check, claim
 from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulations.objects import read_tools
 from affordance.simulations.observers import Setup, about, run_observers
 from affordance.simulations.random_objects import MAX_PARTS, draw_object
 from affordance.simulations.results import Results
@@ -133,7 +133,7 @@ def run(setup: Setup) -> Results:
 def read(setup: Setup) -> tuple[Sequence[Tool], Reach]:
     """Reads the two uncommon objects and the path of mashing."""
     file, path = setup.models / UNCOMMON, setup.models / PATH
-    tools, task = load_tools(file), Reach(load_path(path))
+    tools, task = read_tools(setup.models, UNCOMMON), Reach(load_path(path))
     if len(tools) != 2:
         raise BadValueError(file, "tools", f"has {len(tools)} entries, must have 2: the objects to choose from")
     check_start(path, "start", task.path.start, load_arm(setup.settings.arm))

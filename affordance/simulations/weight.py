@@ -15,7 +15,6 @@ import xarray as xr
 
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
-from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.reporting.claims import ClaimResult
@@ -25,7 +24,7 @@ from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.drawings import add_motion, draw_density_and_drop, draw_heights, replay_holds
 from affordance.simulations.lifts import describe_holds, tabulate_holds
-from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks
+from affordance.simulations.objects import check_can_be_held, check_honest, check_no_grips, list_looks, read_tools
 from affordance.simulations.observers import OBSERVER_SHOWN, Setup, about, find_excursion, run_observers
 from affordance.simulations.prediction import ObserverNumbers, measure_learners
 from affordance.simulations.results import Results
@@ -97,7 +96,7 @@ def predict(setup: Setup) -> ObserverNumbers:
 def read(setup: Setup) -> Sequence[Tool]:
     """Reads the rods and the decoy, which comes last, and checks that they make the experiment."""
     file = setup.models / OBJECTS
-    tools = load_tools(file)
+    tools = read_tools(setup.models, OBJECTS)
     if len(tools) < 3:
         raise BadValueError(
             file, "tools", f"has {len(tools)} entries, must have at least 3: two objects and the decoy"
