@@ -40,7 +40,7 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
             "What robots held, from recordings that others published: a UR10e with a weighed load of 2.805 kg,"
             f" known by its motor currents alone; {config['injections']} random payloads put into the measured"
             " torques of a Panda, for windows of 2, 5 and 10 s; three weighed objects on a servo arm, known by how"
-            f" far its servos stay from where they are told to be. In addition, drawn truths: {config['draws']}"
+            f" far its servos stay from where they are commanded to be. In addition, drawn truths: {config['draws']}"
             f" bodies from the prior, and {config['draws']} seen objects with a fifth of their mass in a lump that"
             " was not seen."
         ),

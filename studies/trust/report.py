@@ -66,7 +66,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
               check("malformed files that are not rejected so",
                     n["bad_inputs_tried"] - n["bad_inputs_refused"], COUNT, at_most=0),
               check("malformed files", n["bad_inputs_tried"], COUNT, at_least=500)),
-        claim("kills", "ours", "A run that was killed goes on to the very files of one that was not.",
+        claim("kills", "ours", "A killed run, resumed, writes the same files as one that was not killed.",
               check("kills at random moments, of runs in one process and in two, after which files differ",
                     n["kills"] - n["kills_identical"], COUNT, at_most=0),
               check("kills", n["kills"], COUNT, at_least=20)),
