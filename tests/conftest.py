@@ -38,8 +38,6 @@ HERE = Path(__file__).parent
 # Files of about eight seconds and more, about in order.
 LONGEST = (
     "experiments/test_counter_examples.py",
-    "studies/hammering/test_blows.py",
-    "studies/vision/test_experiment.py",
     "studies/robustness/test_experiment.py",
     "vision/pixels/test_seen_tool.py",
     "studies/trust/test_calibration.py",

@@ -50,6 +50,11 @@ def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
     return Criterion(name, value, unit, bounds)
 
 
+def confirm(name: str, value: bool) -> Criterion:
+    """States a criterion that is met if the value is true; it is shown as yes or no."""
+    return Criterion(name, value, NONE, {"is": True})
+
+
 def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult:
     """Judges a claim: it is met if all criteria are. A value that is infinite, undefined or empty meets none."""
     judged = tuple(_judge(each) for each in criteria)
@@ -57,6 +62,9 @@ def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult
 
 
 def _judge(criterion: Criterion) -> CriterionResult:
+    if "is" in criterion.bounds:
+        met = bool(criterion.value)
+        return CriterionResult(criterion.name, "yes" if met else "no", "yes", met)
     known = [np.asarray(each, dtype=float) for each in (criterion.value, *criterion.bounds.values())]
     decided = all(each.size and np.isfinite(each).all() for each in known)
     met = decided and all(

@@ -22,7 +22,8 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option
-from affordance.choice.ranking import NO_OPTION, TIE, Chosen, pick_cheapest, rank_options
+from affordance.choice.picking import NO_OPTION, TIE, Chosen, pick_cheapest
+from affordance.choice.ranking import rank_options
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, is_symmetric

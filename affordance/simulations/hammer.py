@@ -20,7 +20,7 @@ from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.off_axis import measure_changes
-from affordance.choice.ranking import NO_OPTION, pick_cheapest
+from affordance.choice.picking import NO_OPTION, pick_cheapest
 from affordance.control.start_posture import check_start
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.load import load_arm

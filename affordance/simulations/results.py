@@ -105,7 +105,7 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
         "repeats": setup.observers,
         "run_shown": OBSERVER_SHOWN,
         "config": setup,
-        "setup": _describe_setup(results, setup.settings),
+        "setup": describe_setup(setup.settings, results.learners),
         "inputs": compute_key("", setup.settings.arm.parent),
         "versions": list_versions(),
         "commit": find_commit(),
@@ -202,13 +202,13 @@ def describe_faults(faults: Faults) -> str:
     )
 
 
-def _describe_setup(results: Results, settings: Settings) -> dict[str, Any]:
-    """Describes arm, models, learners and changed settings, for the head of the report."""
+def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str, Any]:
+    """Describes arm, models, learners (by default that of the settings) and changed settings, for the report."""
     folder = settings.arm.parent
     return {
         "arm": settings.arm.name,
         "models": OWN_MODELS if folder == MODELS else folder.name,
-        "learners": list(results.learners or [settings.learner.value]),
+        "learners": list(learners or [settings.learner.value]),
         "settings": describe_changes(settings),
     }
 

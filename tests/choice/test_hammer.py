@@ -24,7 +24,6 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
-from studies.hammering.work_map import find_crossovers, map_work
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 
@@ -258,21 +257,6 @@ def test_direction_of_the_blow_is_made_a_unit_vector(tmp_path):
     )
     (tmp_path / "nail.yaml").write_text(text, encoding="utf-8")
     np.testing.assert_allclose(load_hammer(tmp_path / "nail.yaml").direction, [0.0, 0.6, -0.8])
-
-
-def test_crossover_is_where_the_map_changes_sides(hammer, own_model):
-    stronger = dataclasses.replace(hammer, force=500.0)
-    planned = {grip: stronger.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()}
-    forces = np.linspace(126.0, 500.0, 30)
-    mapped = map_work(list(planned.values()), [pi[None] for pi in PI.values()], forces)
-    assert mapped.work.shape == mapped.feasible.shape == (2, 1, 30)
-    wood_cheaper = mapped.work[0, 0] < mapped.work[1, 0]
-    changes = np.flatnonzero(np.diff(wood_cheaper))
-    crossovers = find_crossovers(planned, PI, forces)
-    assert len(changes) == len(crossovers) == 1
-    assert forces[changes[0]] <= crossovers[0] <= forces[changes[0] + 1]
-    works = [planned[grip].compute(PI[grip][None], crossovers[0]).work[0] for grip in HELD]
-    assert works[0] == pytest.approx(works[1], rel=1e-3)
 
 
 @pytest.mark.parametrize("grip", HELD)

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from helpers.changed_files import change_file
 from helpers.results_files import read_numbers, read_section, render
-from helpers.short_holds import shorten, with_tools
+from helpers.short_holds import shorten
 
-from affordance.belief.density_belief import DensityBelief
-from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.experience import draw_order
@@ -17,7 +15,6 @@ from affordance.experiments.shared.gain_experience import collect_experience, ga
 from affordance.experiments.shared.recall import recall
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
-from studies.learners.honest_objects import run_test_pass
 
 
 @pytest.fixture(scope="module")
@@ -109,21 +106,6 @@ def test_experience_narrows_the_belief_about_both_materials(experiment):
     assert arrays["precision"].shape == (7, 2, 2)
     determinants = np.linalg.det(arrays["precision"])
     assert (np.diff(determinants) > 0).all()
-
-
-def test_nothing_is_learned_in_the_test_pass(experiment):
-    """Objects move alike in either order of the test pass, though an unsure observer would learn a lot."""
-    held = shorten(experiment, 0.3)
-    first, second, decoy = held.tools
-    turned = with_tools(held, (second, first, decoy))
-    unsure = DensityBelief.from_moments(np.array([3e3, 3e3]), 2e3**2 * np.eye(2))
-    memory = MaterialMemory(held.colours, unsure)
-    first, second, decoy = run_test_pass(held, memory, 0)
-    others = run_test_pass(turned, memory, 0)
-    for record, other in zip((second, first, decoy), others, strict=True):
-        np.testing.assert_array_equal(record.q, other.q)
-        np.testing.assert_array_equal(record.tau, other.tau)
-    assert not np.array_equal(first.q, decoy.q)
 
 
 def test_numbers_are_those_of_made_up_arrays(experiment):

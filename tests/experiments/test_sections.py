@@ -18,16 +18,9 @@ from affordance.reporting.section import load_claims
 
 PROTOCOLS = ("weight", "com", "reach", "hammer", "next_lift")
 SECTIONS = find_sections()
-# Studies whose claims only test_counter_examples.py contradicts, by simulation.
-OF_STUDIES = {"arms", "learners", "tools"}
 FOLDER = Path(__file__).parent / "counterexamples"
 EXAMPLES = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in FOLDER.glob("*.yaml")}
-CLAIMS = {
-    (name, claim.key): claim
-    for name, path in SECTIONS.items()
-    if name not in OF_STUDIES
-    for claim in load_claims(path)
-} | {
+CLAIMS = {(name, claim.key): claim for name, path in SECTIONS.items() for claim in load_claims(path)} | {
     (name, claim.key): claim
     for name in PROTOCOLS
     for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.claims

@@ -3,73 +3,29 @@
 import dataclasses
 import functools
 import tempfile
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from affordance.belief import kind_memory
 from affordance.belief.learner import Learner, Pick
-from affordance.choice import blow_cost
-from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.listed_options import list_options
-from affordance.choice.ranking import Ranking
-from affordance.control.cost_measure import CostMeasure
+from affordance.experiments.chosen_holds import ChosenHolds
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
-from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import Changes, change_settings
-from affordance.objects.tool import list_densities
-from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
-from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.blow import simulate_blow
-from affordance.vision.features import FeatureSource
-from affordance.vision.pixels.camera_sensor import CameraSensor
-from helpers.short_holds import shorten
+from helpers.short_holds import choose_for_one_tool, shorten
 from helpers.stacked import stack
-from studies.hammering.blows import list_blow_costs
-from studies.learners import decoy_again
-from studies.learners.command import list_facts
-from studies.people.fit import load_groups
-from studies.robustness.assumptions import list_defaults, load_assumptions
-from studies.robustness.build import HOLD_DURATION, World, build_world
-from studies.robustness.choosing import (
-    compare_measures,
-    find_travel_of_other_grip,
-    measure_choices,
-    measure_tasks,
-)
-from studies.robustness.learning import collect_experience_at_rest
-from studies.side_by_side.sources import CURVES, describe_sources
-from studies.vision import experiment as vision
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
 
-# Number of observers who hold, and of those who learn at rest; durations of a hold, [s].
-_HOLDERS, _LEARNERS = 2, 60
+# Number of observers who hold, and durations of a hold, [s].
+_HOLDERS = 2
 _HELD = {"weight": 0.6, "com": 1.0}
-# A wooden and a steel part of unlike sizes, bent, by other postures along a turned path, and a tap on the nail.
-OTHER_WORLD = {
-    "novel_parts": "unequal",
-    "novel_share": 0.316,
-    "novel_bend": 0.18,
-    "novel_length": 0.32,
-    "start_azimuth": 0.127,
-    "start_elevation": 0.116,
-    "start_elbow": -0.325,
-    "path_turn": 0.873,
-    "path_scale": 0.89,
-    "path_rise": 0.08,
-    "path_bow": -0.093,
-    "path_duration": 2.6,
-    "nail_force": 130.0,
-}
 # A threshold of torque below which lies whatever is held, [N m].
 NUMB: Changes = {"noise.threshold": 50.0}
 NO_SAMPLES = dataclasses.replace(DEFAULT_SETTINGS, faults=Faults(drop_probability=1.0))
@@ -92,99 +48,11 @@ def believe_denser() -> Numbers:
     return hold("weight", change_settings(DEFAULT_SETTINGS, {"prior.mode": 20_000.0}))
 
 
-def compare_pictures(other: Settings) -> Numbers:
-    """Numbers that compare true features with pictures, under other settings for the pictures."""
-    numbers = {
-        source.value: hold("weight", settings)
-        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other))
-    }
-    curves = [curve for curve in CURVES if curve.experiment == "weight"]
-    found = {curve: {way: np.asarray(of_one[curve.key]) for way, of_one in numbers.items()} for curve in curves}
-    return dict(describe_sources(found).numbers)
-
-
-def _build(changes: Mapping[str, float | str]) -> World:
-    setting = list_defaults(load_assumptions())
-    assert changes.keys() <= setting.keys()
-    return build_world({**setting, **changes}, MODELS, DEFAULT_SETTINGS)
-
-
-@functools.cache
-def _plan(is_other: bool) -> tuple[World, Choice, Choice]:
-    """A world, and motions by each grip of its novel tool: reaching and hammering."""
-    world = _build(OTHER_WORLD if is_other else {})
-    options = list_options(world.novel)
-    reach, hammer = (plan_choice(options, task, world.settings) for task in (world.reach, world.hammer))
-    return world, reach, hammer
-
-
-@functools.cache
-def _learn(settings: Settings) -> Experience:
-    """Experience with the objects of Simulation II, felt at rest."""
-    world = dataclasses.replace(_build({}), settings=settings)
-    config = ExperienceConfig(world.learning[:2], 0, settings, HOLD_DURATION)
-    return collect_experience_at_rest(StaticHold(load_arm(settings.arm)), world, config, _LEARNERS)
-
-
-def choose(*, is_other: bool = False, changes: Changes | None = None) -> dict[str, Numbers]:
-    """Choices of Simulations III and IV, and numbers about both tasks together."""
-    world, reach, hammer = _plan(is_other)
-    experience = _learn(change_settings(world.settings, changes or {}))
-    numbers: dict[str, dict[str, Any]] = {
-        "reach": measure_choices(reach, world.novel, experience, 0, world.rule),
-        "hammer": measure_choices(hammer, world.novel, experience, 0, world.rule),
-    }
-    numbers["hammer"]["travel_of_other_grip_m"] = _find_travel(world, hammer)
-    numbers["tasks"] = measure_tasks(
-        compare_measures(reach, world.novel),
-        compare_measures(hammer, world.novel),
-        correct_reach=numbers["reach"]["correct_grip"],
-        correct_hammer=numbers["hammer"]["correct_grip"],
-    )
-    return numbers
-
-
-def save_torque() -> dict[str, Numbers]:
-    """The grips that are correct if torque squared is saved instead of work."""
-    world, reach, hammer = _plan(False)
-    models = [
-        dataclasses.replace(model, motions=tuple(motion.measured_by(CostMeasure.EFFORT) for motion in model.motions))
-        for model in list_blow_costs(hammer).values()
-    ]
-    by_reach, by_hammer = (compare_measures(choice, world.novel) for choice in (reach, hammer))
-    place = CostMeasure.EFFORT.name
-    return {
-        "hammer": {"travel_of_other_grip_m": _find_travel(world, Choice(hammer.options, models, hammer.settings))},
-        "tasks": measure_tasks(
-            by_reach,
-            by_hammer,
-            correct_reach=reach.options[by_reach[place]].grip,
-            correct_hammer=hammer.options[by_hammer[place]].grip,
-        ),
-    }
-
-
-def _find_travel(world: World, hammer: Choice) -> float:
-    nail = world.hammer.nail
-    return find_travel_of_other_grip(hammer, world.novel, nail.depth_set, nail.stiffness, world.hammer.force)
-
-
-def strike(*, aim: float = blow_cost.AIM) -> Numbers:
-    """A blow with contact, by one of the grips, planned for a multiple of the demanded force."""
-    world, _, hammer = _plan(False)
-    held, true = world.novel.list_gripped(), list_densities([world.novel])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(blow_cost, "AIM", aim)
-        grip, planned = next(iter(list_blow_costs(hammer).items()))
-        blow = simulate_blow(held[grip], world.hammer, planned, true, world.settings)
-    return {"force_ratios": [blow.force / world.hammer.force]}
-
-
 @functools.cache
 def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repeats: int = 1) -> Numbers:
     """The protocol of a group of people, with a third of its lifts, by few observers of each learner."""
     settings = change_settings(DEFAULT_SETTINGS, NUMB if is_numb else {})
-    experiment = load_groups(MODELS, 0, settings)[group]
+    experiment = load_hold_experiment(("linear_plus", "linear_plus_plus")[group], MODELS, 0, settings)
     counts = zip(experiment.blocks, (5, 16), strict=True)
     blocks = tuple(block.model_copy(update={"repetitions": count}) for block, count in counts)
     experiment = dataclasses.replace(experiment, blocks=blocks, kappa=kappa)
@@ -203,59 +71,17 @@ def lift_family(name: str, *, kappa: float | None = None) -> Numbers:
 
 
 @functools.cache
-def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
-    """Simulation I by one observer of each learner, the decoy twice."""
+def lift_next(*, has_no_doubts: bool = False) -> Numbers:
+    """Returns what one observer of two learners lifts after an odd object, with or without any doubts."""
     with pytest.MonkeyPatch.context() as patch:
-        _widen(patch, kappa)
-        patch.setattr(decoy_again, "NUM_DECOYS", 2)
-        weight = shorten(load_hold_experiment("weight"), _HELD["weight"])
-        arrays = {
-            learner: stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
-            for learner in Learner
-        }
-        return {**decoy_again.compute_metrics(weight, arrays), **list_facts(1)}
+        if has_no_doubts:
+            patch.setattr(ChosenHolds, "list_felt", lambda *told: {})
+        experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
+        experiment = choose_for_one_tool(experiment)
+        return experiment.compute_metrics(None, None, stack([experiment.run_observer(None, None, 0)]))
 
 
 def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:
     if kappa is not None:
         for pick in Pick:
             patch.setitem(kind_memory.KAPPA, pick, kappa)
-
-
-def see(*, scale: float = 1.0, delay: float = 0.0) -> Numbers:
-    """Three objects, scaled over those before the camera, by a detector that takes some time at least, [s]."""
-    draw, detect = vision.draw_numbered_object, CameraSensor.detect_parts
-    nothing = Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=False)
-
-    def draw_scaled(seed: int, number: int) -> Any:
-        tool = draw(seed, number)
-        parts = [
-            dataclasses.replace(part, shape=part.shape.with_sizes(scale * part.shape.sizes))
-            for part in tool.components
-        ]
-        return dataclasses.replace(tool, components=tuple(parts))
-
-    def detect_slowly(self: CameraSensor, picture: Any) -> Any:
-        start = time.process_time()
-        found = detect(self, picture)
-        while time.process_time() < start + delay:
-            pass
-        return found
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: (nothing, nothing))
-        patch.setattr(CameraSensor, "detect_parts", detect_slowly)
-        experiment = vision.load()
-        runs = []
-        for repeat in range(3):
-            picture = _take_picture(repeat)
-            with pytest.MonkeyPatch.context() as of_one:
-                of_one.setattr(vision, "take_numbered_picture", lambda seed, number, taken=picture: taken)
-                of_one.setattr(vision, "draw_numbered_object", draw_scaled)
-                runs.append(experiment.run_observer(None, None, repeat))
-        return experiment.compute_metrics(None, None, stack(runs))
-
-
-@functools.cache
-def _take_picture(number: int) -> Any:
-    return vision.take_numbered_picture(0, number)

@@ -15,7 +15,7 @@ from affordance.named_settings import describe_changes, list_settings
 from affordance.settings import DEFAULT_SETTINGS
 from studies.robustness.assumptions import sample_settings
 from studies.robustness.build import build_world
-from studies.robustness.experiment import load
+from studies.robustness.study import load
 
 ROOT = MODELS.parent
 _SPEC = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "generated.py")
