@@ -5,7 +5,7 @@ import importlib.util
 import sys
 import sysconfig
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,7 +29,7 @@ def describe_run(function: Callable[..., Any], given: Sequence[Any], *, but: Pat
         but: Folder of a package whose sources are left out; its values are not.
     """
     own = tuple(map(_find_root, (but.name, _find_owner(function).partition(".")[0])))
-    digest, modules = read_reached((function, *given), lambda module: _is_foreign(module, own))
+    digest, modules = read_reached((function, *given), cache(partial(_is_foreign, own=own)))
     return digest, _list_sources(modules, own, but)
 
 

@@ -14,6 +14,7 @@ from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
 from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
+from affordance.runs.commit import find_commit
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.simulations import com, hammer, linear, next_lift, reach, spoilt_family, two_families, vision, weight
 from affordance.simulations.observers import Setup
@@ -119,6 +120,7 @@ def run_suite(
         AffordanceError: No experiment can be done; the message gives the reason for the first.
     """
     check_folder(setup.out)  # before planning, which takes minutes
+    find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
     attempts = _Attempts(len(names))
