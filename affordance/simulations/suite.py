@@ -83,6 +83,8 @@ EXPERIMENTS: Mapping[str, Experiment] = {
 }
 # Experiments of `affordance run all`, in order.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
+# Folders of what compares finished runs; it holds no longer once there is another run.
+COMPARISONS = ("agreement", "vision_comparison")
 
 
 class SuiteResult(NamedTuple):
@@ -142,7 +144,7 @@ def run_suite(
                             announce(report)
     except SeeingError as error:
         raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
-    for name in attempts.left_out:
+    for name in (*attempts.left_out, *COMPARISONS):
         remove_section(setup.out / name)  # from another run, perhaps with other models
     note_left_out(setup.out, attempts.left_out, done=done)
     return SuiteResult(write_report(setup.out), attempts.left_out)
