@@ -1,4 +1,4 @@
-"""Several experiments into one folder: made-up ones, so that only the suite's own work is tested; then the catalogue."""
+"""Several experiments into one folder, by made-up ones; then the catalogue of those that there are."""
 
 import json
 
