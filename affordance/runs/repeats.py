@@ -28,7 +28,7 @@ from affordance.exceptions import AffordanceError, BadValueError, UnavailableErr
 from affordance.files.atomic import quarantine, to_plain, write_atomic
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
-from affordance.runs.sources import list_sources, list_values
+from affordance.runs.sources import describe_run
 from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
@@ -80,14 +80,18 @@ def list_versions() -> dict[str, str]:
 
 
 def compute_key(
-    config: Any, models: Path | Sequence[Path], *programs: Path, functions: Sequence[Callable[..., Any]] = ()
+    config: Any,
+    models: Path | Sequence[Path],
+    *programs: Path,
+    function: Callable[..., Any] | None = None,
+    given: Sequence[Any] = (),
 ) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
     It covers the program without the folders that only report, of a folder of models the files that the program
     reads, of a configuration defined elsewhere its package, or the folder of its module, and any further folders of
-    sources. Of functions that are run count the sources of their modules and of all that these import, and the values
-    that the modules define. A change of anything else keeps the repeats.
+    sources. Of a function that is run with given values, all counts that it reaches (``describe_run``). A change of
+    anything else keeps the repeats.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())
     digest.update(json.dumps(list_versions()).encode())
@@ -100,10 +104,10 @@ def compute_key(
         for path in sorted(program.rglob("*.py"))
         if program != _PACKAGE or path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]
-    for function in functions:
-        named += [(path.name, path) for path in list_sources(function, but=_PACKAGE)]
-        for name, value in list_values(function).items():
-            digest.update(f"{name} {joblib.hash(value)}".encode())
+    if function is not None:
+        reached, sources = describe_run(function, given, but=_PACKAGE)
+        digest.update(reached.encode())
+        named += [(path.name, path) for path in sources]
     if isinstance(models, Path):
         named += [(str(path.relative_to(models)), path) for path in list_model_files(models)]
     else:

@@ -47,7 +47,7 @@ def run(setup: Setup) -> Results:
     """Runs the experiment; objects that do not make it raise a BadValueError."""
     tools = read(setup)
     experience = gain_experience(setup, tools[:2])
-    data = run_observers("com", setup, observe, tools, experience, follows_from=tools)
+    data = run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience))
     numbers = {**summarise(measure(data, tools), tools), **count_events(experience)}
     _, shown = hold(setup, tools, experience, OBSERVER_SHOWN)
     x, far, trials = 100.0 * numbers["p_ToTcm_x_true"], 100.0 * numbers["height_extreme_m"], experience.sizes["trial"]
@@ -115,7 +115,9 @@ def predict(setup: Setup) -> ObserverNumbers:
 
     def measure_one(setup: Setup) -> dict[str, xr.DataArray]:
         experience = gain_experience(setup, tools[:2])
-        return measure(run_observers("com", setup, observe, tools, experience, follows_from=tools), tools)
+        return measure(
+            run_observers("com", setup, observe, tools, experience, follows_from=(tools, gain_experience)), tools
+        )
 
     return measure_learners(setup, measure_one)
 

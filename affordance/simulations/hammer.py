@@ -71,7 +71,7 @@ def run(setup: Setup) -> Results:
     work = partial(compute_work, task, exact, costs)
     off_axis = measure_changes(work, tools, jobs=setup.jobs, description="hammer: parts moved")
     experience = gain_experience(setup, held)
-    follows_from = (held, tools, task)
+    follows_from = (held, tools, task, plan_blows, gain_experience)
     data = run_observers("hammer", setup, observe, list(choices.values()), experience, follows_from=follows_from)
 
     first = tools[0]

@@ -15,12 +15,15 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
+from affordance.arguments import check_number
 from affordance.arrays import Array
 from affordance.belief.kind_memory import KAPPA, find_kind
 from affordance.belief.learner import Learner
 from affordance.belief.object_belief import Memory
-from affordance.exceptions import BadValueError
-from affordance.objects.materials import MaterialEntry
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
+from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.materials import Material
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.faults import NO_FAULTS
@@ -50,9 +53,16 @@ type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
 
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg."""
-    solid = Cylinder(radius, height)
-    material = MaterialEntry(colour=colour, density=mass / solid.volume, density_sd=0.0, source="ours").build(name)
+    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg.
+
+    A size, mass or density out of bounds, or a colour that is none, raises a BadArgumentError.
+    """
+    solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
+    density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume
+    check_number(f"density of {name}", density, DENSITY_MIN, DENSITY_MAX, "kg/m^3")
+    if not is_colour(colour):
+        raise BadArgumentError("colour", "", f"is {colour!r}, {COLOUR_FORM}")
+    material = Material(name, parse_colour(colour), density, source="ours")
     return Tool(name, (Component(solid, np.eye(4), material, material),))
 
 
@@ -91,8 +101,8 @@ def repeat(
 def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int) -> list[str]:
     if order == "shuffled":
         return [names[int(place)] for place in rng.permutation(len(names))]
-    if order == "latin square" and names:
-        return [names[place] for place in build_row(len(names), row % count_rows(len(names)))]
+    if order == "latin square":
+        return [names[place] for place in build_row(len(names), row % count_rows(len(names)))] if names else []
     if order == "fixed":
         return list(names)
     raise ValueError(f"order is {order!r}, must be 'shuffled', 'fixed' or 'latin square'")

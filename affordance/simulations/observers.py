@@ -93,20 +93,21 @@ def run_observers(
     """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets along ``observer``.
 
     An observer that is finished is kept, and not run again, under a key of seed, settings, inputs, arm, libraries,
-    this program, and the sources and values of the module of ``observe`` and of all that it imports.
+    this program, and whatever else ``observe`` reaches, in whichever files and of whatever type (``describe_run``).
 
     Args:
         name: Name of the experiment, and of its folder in that of the results.
         setup: Setup of the experiment.
         observe: Function that runs one observer; variables, dimensions and coordinates are the same for all.
         inputs: Further arguments, the same for all observers.
-        follows_from: Value that determines the inputs, where they are large; None for the inputs themselves.
+        follows_from: Values from which the inputs follow, and functions that make them, where inputs are large or
+            are those of each observer; None for the inputs themselves.
         unit: Noun for an observer in the progress bar.
         count: Number of observers; None for that of the setup.
     """
     given = [setup.seed, setup.settings, setup.lasting, inputs if follows_from is None else follows_from]
-    functions = [observe, *(each for each in inputs if callable(each))]
-    key = compute_key(given, list_arm_files(setup.settings.arm), functions=functions)
+    given += [each for each in inputs if callable(each)]
+    key = compute_key("", list_arm_files(setup.settings.arm), function=observe, given=given)
     arrays = run_repeats(
         setup.out / name / "repeats" / key,
         partial(_observe, observe, setup, inputs),

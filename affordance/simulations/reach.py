@@ -71,7 +71,7 @@ def run(setup: Setup) -> Results:
     work = partial(compute_work, task, remove_errors(setup.settings))
     off_axis = measure_changes(work, tools, jobs=setup.jobs, description="reach: parts moved")
     experience = gain_experience(setup, held)
-    follows_from = (held, tools, task)
+    follows_from = (held, tools, task, plan, gain_experience)
     data = run_observers("reach", setup, observe, list(choices.values()), experience, follows_from=follows_from)
 
     first = tools[0]

@@ -94,12 +94,14 @@ def write_results(results: Results, name: str, setup: Setup, start: float) -> No
     folder = setup.out / name
     _warn(name, results.numbers)
     steps = _list_steps(results, folder, setup)
+    written = []
     for label, step in tqdm(steps.items(), desc=f"{name}: files", unit="file", disable=None):
         try:
             step()
+            written.append(label)
         except UnavailableError as error:
             _LOG.warning("%s: %s is left out: %s", name, label, error)
-    write_section(folder, _describe(results, folder, setup))
+    write_section(folder, _describe(results, written, setup))
     run = {
         "seed": setup.seed,
         "repeats": setup.observers,
@@ -155,14 +157,16 @@ def _draw_pictures(tools: Sequence[Tool], seed: int) -> Figure:
     return draw_camera_views(views, sensor.rig.camera)
 
 
-def _describe(results: Results, folder: Path, setup: Setup) -> Section:
-    """Describes the results as a section of the report, with those figures that were drawn."""
+def _describe(results: Results, written: Sequence[str], setup: Setup) -> Section:
+    """Describes the results as a section of the report, with those figures that were written."""
+    others = {"seen": _PICTURES, "diagram": "The Diagram that was run, drawn from its own connections."}
     captions = {file: caption for file, (caption, _) in results.figures.items()}
-    captions |= {"diagram": "The Diagram that was run, drawn from its own connections.", "seen": _PICTURES}
+    captions |= {file: caption for file, caption in others.items() if file not in captions}
     suffixes = {"diagram": ".svg"}
     figures = [
         ReportFigure(file=f"{file}{suffixes.get(file, '.png')}", caption=caption)
         for file, caption in captions.items()
+        if file in written
     ]
     tables = [
         Table(
@@ -176,7 +180,7 @@ def _describe(results: Results, folder: Path, setup: Setup) -> Section:
         order=results.order,
         title=results.title,
         summary=results.summary,
-        figures=[each for each in figures if (folder / each.file).exists()],
+        figures=figures,
         claims=tuple(results.claims),
         tables=tables,
         remarks=[*results.remarks, *([faults] if faults else [])],

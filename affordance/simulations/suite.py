@@ -14,6 +14,7 @@ from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
 from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
+from affordance.runs.commit import find_commit
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.simulations import com, hammer, linear, next_lift, reach, spoilt_family, two_families, vision, weight
 from affordance.simulations.observers import Setup
@@ -96,6 +97,8 @@ EXPERIMENTS: Mapping[str, Experiment] = {
 }
 # Experiments of `affordance run all`, in order.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
+# Folders of what compares finished runs; it holds no longer once there is another run.
+COMPARISONS = ("agreement", "vision_comparison")
 
 
 class SuiteResult(NamedTuple):
@@ -133,6 +136,7 @@ def run_suite(
         AffordanceError: No experiment can be done; the message gives the reason for the first.
     """
     check_folder(setup.out)  # before planning, which takes minutes
+    find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
     attempts = _Attempts(len(names))
@@ -154,7 +158,7 @@ def run_suite(
                             announce(report)
     except SeeingError as error:
         raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
-    for name in attempts.left_out:
+    for name in (*attempts.left_out, *COMPARISONS):
         remove_section(setup.out / name)  # from another run, perhaps with other models
     note_left_out(setup.out, attempts.left_out, done=done)
     return SuiteResult(write_report(setup.out), attempts.left_out)

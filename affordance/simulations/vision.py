@@ -83,15 +83,15 @@ def run(setup: Setup) -> Results:
             ),
             partial(draw_uncommon, tools, setup.seed),
         ),
-        "errors": (
-            "Left: how large errors are. Right: whether they are as large as is claimed.",
-            partial(draw_errors, data, setup.observers),
-        ),
     }
     if len(detected):
         seen = [(int(number), "") for number in detected[:SHOWN]]
         caption = "Random objects: colour, depth, detected parts, outlines of the fitted ellipsoids."
         figures["seen"] = (caption, partial(draw_pictures, setup.seed, seen))
+    figures["errors"] = (
+        "Left: how large errors are. Right: whether they are as large as is claimed.",
+        partial(draw_errors, data, setup.observers),
+    )
     if len(failed):
         noted = [(int(number), str(data.reason.values[number])) for number in failed[:FAILURES_SHOWN]]
         caption = "Objects that were not detected, or not correctly."
