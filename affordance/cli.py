@@ -27,7 +27,6 @@ _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 COMMANDS = {
     "run": "run the paper's simulations or a protocol of your own; write numbers, figures and report",
     "watch": "watch an observer of an experiment live in the browser",
-    "new-protocol": "write a commented protocol to start an experiment from, and the schema for your editor",
     "predict": "predict what each learner would do in a protocol, and which number distinguishes them best",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
     "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
 from affordance.reporting.formatting import count_observers
-from affordance.reporting.section import Section, Table
+from affordance.reporting.section import ReportFigure, Section, Table
 
 J, COUNT, SHARE = Unit("J"), Unit(digits=0), Unit(digits=3)
 

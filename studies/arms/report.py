@@ -6,9 +6,8 @@ from typing import Any
 
 from scipy.stats import spearmanr
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim
-from affordance.reporting.section import Section, Table
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
+from affordance.reporting.section import ReportFigure, Section, Table
 from studies.arms.robot_study import EXPERIMENTS, OK
 
 type Found = Mapping[str, Mapping[str, Any]]

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from affordance.exceptions import AffordanceError
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import run_suite
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings
@@ -16,8 +18,6 @@ from affordance.robots.importer import extract_arm
 from affordance.robots.kept import import_kept
 from affordance.runs.repeats import compute_key
 from affordance.settings import Settings
-from affordance.simulations.observers import Setup
-from affordance.simulations.suite import run_suite
 from studies.arms.measure import measure_sag
 from studies.arms.parity import compute_parity
 from studies.arms.robots import Robot

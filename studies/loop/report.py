@@ -3,9 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim
-from affordance.reporting.section import Section, Table
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
+from affordance.reporting.section import ReportFigure, Section, Table
 
 
 def describe(numbers: Mapping[str, Any]) -> Section:

@@ -12,9 +12,9 @@ import numpy as np
 from affordance.belief.learner import Learner
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
+from affordance.experiments.linear import GROUPS
+from affordance.experiments.observers import Setup
 from affordance.simulation.static_lifts import check_closed_form
-from affordance.simulations.linear import GROUPS
-from affordance.simulations.observers import Setup
 from studies.people.figure import draw_kappa_fit
 from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit
 from studies.study import Findings, Study, Work

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from affordance.experiments.linear import GROUPS
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
-from affordance.simulations.linear import GROUPS
 from studies.people.fit import THRESHOLD, Fraction, KappaFit
 
 

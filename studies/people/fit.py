@@ -21,15 +21,15 @@ from scipy.stats import t as student_t
 
 from affordance.arrays import Array
 from affordance.belief.kind_memory import start_memory
+from affordance.experiments import linear
+from affordance.experiments.holds import compute_volume
+from affordance.experiments.linear import Group
+from affordance.experiments.observers import Setup
+from affordance.experiments.people import Published
 from affordance.objects.tool import Tool
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import run_tasks
 from affordance.simulation.static_lifts import Lift, StaticLifter
-from affordance.simulations import linear
-from affordance.simulations.lifts import compute_volume
-from affordance.simulations.linear import Group
-from affordance.simulations.observers import Setup
-from affordance.simulations.people import Published
 
 _CONFIDENCE = 0.95
 # Log likelihood at the ends of the interval, relative to its maximum.

@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim
-from affordance.reporting.section import Section, Table
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
+from affordance.reporting.section import ReportFigure, Section, Table
 
 COUNT, SHARE, G = Unit(digits=0), Unit(digits=3), Unit("g", digits=0)
 PERCENT_2, G_OF_KG = Unit("%", 100.0), Unit("g", 1000.0, 0)

@@ -14,16 +14,16 @@ from affordance.choice.picking import MIN_FEASIBILITY, TIE
 from affordance.choice.ranking import rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
-from affordance.objects.tool import Tool
-from affordance.reporting.statistics import Estimate, estimate_proportion
-from affordance.runs.random_streams import Stream
-from affordance.simulations.grips import (
+from affordance.experiments.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
     find_grip_of_densest,
 )
+from affordance.objects.tool import Tool
+from affordance.reporting.statistics import Estimate, estimate_proportion
+from affordance.runs.random_streams import Stream
 
 # Memories of observers before the first hold and after each.
 type Experience = Sequence[Sequence[Memory]]

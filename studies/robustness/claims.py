@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from affordance.reporting.claims import ClaimResult
-from affordance.reporting.criteria import check, claim, confirm
-from affordance.simulations import com, hammer, reach, weight
+from affordance.experiments import com, hammer, reach, weight
+from affordance.reporting.claims import ClaimResult, check, claim, confirm
 
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
 TASKS = "tasks"  # numbers of reaching and hammering together

@@ -13,10 +13,10 @@ import numpy as np
 from affordance.arguments import check_whole
 from affordance.commands.options import add_run_options
 from affordance.exceptions import BadValueError
+from affordance.experiments.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import compute_key
-from affordance.simulations.results import describe_faults, describe_setup
 from studies.random_streams import StudyStream
 from studies.robustness import page
 from studies.robustness.evaluate import Outcome

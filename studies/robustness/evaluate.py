@@ -13,13 +13,13 @@ import numpy as np
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.exceptions import AffordanceError
+from affordance.experiments.objects import check_can_be_held
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
-from affordance.simulations.objects import check_can_be_held
 from studies.robustness.assumptions import Setting
 from studies.robustness.build import World, build_world
 from studies.robustness.choosing import (

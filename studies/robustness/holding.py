@@ -14,11 +14,11 @@ import xarray as xr
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
+from affordance.experiments import com, weight
 from affordance.objects.colour import Colour
 from affordance.objects.materials import DENSITIES
 from affordance.objects.tool import Tool
 from affordance.simulation.trial import get_runner
-from affordance.simulations import com, weight
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object

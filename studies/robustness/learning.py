@@ -9,11 +9,11 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory, ObjectBelief
+from affordance.experiments.experience import draw_order
+from affordance.experiments.observers import Setup
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
-from affordance.simulations.experience import draw_order
-from affordance.simulations.observers import Setup
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object

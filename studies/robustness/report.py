@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim
-from affordance.reporting.section import Section, Table
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
+from affordance.reporting.section import ReportFigure, Section, Table
 from studies.robustness.assumptions import load_assumptions
 from studies.robustness.study import CONTACT_EVERY
 

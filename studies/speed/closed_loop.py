@@ -26,6 +26,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm import Arm
 from affordance.plant.load import add_arm, load_arm
@@ -33,8 +35,6 @@ from affordance.proprioception.systems import DensityEstimator
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
-from affordance.simulations import weight
-from affordance.simulations.observers import Setup
 from studies.speed.timing import time_by_turns
 
 NUM_TURNS = 15

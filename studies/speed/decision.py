@@ -23,14 +23,14 @@ from affordance.choice.motion_cost import NUM_NODES, Costs, MotionCost
 from affordance.choice.picking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
+from affordance.experiments import experience, hammer, reach
+from affordance.experiments.observers import Setup
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
-from affordance.simulations import experience, hammer, reach
-from affordance.simulations.observers import Setup
 from studies.speed.timing import time_by_turns
 
 HEADER = ["what", "reach", "hammer"]

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from affordance.exceptions import name_object
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import PERCENT, Criterion, Unit, check, claim
-from affordance.reporting.section import Section
+from affordance.reporting.claims import PERCENT, ClaimResult, Criterion, Unit, check, claim
+from affordance.reporting.section import ReportFigure, Section
 from studies.tools.data_set import LEARNING, Half
 from studies.tools.numbers import list_metrics
 from studies.tools.observer import HOLDS

@@ -26,11 +26,12 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from affordance.cli import main
+from affordance.experiments import blows, hammer, reach, suite, vision
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import find_experiment
 from affordance.files.model_folder import MODELS
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
-from affordance.simulations import hammer, reach, suite, vision
-from affordance.simulations.observers import Setup
 
 # Number of generated cases, of which some 700 differ; repeated ones are not counted.
 NUM_CASES = 850
@@ -242,11 +243,11 @@ def _find_without_observers(name: str) -> Any:
     """Finds an experiment that plans its task, which may refuse a file, and runs nothing."""
     plans: dict[str, Callable[[Setup], object]] = {
         "reach": lambda setup: reach.plan(setup, *reach.read(setup)[1:]),
-        "hammer": lambda setup: hammer.plan(setup, *hammer.read(setup)[1:]),
+        "hammer": lambda setup: blows.plan_blows(setup, *hammer.read(setup)[1:], setup.models / hammer.NAIL),
         "vision": lambda setup: vision.check_mashing(setup, *vision.read(setup)),
     }
     run: Any = plans.get(name, _do_nothing)
-    return suite.EXPERIMENTS[name]._replace(run=run)
+    return find_experiment(name)._replace(run=run)
 
 
 def _do_nothing(*_: Any) -> None:

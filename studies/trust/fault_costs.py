@@ -12,18 +12,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from affordance.arrays import about
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.picking import NO_OPTION, pick_cheapest
+from affordance.experiments import experience, reach
+from affordance.experiments.grips import find_cheaper_grip
+from affordance.experiments.observers import Setup, run_observers
 from affordance.files.data_model import load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
-from affordance.simulations import experience, reach
-from affordance.simulations.grips import find_cheaper_grip
-from affordance.simulations.observers import Setup, about, run_observers
 from studies.random_streams import StudyStream
 
 NUM_OBSERVERS = 50

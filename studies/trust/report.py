@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from affordance.reporting.claims import ClaimResult, ReportFigure
-from affordance.reporting.criteria import Unit, check, claim, confirm
+from affordance.reporting.claims import ClaimResult, Unit, check, claim, confirm
 from affordance.reporting.formatting import format_number
-from affordance.reporting.section import Section, Table
+from affordance.reporting.section import ReportFigure, Section, Table
 
 COUNT, OF_LIMIT = Unit(digits=0), Unit("% of its limit", 100.0, 0)
 

@@ -13,6 +13,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank_options
+from affordance.experiments import reach, weight
+from affordance.experiments.observers import Setup, run_observers
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
@@ -21,8 +23,6 @@ from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
-from affordance.simulations import reach, weight
-from affordance.simulations.observers import Setup, run_observers
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from affordance.named_settings import change_settings
-from affordance.objects.tool import list_colours
-from affordance.simulations import reach
-from affordance.simulations.experience import gain_experience, recall
-from affordance.simulations.grips import (
+from affordance.experiments import reach
+from affordance.experiments.experience import gain_experience, recall
+from affordance.experiments.grips import (
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
     find_cheaper_grip,
 )
-from affordance.simulations.observers import Setup
+from affordance.experiments.observers import Setup
+from affordance.named_settings import change_settings
+from affordance.objects.tool import list_colours
 
 # Settings that differ from the default, by name of the key: structures of the errors, and Weber fractions from the
 # upper end of those that force felt by hand and arm has in the literature (studies/robustness/assumptions.yaml).

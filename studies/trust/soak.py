@@ -9,10 +9,10 @@ import psutil
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
-from affordance.simulations import weight
-from affordance.simulations.observers import Setup
 
 NUM_TRIALS = 10_000
 NUM_BLOCKS = 20

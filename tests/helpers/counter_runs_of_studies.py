@@ -19,6 +19,8 @@ import pytest
 from affordance.arrays import Array
 from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import find_experiment
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identify_module
@@ -32,8 +34,6 @@ from affordance.objects.tool import Grip, Tool
 from affordance.proprioception.faults import Faults
 from affordance.robots.importer import ImportOptions
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulations.observers import Setup
-from affordance.simulations.suite import find_experiment
 from affordance.vision.pixels.camera_sensor import get_turning_stand
 from helpers.generated_records import record_tool
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run

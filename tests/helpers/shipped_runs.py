@@ -17,13 +17,13 @@ import pandas as pd
 import pytest
 
 from affordance.choice import off_axis
+from affordance.experiments import hammer, observers, reach
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import write_results
+from affordance.experiments.suite import EXPERIMENTS, find_experiment
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import ClaimResult
-from affordance.simulations import hammer, observers, reach
-from affordance.simulations.observers import Setup
-from affordance.simulations.results import write_results
-from affordance.simulations.suite import EXPERIMENTS, find_experiment
 
 OBSERVERS = 2
 KEPT = Path(__file__).parents[1] / "simulations" / "kept"

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from affordance.belief.learner import Learner
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
 from affordance.objects.tool import list_colours
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import Observer, get_runner
-from affordance.simulations import weight
-from affordance.simulations.observers import Setup
 
 DECOYS = 6
 

@@ -13,7 +13,7 @@ from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.files.model_folder import import_study, list_studies
-from affordance.reporting.criteria import Unit, check, claim
+from affordance.reporting.claims import Unit, check, claim
 from affordance.reporting.section import Section
 from studies.study import Findings, Study, Task, import_part, keep_result, print_table, read_kept, run_kept
 

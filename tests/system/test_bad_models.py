@@ -7,9 +7,9 @@ import yaml
 from helpers.refusals import refuse, refuse_command
 
 from affordance.exceptions import InfeasibleError
-from affordance.simulations import blows, hammer, reach, vision
-from affordance.simulations.observers import Setup
-from affordance.simulations.suite import find_experiment
+from affordance.experiments import blows, hammer, reach, vision
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import find_experiment
 
 WEIGHT, COM, NOVEL, MATERIALS = "tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml", "materials.yaml"
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"

@@ -8,6 +8,8 @@ import pytest
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.constrained_qp import AccelerationProgram
 from affordance.control.mpc import MinimumAccelerationMpc
+from affordance.experiments import com, hammer, reach, weight
+from affordance.experiments.observers import Setup
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -15,8 +17,6 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import Observer, get_runner
-from affordance.simulations import com, hammer, reach, weight
-from affordance.simulations.observers import Setup
 
 BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 # Duration of holds, [s]: the first second has the largest motion, and in Simulation II an elbow at its limit.

@@ -8,12 +8,12 @@ from helpers.study_runs import run_study
 
 from affordance.belief.kind_memory import KAPPA, start_memory
 from affordance.belief.learner import Learner
+from affordance.experiments import lifts, linear
+from affordance.experiments.holds import compute_volume
+from affordance.experiments.linear import GROUPS
+from affordance.experiments.observers import Setup
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
-from affordance.simulations import lifts, linear
-from affordance.simulations.lifts import compute_volume
-from affordance.simulations.linear import GROUPS
-from affordance.simulations.observers import Setup
 from studies.people import command, fit
 from studies.people.fit import Fraction, estimate_people_fraction
 

@@ -10,13 +10,13 @@ from affordance.belief.density_belief import Prior
 from affordance.choice.hammer import load_hammer
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.timed_path import load_path
+from affordance.experiments import com, weight
+from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulations import com, weight
-from affordance.simulations.observers import Setup
 from studies.robustness.assumptions import (
     list_defaults,
     load_assumptions,

@@ -12,13 +12,13 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.reporting.statistics import estimate_proportion
-from affordance.simulations.grips import (
+from affordance.experiments.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
 )
+from affordance.reporting.statistics import estimate_proportion
 from studies.robustness import choosing
 from studies.robustness.choosing import (
     MOMENTS,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from affordance.reporting.criteria import check, claim
-from affordance.simulations import com, hammer, reach, weight
+from affordance.experiments import com, hammer, reach, weight
+from affordance.reporting.claims import check, claim
 from studies.robustness.claims import judge, list_claims
 
 # Numbers that meet all headlines, and the claims of reaching and hammering.
