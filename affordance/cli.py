@@ -25,12 +25,12 @@ _REQUIRED = "the following arguments are required: "
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 # Lines of help of the commands, here so that the help imports none; a dash in a name is an underscore in its module.
 COMMANDS = {
-    "run": "run the paper's simulations or a protocol of your own; write numbers, figures and report",
+    "run": "run the paper's simulations and other experiments; write numbers, figures and report",
     "watch": "watch an observer of an experiment live in the browser",
-    "predict": "predict what each learner would do in a protocol, and which number distinguishes them best",
+    "predict": "predict what each learner would do in an experiment, and which number distinguishes them best",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
     "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",
-    "settings": "list the settings that --set and protocols change, with value, unit and source",
+    "settings": "list the settings that --set changes, with value, unit and source",
     "import-arm": "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)",
     "excite": "design a motion that shows mass, centre of mass or inertia, or what a task will cost",
     "identify": "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings",

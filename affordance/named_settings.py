@@ -1,4 +1,4 @@
-"""Settings by name, as changed by ``--set prior.sd=8000`` or the key ``settings`` of a protocol, and as listed.
+"""Settings by name, as changed by ``--set prior.sd=8000``, and as listed.
 
 A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``; the names
 of its numbers are then those of that model. The arm is not set by name: it belongs to a folder of models.
