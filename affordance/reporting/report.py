@@ -40,7 +40,7 @@ _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
 _LINKS = {
     "replay.html": "the arm in motion",
     "metrics.json": "all numbers",
-    "trajectories.nc": "trajectories (NetCDF)",
+    "data.nc": "data of all observers (NetCDF)",
     "diagram.svg": "the Diagram that was run",
 }
 
