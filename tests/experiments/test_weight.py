@@ -137,11 +137,14 @@ def test_words_and_tables_follow_objects_and_numbers(shipped):
     assert [row[2] for row in table["rows"]] == ["", *(f"{100.0 * drop:.2f}" for drop in shipped.numbers["drop_m"])]
     assert [*shipped.captions] == ["figure3", "figure4"]
     criteria = read_section(shipped.folder).claims["first_object"].criteria
-    assert criteria[0]["value"].startswith(f"{100 * shipped.numbers['drop_m'][0]:.1f}")
+    assert criteria[0]["value"].startswith(f"{100 * shipped.numbers['drop_m'][0]:.2f} cm")
 
 
 def test_more_rods_of_another_material_are_held_and_drawn(models, tmp_path, monkeypatch):
-    """Eight rods of rubber, more than there are colours for, and a decoy are run, drawn and described."""
+    """Eight rods of rubber, more than there are colours for, and a decoy are run, drawn and described.
+
+    Rubber is as dense as is believed before, so that the first rod does not sink, and no drop is less than its.
+    """
     monkeypatch.setattr(weight, "DURATION", 0.1)
     shape = "semi_axes: [0.1, 0.015, 0.015], position: [0.1, 0, 0]"
     rod = f"  - name: rod_{{0}}\n    components: [{{{{{shape}, material: rubber{{1}}}}}}]\n"
@@ -156,6 +159,8 @@ def test_more_rods_of_another_material_are_held_and_drawn(models, tmp_path, monk
     assert "8 rods of rubber" in section.summary
     assert "is made of oak" in section.summary
     assert len(section.tables[0]["rows"]) == 9
+    assert read_numbers(tmp_path / "out" / "weight")["drop_m"][0] == 0.0
+    assert section.claims["drop_reduced"].criteria[1]["met"] is False
     assert {figure["file"] for figure in section.figures} == {"figure3.png", "figure4.png", "diagram.svg"}
 
 
