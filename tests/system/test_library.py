@@ -140,7 +140,8 @@ def test_experiment_is_run_from_python(tmp_path):
     assert report == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
     assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.1}
-    assert two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers["illusion"] == numbers["illusion"]
+    again = two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers
+    assert again["illusion"] == numbers["illusion"]
 
 
 def make_belief(precision, vector=(0.0, 0.0)):
