@@ -66,7 +66,7 @@ class Settings:
         contact_max_step_size: Largest step of that integrator around the peak of the force, [s].
         faults: Faults of sensors and arm; none by default.
         known: Memory with which every observer begins, as JSON text (``format_memory``); empty for no experience.
-        ledger: Path or URL of the lasting memory to which every simulated trial is appended; empty for none.
+        ledger: Path of the lasting memory to which every simulated trial is appended; empty for none.
         learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
             is flagged either way.
     """

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--learner", choices=[learner.value for learner in Learner], help=what)
     what = "what is to be wrong, of the models' faults.yaml; more than once"
     add("--fault", action="append", default=[], help=what)
-    what = "lasting memory (SQLite file or URL): the observer begins with it, and every trial is appended"
+    what = "lasting memory (SQLite file): the observer begins with it, and every trial is appended"
     add("--memory", default="", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
     add("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
