@@ -88,8 +88,8 @@ class RunDescription:
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for joints without names, an unknown signal, or arrays of another shape."""
         names = check_kind("joint_names", self.joint_names, tuple, "the names of the joints, in order")
-        texts = {f"joint_names[{i}]": name for i, name in enumerate(names)}
-        for name, text in (texts | {"tip": self.tip, "base": self.base}).items():
+        joints = {f"joint_names[{i}]": name for i, name in enumerate(names)}
+        for name, text in {"tip": self.tip, "base": self.base, **joints}.items():
             check_kind(name, text, str)
         object.__setattr__(self, "kind", check_member("kind", self.kind, SignalKind))
         for name, shape in {"gravity": (3,), "compensated_payload": (10,), "object_pose": (4, 4)}.items():
@@ -126,10 +126,9 @@ class Run:
         """Raises a BadArgumentError for what is no table, a BadValueError for an impossible shape, time or value."""
         check_kind("source", self.source, str)
         check_kind("description", self.description, RunDescription)
-        for name in ("times", "q", "signal", "v", "vdot"):
-            values = getattr(self, name)
-            if values is not None or name not in ("v", "vdot"):
-                object.__setattr__(self, name, read_numbers(name, values))
+        optional = [name for name in ("v", "vdot") if getattr(self, name) is not None]
+        for name in ("times", "q", "signal", *optional):
+            object.__setattr__(self, name, read_numbers(name, getattr(self, name)))
         check_array(
             "times", np.zeros_like(self.times), (None,)
         )  # its shape; numbers are checked below, with their rows
@@ -179,8 +178,7 @@ class Run:
     @property
     def signal_name(self) -> str:
         """Name of the signal's columns."""
-        kind = self.description.kind
-        return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(kind, "tau")
+        return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(self.description.kind, "tau")
 
     @property
     def rate(self) -> float:
