@@ -255,8 +255,7 @@ class Run:
             row = int(back[0]) + 1
             before = f"must be more than {self.times[row - 1]:.6f}, that of the row before"
             raise self.error_at(row, "time", f"is {self.times[row]:.6f}, {before}")
-        low, high = _STEP_BOUNDS
-        typical = float(np.median(steps))
+        typical, (low, high) = float(np.median(steps)), _STEP_BOUNDS
         if not low <= typical <= high:
             hint = LONGER_UNIT if typical < low else explain_long_steps(self.times, self.q, typical)
             problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}; {hint}"
