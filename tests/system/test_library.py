@@ -23,6 +23,7 @@ from affordance import (
     Runs,
     Selection,
     Settings,
+    Setup,
     Tool,
     TrialRunner,
     WeberNoise,
@@ -31,7 +32,6 @@ from affordance import (
     identify,
     import_arm,
     list_options,
-    load_experiment,
     load_hammer,
     load_materials,
     load_path,
@@ -46,7 +46,9 @@ from affordance import (
     start_memory,
 )
 from affordance.belief.density_belief import DensityBelief
+from affordance.experiments import two_families
 from affordance.identification.recording.run import RunDescription
+from affordance.memory.simulated_trial import describe_trial
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Grip
 
@@ -92,7 +94,7 @@ def test_paths_may_be_texts(tmp_path):
     assert load_hammer(str(MODELS / "nail.yaml")) == load_hammer(MODELS / "nail.yaml")
     assert Settings(arm=str(MODELS / "arm.dmd.yaml")) == Settings()
     assert load_robot(str(MODELS / "arm.dmd.yaml")).num_joints == 7
-    assert load_experiment("weight", str(MODELS)).name == "weight"
+    assert Setup(models=str(MODELS), out="results") == Setup()
     for read in (read_run, read_gains, load_path, load_tools):
         with pytest.raises(AffordanceError, match="nowhere"):
             read(str(tmp_path / "nowhere.yaml"))
@@ -125,7 +127,7 @@ def test_memory_of_kinds_has_densities_by_name_too(record):
 
 def test_lasting_memory_serves_every_learner(record, tmp_path):
     with open_memory(tmp_path / "memory.sqlite") as ledger:
-        assert ledger.append([record.evidence]) == 1
+        assert ledger.append([describe_trial(record)]) == 1
         for learner in Learner:
             recalled = ledger.recall(learner)
             assert type(recalled) is type(start_memory(learner))
@@ -135,11 +137,17 @@ def test_lasting_memory_serves_every_learner(record, tmp_path):
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_experiment_is_loaded_and_run_from_python(tmp_path):
-    report = run_suite("two_families", str(tmp_path), repeats=1, changes={"noise.weber_fraction": 0.1})
+def test_experiment_is_run_from_python(tmp_path):
+    settings = change_settings(Settings(), {"noise.weber_fraction": 0.1})
+    report = run_suite("two_families", Setup(observers=1, out=tmp_path, settings=settings))
     numbers = read_numbers(tmp_path / "two_families")
     assert report == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
+    assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.1}
+    assert (
+        two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers["illusion"]
+        == numbers["illusion"]
+    )
 
 
 def make_belief(precision, vector=(0.0, 0.0)):
@@ -252,9 +260,12 @@ def build_load(size):
         (lambda: load_tools("x.yaml", "materials.yaml"), "materials: is of type str, must be a mapping of names"),
         (lambda: open_memory({}), "place: is {}, must be the path of an SQLite file"),
         (lambda: import_arm("r.urdf", "tool0", "out"), "options: is of type str, must be of type ImportOptions"),
-        (lambda: run_suite("weight", "out", repeats=0), "repeats: is 0, must be from 1 to 100000"),
-        (lambda: run_suite("weight", "out", jobs=0), "jobs: is 0, must be from 1 to "),
-        (lambda: load_experiment("weight", seed=-1), "seed: is -1, must be from 0 to 4294967295"),
+        (lambda: Setup(observers=0), "Setup: observers: is 0, must be from 1 to 100000"),
+        (lambda: Setup(jobs=0), "Setup: jobs: is 0, must be from 1 to "),
+        (lambda: Setup(seed=-1), "Setup: seed: is -1, must be from 0 to 4294967295"),
+        (lambda: Setup(settings="density"), "Setup: settings: is 'density', must be a Settings"),
+        (lambda: run_suite("wieght", Setup()), "experiment: is 'wieght', must be one of .*did you mean 'weight'"),
+        (lambda: run_suite("weight", "out"), "setup: is of type str, must be of type Setup"),
         (lambda: identify("robot.urdf", Runs(None)), "arm: is of type str, must be of type SerialChain; load_robot"),
     ],
 )
