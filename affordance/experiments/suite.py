@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
-from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError, InfeasibleError, SeeingError, describe_choice
+from affordance.exceptions import (
+    AffordanceError,
+    BadArgumentError,
+    BadValueError,
+    InfeasibleError,
+    SeeingError,
+    describe_choice,
+)
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results, write_results
@@ -85,7 +92,11 @@ def check_name(name: str) -> None:
 
 
 def run_suite(
-    names: Sequence[str] | str, setup: Setup, *, cluster: str | None = None, announce: Callable[[Path], None] | None = None
+    names: Sequence[str] | str,
+    setup: Setup,
+    *,
+    cluster: str | None = None,
+    announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder of results holds.
 
