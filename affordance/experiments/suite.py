@@ -109,8 +109,8 @@ def run_suite(
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
-        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written.
+        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
+            the cluster is not usable; nothing was written.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
