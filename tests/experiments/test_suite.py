@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from affordance.choice.blow_cost import BlowCost
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
 from affordance.experiments import com, suite, weight
+from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results
 from affordance.experiments.suite import NAMES, OF_THE_PAPER, Experiment, find_experiment, run_suite
@@ -217,8 +218,7 @@ def test_reading_simulates_nothing_and_finds_the_shipped_files_sound(name, monke
 
 def test_sections_come_in_an_order_of_their_own(get_shipped):
     orders = [
-        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"]
-        for name in NAMES
+        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"] for name in NAMES
     ]
     assert len(set(orders)) == len(orders)
     assert orders[:5] == [1, 2, 3, 4, 6]

@@ -20,7 +20,8 @@ FEW = (
     + ROD.replace("NAME", "short").replace("SIZE", "0.05")
     + ROD.replace("NAME", "long").replace("SIZE", "0.1")
 )
-FEW += "  - {name: decoy, components: [{semi_axes: [0.1, 0.015, 0.015], position: [0.1, 0, 0], material: beech, looks_like: brass}]}\n"
+DECOY = ROD.replace("NAME", "decoy").replace("SIZE", "0.1").replace("brass", "beech, looks_like: brass")
+FEW += DECOY
 
 
 @pytest.fixture
