@@ -33,6 +33,8 @@ from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
+# Most lifts of all observers of all learners, by the memory that their rows take (SECURITY.md).
+MOST_LIFTS = 2_000_000
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
@@ -40,7 +42,7 @@ type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
     """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg.
 
-    A size, mass or density out of bounds, or a colour that is none, raises a BadArgumentError.
+    A size, mass or density out of bounds, or a text that is no colour, raises a BadArgumentError.
     """
     solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
     density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume
@@ -110,9 +112,16 @@ def run_lifts(
 ) -> pd.DataFrame:
     """Lets observers of each learner lift objects, and returns a row per lift.
 
+    More observers than ``MOST_LIFTS`` allows raise a BadValueError.
+
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
+    count = len(learners) * len(design(0, np.random.default_rng(setup.seed)))
+    if setup.observers * count > MOST_LIFTS:
+        most = MOST_LIFTS // count
+        problem = f"is {setup.observers}, must be at most {most} with {count} lifts each; the nearest is {most}"
+        raise BadValueError("--repeats", "", problem)
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []

@@ -10,7 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
-from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError, InfeasibleError, SeeingError, describe_choice
+from affordance.exceptions import (
+    AffordanceError,
+    BadArgumentError,
+    BadValueError,
+    InfeasibleError,
+    SeeingError,
+    describe_choice,
+)
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results, write_results
@@ -85,7 +92,11 @@ def check_name(name: str) -> None:
 
 
 def run_suite(
-    names: Sequence[str] | str, setup: Setup, *, cluster: str | None = None, announce: Callable[[Path], None] | None = None
+    names: Sequence[str] | str,
+    setup: Setup,
+    *,
+    cluster: str | None = None,
+    announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder of results holds.
 
@@ -98,8 +109,8 @@ def run_suite(
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
-        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written.
+        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
+            the cluster is not usable; nothing was written.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
