@@ -9,6 +9,7 @@ from helpers.changed_files import change_file
 from helpers.slow_arm import make_slow_models
 from helpers.two_tools import HELD, STICK
 
+from affordance.belief.density_belief import DensityBelief
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import load_hammer
 from affordance.choice.off_axis import list_shifted, measure_change
@@ -61,7 +62,7 @@ def test_who_knows_the_materials_grips_the_wood(shipped):
 
 
 def test_experience_gained_for_reaching_serves_hammering(get_shipped):
-    """Observers of one seed felt the same, and what one experiment kept the others found, so that it is there once."""
+    """Observers of one seed felt the same, and what one experiment kept the others found: it is there once."""
     lifts = [get_shipped(name).lifts for name in ("com", "reach", "hammer")]
     of_com = lifts[0][lifts[0]["block"] == "learning"].reset_index(drop=True)
     for other in lifts[1:]:
@@ -86,10 +87,7 @@ def blow(hammer, planned):
 def test_share_of_light_ends_is_of_what_was_chosen(monkeypatch, planned):
     """Of four choices, one of which is none, a light end is held where the density near the hand is the smaller."""
     rho = np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
-    memory = MaterialMemory().add_colours(
-        [part.looks_like.colour for part in STICK.components], DEFAULT_SETTINGS.prior
-    )
-    monkeypatch.setattr(type(memory.belief), "draw_samples", lambda self, rng, count: rho)
+    monkeypatch.setattr(DensityBelief, "draw_samples", lambda self, rng, count: rho)
     monkeypatch.setattr("affordance.choice.inner_simulation.Choice.compute_costs", lambda self, parameters: None)
     grips = [grip.name for grip in STICK.grips]
     costs = {grip: planned[grip] for grip in grips}
