@@ -48,17 +48,9 @@ def test_rows_are_those_of_the_familiar_rods_and_of_what_was_free(shipped):
 
 def test_numbers_of_made_up_orders_by_hand():
     """One observer lifts the third rod of steel look next and stops after three; the other lifts brass first."""
-    like, odd, brass = (
-        NAMES.index(next_lift.LIKE_IT),
-        NAMES.index(next_lift.ODD),
-        [*map(NAMES.index, next_lift.BRASS)],
-    )
-    other = next(
-        index
-        for index in range(len(NAMES))
-        if index not in (like, odd, *brass) and NAMES[index] not in next_lift.FAMILIAR
-    )
     familiar = [*map(NAMES.index, next_lift.FAMILIAR)]
+    like, odd, *brass = map(NAMES.index, (next_lift.LIKE_IT, next_lift.ODD, *next_lift.BRASS))
+    (other,) = {*range(len(NAMES))} - {*familiar, like, odd, *brass}
     data = xr.Dataset(
         {
             "object": (
@@ -117,7 +109,7 @@ def test_parts_of_one_material_tell_once_however_their_colours_were_measured():
 
 
 def test_seed_decides_what_is_chosen(monkeypatch):
-    monkeypatch.setattr(next_lift, "SAMPLES", 50)
+    monkeypatch.setattr(next_lift, "SAMPLES", 100)
     memory = feel(measure_drawing(ROD), MaterialMemory(), [7850.0])
     seeds = (0, 0, next_lift.Stream.CHOSEN, 1)
     one, again = (next_lift.choose(THINGS[2:], THINGS, memory, Setup(), seeds) for _ in range(2))
