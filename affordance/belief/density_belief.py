@@ -12,12 +12,12 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
 
 from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import CheckedFields, Setting, Within
 from affordance.objects.inertia import DENSITY_MAX
@@ -136,6 +136,11 @@ class DensityBelief:
         untruncated_mean: Array = self.covariance @ self.information_vector
         return untruncated_mean
 
+    @cached_property
+    def normals(self) -> Normals:
+        """Unrestricted normal distribution, as the only one of an array."""
+        return Normals.from_information(self.precision[None], self.information_vector[None])
+
     def select(self, indices: Sequence[int]) -> "DensityBelief":
         """Returns the belief about some of the densities, in the order of their indices, the others marginalised."""
         chosen = list(indices)
@@ -232,32 +237,14 @@ class DensityBelief:
 
         The posterior is this belief conditioned on the data.
         """
-        return float(
-            likelihood.log_constant
-            + 0.5
-            * (
-                posterior.information_vector @ posterior.untruncated_mean
-                - self.information_vector @ self.untruncated_mean
-            )
-            + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
-        )
+        return float(self.normals.compute_log_evidence(likelihood, posterior.normals)[0])
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
         """Computes the probability, under this belief, of data with at most the evidence of these.
 
-        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared variable
-        with one degree of freedom per measured number, or of that number times an F variable if variances of the
-        errors were estimated, with dof degrees of freedom. The restriction to positive densities is ignored here.
+        The restriction to positive densities is ignored here; see ``Normals.compute_p_value``.
         """
-        posterior = self.condition(likelihood)
-        distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
-        distance += float(
-            self.information_vector @ self.untruncated_mean
-            - posterior.information_vector @ posterior.untruncated_mean
-        )
-        if np.isinf(dof) or likelihood.num_values == 0:
-            return float(chdtrc(likelihood.num_values, max(0.0, distance)))
-        return float(fdtrc(likelihood.num_values, dof, max(0.0, distance) / likelihood.num_values))
+        return float(self.normals.compute_p_value(likelihood, dof)[0])
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

@@ -5,7 +5,7 @@ import textwrap
 
 from affordance.commands.options import add_set, change_by_name
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.named_settings import NamedSetting, list_settings, show_setting
+from affordance.named_settings import NamedSetting, list_settings, list_usual, show_setting
 
 _WIDTH = 100
 
@@ -18,8 +18,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the selected settings."""
-    default = {each.name: each.value for each in list_settings()}
-    found = list_settings(change_by_name(arguments))
+    settings = change_by_name(arguments)
+    default = {each.name: each.value for each in list_usual(settings)}
+    found = list_settings(settings)
     known = [each.name for each in found]
     groups = list(dict.fromkeys(name.partition(".")[0] for name in known))
     for name in arguments.names:

@@ -9,7 +9,6 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
@@ -46,7 +45,7 @@ class Bench(NamedTuple):
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
-    memory: Memory
+    memory: MaterialMemory
     same_colours: SameColours
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
@@ -166,7 +165,7 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     return GripBounds(**given)
 
 
-def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
+def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
         return MaterialMemory()

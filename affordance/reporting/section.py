@@ -20,7 +20,7 @@ import jinja2.meta
 import jinja2.sandbox
 import numpy as np
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.data_model import load_model
 from affordance.reporting import formatting
@@ -36,8 +36,6 @@ _BAR = "\ue000"
 # Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12
 _CI95 = "_ci95"
-# Words for learners, by their names in files.
-_LEARNERS = {learner.value: learner.label for learner in Learner}
 # Name of an object, a material or a grip.
 _NAME = re.compile(r"[A-Za-z0-9]+(_[A-Za-z0-9]+)+")
 
@@ -222,7 +220,7 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
 
 def _list_numbers(meanings: Mapping[str, str], numbers: Mapping[str, Any]) -> Table:
     """Builds a table with a row per number, or per number and owner for several learners or human data."""
-    who = {_LEARNERS.get(name, name): found for name, found in numbers.get("learners", {}).items()}
+    who = {label_learner(name): found for name, found in numbers.get("learners", {}).items()}
     who |= {"people": numbers["people"]} if numbers.get("people") else {}
     header = ["number", *(["meaning"] if any(meanings.values()) else []), *(["of"] if who else [])]
     rows: list[Sequence[str]] = []

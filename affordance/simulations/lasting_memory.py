@@ -3,9 +3,9 @@
 import uuid
 from dataclasses import dataclass, field
 
-from affordance.belief.kind_memory import start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
-from affordance.belief.object_belief import Memory
+from affordance.belief.learner import Learner
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.memory.simulated_trial import describe_trial
@@ -20,19 +20,21 @@ class LastingMemory:
 
     Attributes:
         place: Path of the SQLite file; it is made by the first trial.
+        learner: Learner of the one observer.
         known: What the learner believed when the run began, as JSON text.
         trials: Number of trials when the run began.
         run: Random text by which observers that another run kept are not taken for this one's.
     """
 
     place: str
+    learner: Learner
     known: str
     trials: int
     run: str = field(default_factory=lambda: uuid.uuid4().hex)
 
-    def recall(self) -> Memory:
+    def recall(self) -> MaterialMemory:
         """Returns what the learner believed when the run began."""
-        return parse_memory(self.known)
+        return parse_memory(self.known, self.learner)
 
     def append(self, record: TrialRecord) -> None:
         """Appends a trial in which something was felt; a file that cannot be written raises a BadValueError."""
@@ -55,7 +57,7 @@ def recall_lasting(place: str, settings: Settings, seed: int, same_colours: Same
         BadValueError: The file cannot be read, a record is invalid, or no part has a pair's second colour.
     """
     if not has_memory(place) and not same_colours:
-        return LastingMemory(place, format_memory(start_memory(settings.learner, seed)), 0)
+        return LastingMemory(place, settings.learner, format_memory(start_memory(settings.learner, seed)), 0)
     with open_memory(place, create=False) as ledger:
         known = recall_with_objects(ledger, settings.learner, settings.prior, seed, same_colours)
-        return LastingMemory(place, format_memory(known), len(ledger))
+        return LastingMemory(place, settings.learner, format_memory(known), len(ledger))

@@ -16,9 +16,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.kind_memory import KAPPA, find_kind
 from affordance.belief.learner import Learner
-from affordance.belief.object_belief import Memory
+from affordance.belief.learners import list_learners
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.objects.materials import MaterialEntry
 from affordance.objects.primitives import Cylinder
@@ -27,7 +27,7 @@ from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.criteria import with_interval
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
-from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
+from affordance.simulation.static_lifts import NOTHING, StaticLifter, check_closed_form
 from affordance.simulation.trial_record import TrialRecord
 from affordance.simulations.objects import check_can_be_held
 from affordance.simulations.observers import Setup, about, run_observers
@@ -45,6 +45,8 @@ COLUMNS = (
     *("believed_density", "kind", "surprise"),
 )
 
+# Most observers whose lifts are computed at once, so that an interruption loses little.
+AT_ONCE = 250
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
@@ -111,9 +113,16 @@ def build_row(count: int, row: int) -> list[int]:
 
 
 def run_lifts(
-    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = tuple(Learner)
+    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
     """Lets observers of each learner lift objects, and returns a row per lift.
+
+    Args:
+        name: Name of the experiment.
+        setup: Setup of the experiment.
+        tools: Objects.
+        design: Function that draws the trials of an observer.
+        learners: Learners; those of the program and that of the settings if there are none.
 
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
@@ -121,9 +130,9 @@ def run_lifts(
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []
-    for learner in learners:
-        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design)
-        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.value)
+    for learner in learners or list_learners(setup.settings.learner):
+        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design, at_once=AT_ONCE)
+        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.name)
         table["lift"] += 1
         table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)
         table["kind"] = show_kinds(data.kind.values.ravel())
@@ -147,31 +156,50 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
     check_can_be_held(Path(name), tools, settings)
 
 
-def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> xr.Dataset:
-    """Lets one observer lift the objects of its trials, one after the other, and learn from each."""
-    seed, names = (setup.seed, observer), [tool.name for tool in tools]
-    trials = design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
-    objects = [names.index(each) for each in trials["object"]]
-    lifter = StaticLifter(tools, setup.settings)
-    record = lifter.run([Lift(each) for each in objects], setup.start_memory(observer), (*seed, Stream.LIFT))
-    pairs = zip(objects, record.memories[:-1], record.memories[1:], strict=True)
-    seen = pd.DataFrame([expect(tools[each], before, after, setup.settings) for each, before, after in pairs])
-    variables = (
-        ("block", trials["block"].to_numpy(dtype=str), "1", "block"),
-        ("cycle", trials["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
-        ("object", trials["object"].to_numpy(dtype=str), "1", "object"),
-        ("force", record.force, "N", "upward force before release"),
-        ("weight", record.weight, "N", "true weight"),
-        ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
-        ("believed_density", seen.believed_density, "kg/m^3", "most probable density of the colour, before the lift"),
-        ("kind", seen.kind, "1", "kind of the object after the lift; 0 without kinds"),
-        ("p_value", record.compute_p_values(), "1", "p-value of what was felt, by the belief before the lift"),
-    )
-    return xr.Dataset({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
+def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
+    """Lets observers lift the objects of their trials, one after the other, and learn from each."""
+    names = [tool.name for tool in tools]
+    trials = [
+        design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
+    ]
+    num_lifts = max(map(len, trials))
+    objects = np.full((num_lifts, len(observers)), NOTHING)
+    for row, table in enumerate(trials):
+        objects[: len(table), row] = [names.index(each) for each in table["object"]]
+    learner = setup.settings.learner.of_observers(observers)
+    lifter = StaticLifter(tools, setup.change(learner=learner).settings)
+    drawn, felt = ([(setup.seed, observer, stream) for observer in observers] for stream in (Stream.KINDS, Stream.LIFT))
+    record = lifter.run(objects, lifter.start(drawn), lifter.draw_errors(felt, num_lifts), drawn)
+    found = []
+    for row, table in enumerate(trials):
+        variables = (
+            ("block", table["block"].to_numpy(dtype=str), "1", "block"),
+            ("cycle", table["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
+            ("object", table["object"].to_numpy(dtype=str), "1", "object"),
+            ("force", record.force, "N", "upward force before release"),
+            ("weight", record.weight, "N", "true weight"),
+            ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
+            ("believed_density", record.believed_density, "kg/m^3", "most probable density of the colour, before"),
+            ("kind", record.kind, "1", "kind of the object after the lift; 0 without kinds"),
+            ("p_value", record.p_value, "1", "p-value of what was felt, by the belief before the lift"),
+        )
+        found.append(
+            xr.Dataset(
+                {
+                    name: ("lift", values[: len(table), row] if values.ndim > 1 else values, about(unit, meaning))
+                    for name, values, unit, meaning in variables
+                }
+            )
+        )
+    return found
 
 
 def summarise_lifts(
-    lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series], *, without_interval: Sequence[str] = ()
+    lifts: pd.DataFrame,
+    measure: Callable[[pd.DataFrame], pd.Series],
+    setup: Setup,
+    *,
+    without_interval: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Computes means over observers with 95 % intervals, by learner, of the numbers that each has of its own lifts.
 
@@ -183,7 +211,8 @@ def summarise_lifts(
         for name, values in found.items():
             numbers = with_interval(name, values)
             learners[learner] |= {name: numbers[name]} if name in without_interval else numbers
-    kappa = {each.value: KAPPA[each.pick] for each in map(Learner, learners) if each.pick is not None}
+    parameters = {each.name: each.parameters for each in list_learners(setup.settings.learner)}
+    kappa = {name: each.kappa for name, each in parameters.items() if hasattr(each, "kappa")}
     return {**next(iter(learners.values())), "learners": learners, "people": {}, "kappa": kappa}
 
 
@@ -196,7 +225,7 @@ def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Serie
     return found
 
 
-def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dict[str, float]:
+def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
     """Returns what an observer expects of an object by its look, before it is held, and of which kind it is after.
 
     Returns: ``expected``, the mass at the most probable densities, [kg], NaN where features are observed with errors;
@@ -213,12 +242,12 @@ def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dic
     return {
         "expected": expected,
         "believed_density": float(met.belief.compute_mode()[colour]),
-        "kind": find_kind(after, tuple(part.appearance for part in seen)),
+        "kind": after.find_kind([part.appearance for part in seen]),
     }
 
 
 def describe_holds(
-    tools: Sequence[Tool], memories: Sequence[Memory], records: Sequence[TrialRecord], settings: Settings
+    tools: Sequence[Tool], memories: Sequence[MaterialMemory], records: Sequence[TrialRecord], settings: Settings
 ) -> dict[str, Any]:
     """Returns variables along ``trial`` of an observer who holds objects.
 

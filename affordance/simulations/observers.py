@@ -11,8 +11,7 @@ import numpy as np
 import xarray as xr
 
 from affordance.arrays import Arrays
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import BadValueError
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
@@ -53,14 +52,14 @@ class Setup:
     lasting: LastingMemory | None = None
 
     def change(self, **settings: Any) -> "Setup":
-        """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""
+        """Returns the setup with other settings: ``setup.change(learner="kinds_map")``."""
         return replace(self, settings=replace(self.settings, **settings))
 
-    def start_memory(self, observer: int) -> Memory:
+    def start_memory(self, observer: int) -> MaterialMemory:
         """Returns the memory with which an observer begins."""
         if self.lasting is not None:
             return self.lasting.recall()
-        return start_memory(self.settings.learner, (self.seed, observer, Stream.KINDS))
+        return start_memory(self.settings.learner.of_observers([observer]), (self.seed, observer, Stream.KINDS))
 
     def remember(self, record: TrialRecord) -> None:
         """Adds what was felt in a trial to the lasting memory, if there is one."""

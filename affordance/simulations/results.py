@@ -208,7 +208,7 @@ def _describe_setup(results: Results, settings: Settings) -> dict[str, Any]:
     return {
         "arm": settings.arm.name,
         "models": OWN_MODELS if folder == MODELS else folder.name,
-        "learners": list(results.learners or [settings.learner.value]),
+        "learners": list(results.learners or [settings.learner.name]),
         "settings": describe_changes(settings),
     }
 

@@ -1,0 +1,37 @@
+"""Learners that the program has, by their names in files and on the command line."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from affordance.belief.kinds_learner import Kinds, Pick
+from affordance.belief.learner import Learner
+from affordance.belief.one_density import OneDensity
+from affordance.exceptions import BadArgumentError, describe_choice, show_value
+
+DENSITY, KINDS_MAP, KINDS_DRAWN = OneDensity(), Kinds(Pick.MAP), Kinds(Pick.DRAWN)
+LEARNERS: Mapping[str, Learner] = {each.name: each for each in (DENSITY, KINDS_MAP, KINDS_DRAWN)}
+# The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
+# it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
+ARM_LEARNER = KINDS_MAP
+
+
+def check_learner(name: str, value: Any) -> Learner:
+    """Returns a learner, or that of a name; anything else raises a BadArgumentError."""
+    if isinstance(value, Learner):
+        return value
+    if isinstance(value, type) and issubclass(value, Learner):
+        return value()
+    if isinstance(value, str) and value in LEARNERS:
+        return LEARNERS[value]
+    what = "a Learner" if not isinstance(value, str) else ""
+    raise BadArgumentError(name, "", f"is {show_value(value)}, must be {what}" if what else describe_choice(value, LEARNERS))
+
+
+def label_learner(name: str) -> str:
+    """Returns the name in words of a learner's name in files."""
+    return LEARNERS[name].label if name in LEARNERS else name
+
+
+def list_learners(chosen: Learner) -> list[Learner]:
+    """Lists the learners that are compared: those of the program, and one that was chosen, by its own parameters."""
+    return [*{**LEARNERS, chosen.name: chosen}.values()]
