@@ -12,7 +12,8 @@ from .choice.reach import Reach
 from .choice.tasks import load_task_file
 from .control.timed_path import load_path
 from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelFileError
-from .experiments.suite import load_experiment, run_suite
+from .experiments.observers import Setup
+from .experiments.suite import run_suite
 from .files.model_folder import MODELS
 from .identification.evidence.gains import Gains, read_gains, write_gains
 from .identification.identify import Runs, identify
@@ -60,6 +61,7 @@ __all__ = [
     "Runs",
     "Selection",
     "Settings",
+    "Setup",
     "Tool",
     "TrialEvidence",
     "TrialRecord",
@@ -71,7 +73,6 @@ __all__ = [
     "identify",
     "import_arm",
     "list_options",
-    "load_experiment",
     "load_hammer",
     "load_materials",
     "load_path",

@@ -1,4 +1,4 @@
-"""Array types for annotations, and read-only arrays of frozen dataclasses."""
+"""Array types for annotations, attributes of labelled arrays, and read-only arrays of frozen dataclasses."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +10,11 @@ type Array = NDArray[np.float64]
 type Mask = NDArray[np.bool_]
 # Arrays by name.
 type Arrays = Mapping[str, NDArray[Any]]
+
+
+def about(units: str, long_name: str) -> dict[str, str]:
+    """Returns the attributes of a variable: its unit ("1" for a number without one) and its meaning."""
+    return {"units": units, "long_name": long_name}
 
 
 def store_read_only(instance: object, **arrays: NDArray[Any]) -> None:

@@ -11,6 +11,7 @@ import logging
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn, Protocol, TextIO, cast, override
 
 from affordance.commands.study import FORMER
@@ -24,13 +25,12 @@ _REQUIRED = "the following arguments are required: "
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 # Lines of help of the commands, here so that the help imports none; a dash in a name is an underscore in its module.
 COMMANDS = {
-    "run": "run the paper's simulations or a protocol of your own; write numbers, figures and report",
+    "run": "run the paper's simulations and other experiments; write numbers, figures and report",
     "watch": "watch an observer of an experiment live in the browser",
-    "new-protocol": "write a commented protocol to start an experiment from, and the schema for your editor",
-    "predict": "predict what each learner would do in a protocol, and which number distinguishes them best",
+    "predict": "predict what each learner would do in an experiment, and which number distinguishes them best",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
     "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",
-    "settings": "list the settings that --set and protocols change, with value, unit and source",
+    "settings": "list the settings that --set changes, with value, unit and source",
     "import-arm": "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)",
     "excite": "design a motion that shows mass, centre of mass or inertia, or what a task will cost",
     "identify": "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings",
@@ -155,7 +155,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     except ImportError as error:  # a library that is missing, or that the loader finds no memory for
         problem = describe_import_error(error)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # the interpreter flushes once more at its end
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())  # the interpreter flushes once more at its end
         return _NO_READER
     except OSError as error:  # a full disk, a removed folder
         problem = describe_system_error(error)

@@ -1,4 +1,4 @@
-"""Settings by name, as changed by ``--set prior.sd=8000`` or the key ``settings`` of a protocol, and as listed.
+"""Settings by name, as changed by ``--set prior.sd=8000``, and as listed.
 
 A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``, the learner
 by ``learner``; the names of their numbers are then those of that model and of that learner, as ``learner.kappa``. The

@@ -127,9 +127,9 @@ class Settings:
 
     arm: Path = ARM
     prior: Prior = Prior()
-    learner: Annotated[
-        Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")
-    ] = DENSITY
+    learner: Annotated[Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = (
+        DENSITY
+    )
     noise: NoiseModel = WeberNoise()
     acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0
     cost_measure: Annotated[CostMeasure, Setting("", "paper, eq. 4")] = CostMeasure.WORK

@@ -290,14 +290,6 @@ def _describe_type(entry: dict[str, Any], named: dict[str, Any]) -> str:
     )
 
 
-def list_first_mistakes() -> str:
-    """First mistakes on the command line that are tested, and what is said of each."""
-    path = _ROOT / "tests" / "system" / "bad_values" / "commands.yaml"
-    group = yaml.safe_load(path.read_text(encoding="utf-8"))["first mistakes"]
-    rows = [(f"`affordance {words}`", f"`{said.replace('…', ' ... ')}`") for words, said in group["rows"]]
-    return format_rows(["typed", "the answer says"], rows)
-
-
 def list_errors() -> str:
     """Every error that the package raises for the input of a user, with its base, its meaning and its parts."""
     for module in pkgutil.walk_packages(affordance.__path__, "affordance."):
@@ -330,5 +322,4 @@ PARTS: dict[str, Callable[[], str]] = {
     "learners": list_learners,
     "formats": list_formats,
     "errors": list_errors,
-    "first_mistakes": list_first_mistakes,
 }

@@ -1,6 +1,6 @@
-"""Harness of studies: what their commands check, keep, write and print is done in one place.
+"""Harness of studies: their commands check, keep, write and print in one place.
 
-A study is a folder with a section file and a module ``command.py`` that defines ``STUDY``.
+A study is a folder with a module ``command.py`` that defines ``STUDY``.
 """
 
 import argparse
@@ -22,47 +22,41 @@ from numpy.typing import NDArray
 
 from affordance.commands.options import change_by_name, check_bounds, refuse_changes
 from affordance.exceptions import UnavailableError
-from affordance.experiments.definition import Experiment
-from affordance.experiments.suite import run_suite
 from affordance.files.atomic import quarantine, write_json
 from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section, Table, render_section
+from affordance.reporting.section import Section
 from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, prepare_folder, run_repeats
 from affordance.settings import Settings
 
 
 class Findings(NamedTuple):
-    """Findings of a study."""
+    """Findings of a study.
 
-    # Content of metrics.json, which claims and templates of the section name. Versions, commit and date of the run
-    # are added to it; ``versions`` may name those of further libraries.
+    Attributes:
+        numbers: Content of metrics.json. Versions, commit and date of the run are added to it; ``versions`` may name
+            those of further libraries.
+        section: Section of the report; None for a study that writes numbers alone.
+        figures: Functions that draw figures, by name of the file without suffix.
+        details: Content of details.json, further numbers that explain; None for no file.
+        writers: Functions that write further files into the study's folder.
+    """
+
     numbers: Mapping[str, Any]
-    facts: Mapping[str, Any] = {}  # further values that the section names
-    # Functions that draw figures, by name of the file without suffix.
+    section: Section | None = None
     figures: Mapping[str, Callable[[], Figure]] = {}
-    # Content of details.json, further numbers that explain; None for no file.
     details: Mapping[str, Any] | None = None
-    writers: tuple[Callable[[Path], None], ...] = ()  # functions that write further files into the study's folder
-    # Tables that follow those of the section file, whose columns are known only after the run.
-    tables: tuple[Table, ...] = ()
-    folder: str = ""  # folder of these findings in that of the study; empty for that folder itself
-    section: Path | None = None  # file of their section of the report; None for that of the study
-
-    def render(self, section: Path) -> Section:
-        """Renders the section of the report from its file."""
-        rendered = render_section(section, self.numbers, self.facts)
-        return rendered._replace(tables=[*rendered.tables, *self.tables])
+    writers: tuple[Callable[[Path], None], ...] = ()
 
 
-# Function that runs a study in its folder, and yields findings, each of which replaces those before of its folder.
+# Function that runs a study in its folder, and yields findings, each of which replaces those before.
 type Work = Callable[[Path], Iterable[Findings]]
 
 
 class Task(NamedTuple):
-    """Task of which the harness writes no findings: a run by another runner, or a table that an option asks for."""
+    """Task of which the harness writes no findings, such as a table that an option asks for."""
 
     run: Callable[[], int]  # function that does the task, prints what it finds, and returns the exit status
 
@@ -78,21 +72,9 @@ class Study:
     plan: Callable[[argparse.Namespace], Work | Task]
     # Folder of the results in that of ``--out``, empty for that folder itself; None for the study's name.
     folder: str | None = None
-    # File of the section of the report; None for section.yaml of the study's folder, if it has one.
-    section: Path | None = None
     # Reasons by settings, or groups of settings, that the study does not use.
     refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
-    # Function that loads a study that is an experiment, for ``affordance run``, from a folder of models, root of
-    # every random draw, and settings; None for other studies.
-    load: Callable[[Path, int, Settings], Experiment] | None = None
     on_one_thread: bool = False  # true if the study's process is to have one thread, as processes of repeats have
-
-    def __post_init__(self) -> None:
-        home = Path(inspect.getfile(self.plan)).parent
-        if self.folder is None:
-            object.__setattr__(self, "folder", home.name)
-        if self.section is None and (home / "section.yaml").is_file():
-            object.__setattr__(self, "section", home / "section.yaml")
 
     def check(self, arguments: argparse.Namespace) -> None:
         """Checks the options that studies share.
@@ -104,7 +86,7 @@ class Study:
             refuse_changes(arguments, names, why)
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the study, writes its findings and prints where; returns the exit status.
+        """Runs the study, writes its findings and prints the path; returns the exit status.
 
         An argument or a file that is invalid raises an AffordanceError.
         """
@@ -116,31 +98,16 @@ class Study:
         work = self.plan(arguments)
         if isinstance(work, Task):
             return work.run()
-        assert self.folder is not None  # set after construction
-        folder = prepare_folder(arguments.out) / self.folder
-        last: dict[str, tuple[Findings, Path]] = {}
+        name = Path(inspect.getfile(self.plan)).parent.name if self.folder is None else self.folder
+        folder = prepare_folder(arguments.out) / name
+        section, written = None, None
         for findings in work(folder):
-            written = write_findings(findings, folder / findings.folder, findings.section or self.section)
-            last[findings.folder] = findings, written
-        for findings, written in last.values():
-            if (section := findings.section or self.section) is None:
-                print(f"The numbers: {written}")
-            else:
-                print_section(findings.render(section))
-                print(f"The report: {written}")
+            section, written = findings.section, write_findings(findings, folder)
+        if section is not None:
+            print_section(section)
+        if written is not None:
+            print(f"The {'numbers' if section is None else 'report'}: {written}")
         return 0
-
-
-def plan_experiment(experiment: Experiment, arguments: argparse.Namespace) -> Task:
-    """Plans the run of a study that is an experiment, whose runner keeps and writes what it finds."""
-
-    def run() -> int:
-        options = {name: getattr(arguments, name) for name in ("models", "seed", "repeats", "jobs", "cluster")}
-        report, _ = run_suite([experiment], arguments.out, **options)
-        print(f"The report: {report}")
-        return 0
-
-    return Task(run)
 
 
 def add_only(parser: argparse.ArgumentParser, names: Iterable[str], what: str) -> None:
@@ -213,8 +180,8 @@ def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) 
     return kept
 
 
-def write_findings(findings: Findings, folder: Path, section: Path | None) -> Path:
-    """Writes the findings of a study, and the report of all that lies next to its folder; none without a section.
+def write_findings(findings: Findings, folder: Path) -> Path:
+    """Writes the findings of a study; if they have a section, also the report of all in the folder of results.
 
     Returns: Path of the report, or of metrics.json.
     """
@@ -224,13 +191,13 @@ def write_findings(findings: Findings, folder: Path, section: Path | None) -> Pa
         write(folder)
     if findings.details is not None:
         write_json(folder / "details.json", findings.details)
-    if section is not None:
-        write_section(folder, findings.render(section))
+    if findings.section is not None:
+        write_section(folder, findings.section)
     metrics = folder / "metrics.json"
     versions = {**list_versions(), **findings.numbers.get("versions", {})}
     run = {"versions": versions, "commit": find_commit(), "finished": f"{datetime.date.today():%Y-%m-%d}"}
     write_json(metrics, {**findings.numbers, **run})  # last: it marks a complete run
-    return metrics if section is None else write_report(folder.parent)
+    return metrics if findings.section is None else write_report(folder.parent)
 
 
 def print_section(section: Section) -> None:

@@ -13,18 +13,13 @@ import numpy as np
 import pytest
 from helpers.children import Start, keep_children
 from helpers.kept_plans import keep_plans
-from helpers.shared import compute_once, find_shared_folder
-from helpers.short_holds import plan_roughly, take_two_tools
+from helpers.shared import find_shared_folder
 from helpers.two_tools import HELD
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, load_hammer
-from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
-from affordance.experiments.shared.choice_task import ChoicePlan
-from affordance.experiments.shared.choosing import ChoiceExperiment
-from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
@@ -38,8 +33,6 @@ HERE = Path(__file__).parent
 # Files of about eight seconds and more, about in order.
 LONGEST = (
     "experiments/test_counter_examples.py",
-    "studies/hammering/test_blows.py",
-    "studies/vision/test_experiment.py",
     "studies/robustness/test_experiment.py",
     "vision/pixels/test_seen_tool.py",
     "studies/trust/test_calibration.py",
@@ -160,29 +153,13 @@ def at_home(arm: Arm) -> Array:
 
 
 @pytest.fixture(scope="session")
-def weight() -> PresentationExperiment:
-    return load_hold_experiment("weight")
-
-
-@pytest.fixture(scope="session")
-def runner(weight: PresentationExperiment) -> TrialRunner:
-    return TrialRunner(weight.settings)
+def runner() -> TrialRunner:
+    return TrialRunner(DEFAULT_SETTINGS)
 
 
 @pytest.fixture(scope="session")
 def hammer() -> Hammer:
     return load_hammer(MODELS / "nail.yaml")
-
-
-@pytest.fixture(scope="session")
-def hammering() -> ChoiceExperiment:
-    """Simulation IV about two of its tools: stick and hammer."""
-    return take_two_tools(load_choice_experiment("hammer"))
-
-
-@pytest.fixture(scope="session")
-def hammering_plan(hammering: ChoiceExperiment, tmp_path_factory: pytest.TempPathFactory) -> ChoicePlan:
-    return compute_once(tmp_path_factory, "hammering_plan", lambda: plan_roughly(hammering))
 
 
 @pytest.fixture(scope="session")

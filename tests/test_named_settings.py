@@ -3,6 +3,7 @@
 import dataclasses
 
 import pytest
+from helpers.refusals import refuse
 
 from affordance.belief.learner import Learner
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
@@ -22,8 +23,8 @@ def list_leaves(holder, prefix=""):
             yield f"{prefix}{field.name}"
 
 
-def test_every_field_has_a_name_but_the_arm_and_memories():
-    assert {*NAMES} == {*list_leaves(DEFAULT_SETTINGS), "noise.model"} - {"arm", "known", "ledger"}
+def test_every_field_has_a_name_but_the_arm():
+    assert {*NAMES} == {*list_leaves(DEFAULT_SETTINGS), "noise.model"} - {"arm"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -91,3 +92,46 @@ def test_settings_are_checked_when_they_are_made(changes, message):
     with pytest.raises(ValueError, match=r"^Settings: ") as caught:
         Settings(**changes)
     assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("prior.sb=1", "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation_sd;"),
+        ("priro.sd=1", "settings: priro.sd: is not a setting; did you mean 'prior.sd'?"),
+        ("prior=1", "settings: prior: is 'prior', must be one of prior.mode"),
+        ("noise.sd=1", "settings: noise.sd: is 'noise.sd', must be one of noise.model, noise.weber_fraction"),
+        ("noise.model=pink", "settings: noise.model: is 'pink', must be one of weber, white"),
+        ("noise.weber_fraction=-0.1", "settings: noise.weber_fraction: is -0.1, must be from 0 to 1"),
+        ("noise.threshold=0", "settings: noise.threshold: is 0, must be more than 0"),
+        ("prior.sd=.nan", "settings: prior.sd: is nan, must be from 0.001 to 1e+12"),
+        ("prior.sd=much", "settings: prior.sd: is 'much', must be a number"),
+        ("mpc.num_steps=2.5", "settings: mpc.num_steps: is 2.5, must be a whole number"),
+        ("learner=kind_map", "must be one of density, kinds_map, kinds_drawn; did you mean 'kinds_map'?"),
+        ("uses_posterior=1", "settings: uses_posterior: is 1, must be true or false"),
+        ("integrator.scheme=radau9", "settings: integrator.scheme: is 'radau9', must be one of "),
+        ("integrator.accuracy=7", "settings: integrator.accuracy: is 7, must be from 1e-11 to 1"),
+        ("sample_period=0", "settings: sample_period: is 0, must be from 0.0001 to 60"),
+        ("prior.sd", "--set: is 'prior.sd', must be NAME=VALUE"),
+        ("=3", "--set: is '=3', must be NAME=VALUE"),
+    ],
+)
+def test_mistake_in_a_setting_is_refused(word, said):
+    assert said in refuse(lambda: change_settings(DEFAULT_SETTINGS, parse_changes([word])))
+
+
+@pytest.mark.parametrize(
+    ("former", "present"),
+    [
+        ("integration_scheme", "integrator.scheme"),
+        ("accuracy", "integrator.accuracy"),
+        ("stiff_accuracy", "integrator.stiff_accuracy"),
+        ("max_step_size", "integrator.max_step"),
+        ("contact_scheme", "integrator.contact_scheme"),
+        ("contact_accuracy", "integrator.contact_accuracy"),
+        ("contact_max_step_size", "integrator.contact_max_step"),
+    ],
+)
+def test_former_name_of_a_setting_is_answered_with_the_present_one(former, present):
+    assert refuse(change_settings, DEFAULT_SETTINGS, {former: 1}) == f"settings: {former}: is now {present}"
+    assert present in NAMES

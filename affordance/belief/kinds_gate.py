@@ -69,9 +69,7 @@ class Verdicts(NamedTuple):
     posterior: Normals  # belief about the object's densities after the lift, (N, m)
 
 
-def compute_kind_probabilities(
-    counts: Array, concentration: Array, switching: Array, num_lifts: Array
-) -> Array:
+def compute_kind_probabilities(counts: Array, concentration: Array, switching: Array, num_lifts: Array) -> Array:
     """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, (B, K + 1).
 
     Counts, (B, K), are of the other objects of each kind. The object was in its last ``num_lifts``, (B, K), of a

@@ -60,9 +60,7 @@ class Likelihood(NamedTuple):
             self.num_values + other.num_values,
         )
 
-    def marginalise_deviation(
-        self, deviation_sd: float | Array, earlier: "Likelihood | None" = None
-    ) -> "Likelihood":
+    def marginalise_deviation(self, deviation_sd: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
         """Returns the likelihood of material means mu with rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
 
         The constant is dropped: the evidence of a trial is that of the object's own densities. After earlier trials

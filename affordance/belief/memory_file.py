@@ -46,7 +46,9 @@ def parse_memory(text: str | bytes, learner: Learner) -> MaterialMemory:
     try:
         content = json.loads(text)
         if content["learner"] != learner.name:
-            problem = f"is {show_value(content['learner'])}, must be {learner.name!r}, by which the memory is recalled"
+            problem = (
+                f"is {show_value(content['learner'])}, must be {learner.name!r}, by which the memory is recalled"
+            )
             raise BadValueError("memory", "learner", problem)
         return MaterialMemory(
             learner,

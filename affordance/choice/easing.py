@@ -10,8 +10,9 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.options import Option
+from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_once
-from affordance.choice.ranking import MIN_FEASIBILITY, Ranking
+from affordance.choice.ranking import Ranking
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
@@ -46,7 +47,12 @@ def explain_failure(
 
 
 def find_easier(
-    option: Option, task: TaskCostModel, memory: MaterialMemory, settings: Settings, admit: Admit, rng: np.random.Generator
+    option: Option,
+    task: TaskCostModel,
+    memory: MaterialMemory,
+    settings: Settings,
+    admit: Admit,
+    rng: np.random.Generator,
 ) -> str:
     """Describes what could be done with an option: less weight, the first easier task, or that none was found."""
     arm, parts = load_arm(settings.arm), option.gripped

@@ -36,6 +36,8 @@ from affordance.settings import Settings
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors define no direction, [1]; and the tool cannot be swung at a nail's head nearer than this, [m].
 _MIN_LENGTH = 0.01
+# Time of a swing from rest to the strike, [s].
+_DURATION = Within(0.2, 10.0)
 # Factors on the duration, and on the depth beyond that at which the nail is set, by which a blow is made easier.
 _EASIER_PACES, _EASIER_DEPTHS = (1.5, 2.0), (0.75, 0.5, 0.25)
 # Joints that are needed to bring a face to a place (three) and square to a direction (two).
@@ -71,6 +73,8 @@ class Hammer:
     def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
         """Lists easier tasks, each with what is easier: a slower swing, a nail that is driven less deep."""
         for pace in _EASIER_PACES:
+            if self.duration * pace > _DURATION.high:
+                break
             yield replace(self, duration=self.duration * pace), f"{pace:g} times slower"
         for share in _EASIER_DEPTHS:
             depth = self.nail.depth_set + share * (self.nail.depth_demanded - self.nail.depth_set)
@@ -128,7 +132,7 @@ class _BlowEntry(DataModel):
         Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))],
         Field(description="Direction in which the nail is driven."),
     ]
-    duration: Annotated[float, Within(0.2, 10.0), Field(description="Time from rest to the strike, [s].")]
+    duration: Annotated[float, _DURATION, Field(description="Time from rest to the strike, [s].")]
     start: StartEntry = Field(default_factory=dict)
 
     @model_validator(mode="after")

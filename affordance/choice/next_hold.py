@@ -22,8 +22,8 @@ from affordance.choice.hold_worth import (
     measure_worth,
 )
 from affordance.choice.inner_simulation import Choice, check_num_samples
+from affordance.choice.picking import NO_OPTION, find_taken
 from affordance.choice.pricing import GripBounds, price_options
-from affordance.choice.ranking import NO_OPTION, find_taken
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.objects.tool import Tool

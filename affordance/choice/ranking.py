@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from affordance.arguments import Seed, check_kind, check_member, check_number, check_seed, check_whole
 from affordance.arrays import Array
@@ -20,7 +19,8 @@ from affordance.choice.demand import Criterion, Demand
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.pricing import Amount, Amounts, GripBounds, price_options
+from affordance.choice.picking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest
+from affordance.choice.pricing import Amounts, GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
@@ -28,14 +28,6 @@ from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import ArmOwner
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-type Chosen = NDArray[np.intp]
-
-# Costs within this fraction of each other count as equal: the difference is rounding.
-TIE = 1e-9
-NO_OPTION = -1
-# An option is usable if it is feasible with at least this probability, unless another is given: the risk of one in
-# twenty of the 95 % intervals used throughout.
-MIN_FEASIBILITY = 0.95
 _NUM_SAMPLES = Whole(1, 100_000)
 
 
@@ -272,29 +264,6 @@ def rank_draws(
     )
 
 
-def find_taken(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
-    """Finds the option that a ranking puts first, of k options with costs and feasibility under S samples, (k, S).
-
-    It is the first of those of least cost by the criterion among the usable ones; NO_OPTION if none is usable.
-    """
-    usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
-    if not usable.any():
-        return NO_OPTION
-    amounts = [Amount.of(row) for row in cost]
-    costs = np.array([each.p95 if criterion.is_peak else each.mean for each in amounts])
-    return int(np.flatnonzero(usable & (costs <= costs[usable].min() * (1.0 + TIE)))[0])
-
-
 def _check_sampling(num_samples: int, min_feasibility: float) -> None:
     check_whole("num_samples", num_samples, _NUM_SAMPLES)
     check_number("min_feasibility", min_feasibility, 0.0, 1.0)
-
-
-def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the feasible option of least cost under each sample, (S,), or NO_OPTION; ties are broken at random."""
-    cost = np.where(costs.feasible, costs.cost, np.inf)
-    least = cost.min(axis=0)
-    equal = costs.feasible & (cost <= least * (1.0 + TIE))
-    lots = np.where(equal, rng.random(cost.shape), -1.0)
-    picked: Chosen = np.where(equal.any(axis=0), lots.argmax(axis=0), NO_OPTION)
-    return picked

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.choice.inner_simulation import Draws
 from affordance.choice.options import Option
-from affordance.choice.ranking import MIN_FEASIBILITY, Ranking
+from affordance.choice.picking import MIN_FEASIBILITY
+from affordance.choice.ranking import Ranking
 from affordance.objects.colour import Colour
 
 # Samples to a bin of densities, and numbers of bins: conditional costs are those of the samples of a bin.

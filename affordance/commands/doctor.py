@@ -54,8 +54,8 @@ def _try(check: Callable[[], str]) -> tuple[bool, str]:
     """Runs a check; returns its success and its message."""
     try:
         return True, check()
-    except (ImportError, AffordanceError, RuntimeError, OSError) as error:
-        return False, f"does not work: {' '.join(str(error).split())}"
+    except (ImportError, AffordanceError, RuntimeError, OSError, MemoryError) as error:
+        return False, f"does not work: {' '.join(str(error).split()) or type(error).__name__}"
 
 
 def _check_drake() -> str:

@@ -10,8 +10,8 @@ from affordance.arguments import check_number
 from affordance.belief.felt_object import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
+from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.choice.ranking import MIN_FEASIBILITY
 from affordance.commands.options import give_answer, read_robot
 from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
 from affordance.exceptions import AffordanceError, name_object

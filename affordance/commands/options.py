@@ -3,7 +3,7 @@
 import argparse
 import json
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,18 +14,15 @@ from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
 from affordance.files.model_folder import MODELS
 from affordance.memory.same_colours import SameColours, join_colours
-from affordance.named_settings import Changes, change_settings, list_settings, parse_changes
+from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
-from affordance.objects.materials import MATERIALS, Material, load_materials
+from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.robots.importer import AXES, ImportOptions, parse_values
-from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from affordance.simulations.observers import Setup
 
 # Bounds of shared numbers; values beyond any practical run are typing errors.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
@@ -79,37 +76,6 @@ def read_robot(arguments: argparse.Namespace) -> tuple[Path | None, ImportOption
     """Reads the robot, how its file is imported, and where imports are kept: ``arms`` in the results' folder."""
     out: Path | None = getattr(arguments, "out", None)
     return arguments.robot, read_options(arguments), (out or Path("results")) / "arms"
-
-
-def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
-    """Raises a BadValueError for no such experiment; that of a former protocol says what has taken its place."""
-    if Path(arguments.experiment).suffix in (".yaml", ".yml"):
-        problem = f"is {arguments.experiment!r}: experiments are programs now, and protocols in YAML are gone"
-        raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); known are {', '.join(names)}")
-    if arguments.experiment not in names:
-        raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
-
-
-def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> "Setup":
-    """Reads the setup of an experiment from the options of ``add_run_options``, with changed settings by name.
-
-    With ``--memory`` its one observer begins with a lasting memory.
-    """
-    from affordance.simulations.observers import Setup  # here, as commands without an experiment need not wait for it
-
-    setup = Setup(
-        observers=arguments.repeats,
-        seed=arguments.seed,
-        jobs=arguments.jobs,
-        models=robot.folder,
-        out=arguments.out,
-        settings=change_settings(Settings(arm=robot.directives), changes),
-    )
-    if not hasattr(arguments, "memory"):
-        return setup
-    materials = load_materials(robot.folder / MATERIALS.name) if arguments.same_colour else {}
-    pairs = read_same_colours(arguments, materials)
-    return setup.remember_in(arguments.memory, pairs) if arguments.memory else setup
 
 
 def add_set(

@@ -5,17 +5,17 @@ import argparse
 from affordance.commands.options import (
     add_run_options,
     check_bounds,
-    check_experiment,
     read_robot,
-    read_setup,
+    refuse_changes,
 )
+from affordance.commands.setups import check_experiment, read_setup
 from affordance.exceptions import BadValueError
+from affordance.experiments.prediction import predict
+from affordance.experiments.suite import NAMES, find_experiment
 from affordance.named_settings import parse_changes
 from affordance.reporting.learner_predictions import format_predictions
 from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
-from affordance.simulations.prediction import predict
-from affordance.simulations.suite import EXPERIMENTS, find_experiment
 
 # Most observers of each learner unless another number is asked for.
 _OBSERVERS = 50
@@ -23,14 +23,14 @@ _OBSERVERS = 50
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    names = [name for name, each in EXPERIMENTS.items() if each.predict is not None]
+    names = [name for name in NAMES if find_experiment(name).predict is not None]
     parser.add_argument("experiment", help=f"one of {', '.join(names)}")
     add_run_options(parser, None, f"simulated observers of each learner (default: at most {_OBSERVERS})", models="")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints means with intervals, the spread of observers, and the best measurement."""
-    check_experiment(arguments, EXPERIMENTS)
+    check_experiment(arguments, NAMES)
     experiment = find_experiment(arguments.experiment)
     if (measure := experiment.predict) is None:
         problem = f"is {arguments.experiment!r}, whose observers are of one learner; run it with --learner for each"
@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
+    refuse_changes(arguments, ["learner"], "observers of every learner are simulated")
     check_folder(arguments.out)
     robot = open_robot(*read_robot(arguments))
     setup = read_setup(arguments, robot, parse_changes(arguments.changes))

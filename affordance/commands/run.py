@@ -6,13 +6,14 @@ from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.commands import options
+from affordance.commands.setups import check_experiment, read_setup
 from affordance.exceptions import BadValueError
+from affordance.experiments.suite import NAMES, OF_THE_PAPER, find_experiment, run_suite
 from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.robots.kept import open_robot
-from affordance.simulations.suite import EXPERIMENTS, OF_THE_PAPER, find_experiment, run_suite
 from affordance.vision.features import FeatureSource
 
 # Exit status if some of several experiments were left out.
@@ -24,7 +25,7 @@ _OPTIONS = {"learner": "learner", "vision": "feature_source"}
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    others = ", ".join(name for name in EXPERIMENTS if name not in OF_THE_PAPER)
+    others = ", ".join(name for name in NAMES if name not in OF_THE_PAPER)
     what = f"{', '.join(OF_THE_PAPER)}, all of these (default), or one of {others}"
     add("experiment", nargs="?", default="all", help=what)
     what = (
@@ -46,16 +47,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     names = OF_THE_PAPER if arguments.experiment == "all" else (arguments.experiment,)
-    options.check_experiment(arguments, ("all", *EXPERIMENTS))
+    check_experiment(arguments, ("all", *NAMES))
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(find_experiment(name).observers for name in names)
     options.check_bounds(arguments)
+    changes = _list_changes(arguments)
+    for name in names:
+        if "learner" in changes and find_experiment(name).every_learner:
+            problem = f"has no effect on {name}, which simulates observers of every learner"
+            raise BadValueError("--learner", "", problem)
     robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
-    setup = options.read_setup(arguments, robot, _list_changes(arguments))
+    setup = read_setup(arguments, robot, changes)
     if arguments.fault:
         joint_names = load_arm(setup.settings.arm).joint_names
         faults = load_faults(robot.folder / "faults.yaml", arguments.fault, joint_names)

@@ -13,10 +13,15 @@ import numpy as np
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import pick_cheapest
+from affordance.choice.picking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands import options
+from affordance.commands.setups import check_experiment, read_setup
 from affordance.exceptions import BadValueError
+from affordance.experiments import com, experience, next_lift, weight
+from affordance.experiments.grips import plan_grips
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import NAMES, find_experiment
 from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.objects.materials import MATERIALS, load_materials
@@ -27,12 +32,8 @@ from affordance.reporting.live_scene import LiveScene, Wish
 from affordance.robots.kept import open_robot
 from affordance.simulation.blow import run_blow
 from affordance.simulation.trial import TrialRunner, finish
-from affordance.simulations import com, experience, hammer, next_lift, reach, weight
-from affordance.simulations.grips import plan_grips
-from affordance.simulations.observers import Setup
-from affordance.simulations.suite import EXPERIMENTS, find_experiment
 
-_WATCHABLE = tuple(name for name in EXPERIMENTS if name != "vision")
+_WATCHABLE = tuple(name for name in NAMES if name != "vision")
 # A decoy looks like the object before it, and has this share of its density.
 _DECOY = 0.1
 _PAUSE = 1.0  # between presentations, [s]
@@ -55,14 +56,14 @@ def run(arguments: argparse.Namespace) -> int:
     options.check_bounds(arguments)
     if arguments.experiment == "vision":
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
-    options.check_experiment(arguments, _WATCHABLE)
+    check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
     robot = open_robot(*options.read_robot(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
     arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
-    setup = options.read_setup(arguments, robot, parse_changes(arguments.changes))
+    setup = read_setup(arguments, robot, parse_changes(arguments.changes))
     show = _Show(arguments.experiment, setup)
     address = show.scene.address
     port = address.rsplit(":", 1)[1]
@@ -156,7 +157,7 @@ class _Show:
 def _begin(name: str, setup: Setup) -> tuple[Sequence[Tool], float, tuple[Reach | Hammer, Tool] | None]:
     """Returns the objects in an observer's order, the duration of a hold, [s], and the task with its tool, if any."""
     if name in ("reach", "hammer"):
-        held, tools, task = reach.read(setup) if name == "reach" else hammer.read(setup)
+        held, tools, task = find_experiment(name).read(setup)
         return held, experience.DURATION, (task, tools[0])
     if name == "com":
         held = com.read(setup)

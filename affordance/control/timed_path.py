@@ -67,9 +67,11 @@ class TimedPath:
     def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
         """Lists the path unchanged, mirrored, slower, and last smaller, each with a description, at first empty.
 
-        Paces are factors on the duration, sizes on the lengths, both from 1.
+        Paces are factors on the duration, sizes on the lengths, both from 1. Durations that no file may have are
+        left out.
         """
         points = np.array(self.points)
+        paces = [pace for pace in paces if self.duration * pace <= _DURATION.high]
         for size in sizes:
             for pace in (each for each in paces if self.duration * each <= _DURATION.high):
                 for mirrored in (False, True):

@@ -1,1 +1,1 @@
-"""Experiments, one per file: a frozen configuration, and methods that plan, run and evaluate it."""
+"""Experiments, one file each, and what they share: observers in processes, lifts, results and drawings."""

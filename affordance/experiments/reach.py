@@ -1,114 +1,249 @@
-"""Simulation III (paper, IV-C): choosing a grip for moving the free end of a tool along a path with least work."""
+"""Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
+
+Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool
+so that moving its free end along a path takes the least absolute work of the joints. They never hold it: they compare
+inner simulations at densities that they believe in. Expected: the share of correct choices grows from chance (figure
+8).
+"""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
+from affordance.arrays import about
+from affordance.choice.inner_simulation import Choice
 from affordance.choice.motion_cost import MotionCost
+from affordance.choice.off_axis import measure_changes
 from affordance.choice.reach import Reach
-from affordance.experiments.definition import Outputs
-from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
-from affordance.experiments.shared.decisions import find_grip_of_densest
-from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.files.netcdf import LabelledArray, Trajectories
-from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool, find_free_end
+from affordance.control.start_posture import check_start
+from affordance.control.timed_path import load_path
+from affordance.exceptions import BadValueError, name_object
+from affordance.experiments import com
+from affordance.experiments.drawings import label_motions
+from affordance.experiments.experience import count_events, gain_experience, recall, tabulate_experience
+from affordance.experiments.grips import (
+    blame,
+    caption_proportions,
+    check_colours_known,
+    check_one_grip_is_cheaper,
+    check_several_grips,
+    choose_by_expectation,
+    choose_by_sample,
+    compare_measures,
+    draw_proportions,
+    find_grip_of_densest,
+    measure_choices,
+    plan_grips,
+    remove_errors,
+    tabulate_rules,
+    tabulate_tools,
+)
+from affordance.experiments.objects import check_can_be_held, check_honest, read_tools
+from affordance.experiments.observers import Setup, run_observers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool, find_free_end, list_colours, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.reporting import figures
-from affordance.reporting.formatting import label
+from affordance.reporting.claims import ClaimResult, Unit, check, claim
+from affordance.reporting.figures import draw_paths
+from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
+from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
-from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
 
+NEEDS = ("objects", "path")  # that the arm must be able to do
+TOOLS, PATH = "tools/novel.yaml", "paths/reach.yaml"  # in the folder of models; the first tool is the paper's
+FAILURE = "cannot be followed"
+RATIO, SHARE = Unit(digits=3), Unit("%", 100.0, 1)
 
-@dataclass(frozen=True)
-class Reaching(ChoiceTask):
-    """Choice of a grip for following a path."""
 
-    task: Reach
+def run(setup: Setup) -> Results:
+    """Runs the experiment; objects or a path that do not make it raise a BadValueError."""
+    held, tools, task = read(setup)
+    choices, motions = plan(setup, tools, task)
+    work = partial(compute_work, task, remove_errors(setup.settings))
+    off_axis = measure_changes(work, tools, jobs=setup.jobs, description="reach: parts moved")
+    experience = gain_experience(setup, held)
+    follows_from = (held, tools, task, plan, gain_experience)
+    data = run_observers("reach", setup, observe, list(choices.values()), experience, follows_from=follows_from)
 
-    name = "reach"
-    simulations = "simulations"
-    key = "points"
-    failure = "cannot be followed"
-    figure = ("figure8", "Choosing a grip for reaching")
-    names = ("path_error_m", "duration", "grip_of_densest")
-
-    def simulate(self, held: Tool, cost: Any, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-        """Simulates following the path."""
-        return roll_out(held, self.task, densities, settings)
-
-    def describe_error(self, simulated: Rollout, tool: str, grip: str, settings: Settings) -> str:
-        """Describes by how much the free end leaves the path."""
-        problem = self.task.path.describe_error(simulated.error)
-        return problem and f"{self.failure}: {tool} by {grip} {problem}"
-
-    def compute_work(self, settings: Settings, costs: Mapping[str, Mapping[str, Any]], held: Tool) -> float:
-        """Plans the task with a gripped tool, and returns its work, [J]."""
-        cost = _plan_reach(self.task, settings, tuple(find_free_end(held.components).tolist()))
-        return float(cost.compute(held.parameters[None]).work[0])
-
-    def measure(self, novel: Sequence[Tool], config: ExperienceConfig, plan: ChoicePlan) -> dict[str, Any]:
-        """Computes cost and outcome of the task with the first tool, by grip."""
-        simulated = plan.simulated[novel[0].name]
-        return {
-            "energy_true": {grip: rollout.work for grip, rollout in simulated.items()},
-            "effort_true": {grip: rollout.effort for grip, rollout in simulated.items()},
-            "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in simulated.items()},
-            "path_error_m": {grip: rollout.error for grip, rollout in simulated.items()},
-        }
-
-    def list_facts(self, tool: Tool) -> dict[str, Any]:
-        """Returns the duration, and the grip with the densest material nearest to the hand."""
-        return {"duration": self.task.duration, "grip_of_densest": find_grip_of_densest(tool, at_hand=True)}
-
-    def get_trial(self, settings: Settings, held: Tool, simulated: Rollout) -> TrialDiagram:
-        """Returns the Diagram of the task."""
-        return get_runner(settings).get_diagram(self.task.duration, held)
-
-    def show(self, novel: Sequence[Tool], arm: Path, plan: ChoicePlan, numbers: Mapping[str, Any]) -> Outputs:
-        """Returns figure 7, the paths, and the replay."""
-        first = novel[0]
-        simulated, held = plan.simulated[first.name], first.list_gripped()
-        scenes = [
-            Scene(
-                held[grip],
-                rollout.record.times,
-                rollout.record.q,
-                f"held by {grip}: absolute work {rollout.work:.1f} J",
-            )
-            for grip, rollout in simulated.items()
-        ]
-        path, title = simulated[numbers["correct_grip"]].reference, f"Simulation III: {first.name}"
-        paths = {f"held by {grip}": rollout.path for grip, rollout in simulated.items()}
-        reference = next(iter(simulated.values())).reference
-        stacked = np.stack([done.path for done in simulated.values()])
-        return Outputs(
-            figures={
-                "figure7": partial(_draw_tools, novel),
-                "path": partial(figures.draw_paths, reference, paths),
-            },
-            trajectories=Trajectories(
-                {
-                    "p_WF": LabelledArray(("trial", "time", "axis"), stacked, "m", "where the free end went"),
-                    "p_WF_reference": LabelledArray(("time", "axis"), path, "m", "the path"),
-                },
-                {"axis": ["x", "y", "z"]},
-            ),
-            replay=lambda file: write_replay(file, arm, scenes, title=title, p_WG=path),
+    first = tools[0]
+    colours = list_colours(held)
+    shares = measure_choices(data, tools, choices, motions, off_axis, colours=colours, seed=setup.seed)
+    numbers = {**shares, **measure(motions[first.name]), **count_events(experience)}
+    p, name = numbers["p_correct"], first.name.replace("_", " ")
+    others = ", ".join(tool.name.replace("_", " ") for tool in tools[1:])
+    done = motions[first.name]
+    best = done[numbers["correct_grip"]]
+    runner = get_runner(setup.settings)
+    return Results(
+        order=3,
+        title="Simulation III: choosing a grip for reaching",
+        summary=(
+            f"{count_observers(setup.observers)} held the objects of Simulation II, and after every trial chose which"
+            f" end of the {name} to hold, to move its free end along a path of {task.duration:.2g} s with the least"
+            f" absolute work of the joints, in which braking counts as driving does. They never hold the {name}."
         )
+        + (f" They also choose about {others}." if others else ""),
+        finding=(
+            f"The end that costs less work is chosen in {p[0]:.0%} of cases before anything was held, in {p[1]:.0%}"
+            f" after one trial with other objects, and in {p[-1]:.0%} after {len(p) - 1}."
+        ),
+        data=data.merge(label_motions(done, setup.settings)).merge(label_paths(done)),
+        numbers=numbers,
+        claims=judge(numbers, find_grip_of_densest(first, at_hand=True)),
+        figures={
+            "figure8": (
+                f"Figure 8. {caption_proportions(tools, numbers)}",
+                partial(draw_proportions, tools, numbers, "Choosing a grip for reaching", setup.observers),
+            ),
+            "figure7": (
+                "Figure 7. The novel tools in both grips; the cross is the true centre of mass.",
+                partial(draw_grips, tools),
+            ),
+            "path": (
+                (
+                    f"The path (dotted), and where the free end of the {name} went with each grip, simulated under"
+                    " the true densities."
+                ),
+                partial(draw_paths, best.reference, {f"held by {grip}": each.path for grip, each in done.items()}),
+            ),
+        },
+        tables={
+            "Each tool, simulated under its true densities, and choices by the paper's rule.": tabulate_tools(
+                numbers
+            ),
+            f"The {name} by two rules and two measures, after 0, 1, 2, ... trials.": tabulate_rules(numbers),
+        },
+        remarks=[
+            "The paper says neither what the path was nor how large the object; here they are those of models/.",
+            compare_measures(numbers, first),
+        ],
+        lifts=tabulate_experience(experience, held, setup.settings.learner.name),
+        diagram=lambda: runner.get_diagram(task.duration, first.list_gripped()[numbers["correct_grip"]]).diagram,
+        replay=partial(replay, setup.settings.arm, first, done, best),
+        seen=tools,
+    )
 
 
-def _draw_tools(tools: Sequence[Tool]) -> Figure:
+def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool], Reach]:
+    """Reads the objects that are held, the novel tools and the path, and checks that they make the experiment."""
+    held, path_file, file = com.read(setup)[:2], setup.models / PATH, setup.models / TOOLS
+    task, tools = Reach(load_path(path_file)), read_tools(setup.models, TOOLS)
+    check_start(path_file, "start", task.path.start, load_arm(setup.settings.arm))
+    check_several_grips(file, tools)
+    check_honest(file, tools)
+    check_colours_known(file, tools, held, setup.models / com.OBJECTS)
+    gripped = [each for tool in tools for each in tool.list_gripped().values()]
+    check_can_be_held(file, gripped, setup.settings, task.path.start)
+    return held, tools, task
+
+
+def plan(setup: Setup, tools: Sequence[Tool], task: Reach) -> tuple[dict[str, Choice], dict[str, dict[str, Rollout]]]:
+    """Plans the reach with each grip as observed, and simulates it with the true densities, by tool and grip.
+
+    A path that cannot be followed with a grip, or without a cheaper grip, raises a BadValueError.
+    """
+    file, seed, jobs = setup.models / PATH, setup.seed, setup.jobs
+    with blame(file, "points", FAILURE):
+        choices = plan_grips(tools, task, setup.settings, seed=seed, jobs=jobs, description="reach: plans")
+    for choice in choices.values():
+        for option, cost in zip(choice.options, choice.cost_models, strict=True):
+            if cost.infeasible_reason:
+                problem = f"{FAILURE}: {name_object(option.name)} {cost.infeasible_reason}"
+                raise BadValueError(file, "points", problem)
+    simulate = partial(_simulate, task, remove_errors(setup.settings))
+    with blame(file, "points", FAILURE):
+        each = run_tasks([partial(simulate, tool) for tool in tools], jobs=jobs, description="reach: simulations")
+    motions = dict(zip([tool.name for tool in tools], each, strict=True))
+    for tool in tools:
+        for grip, done in motions[tool.name].items():
+            if problem := task.path.describe_error(done.error):
+                raise BadValueError(file, "points", f"{FAILURE}: {name_object(tool.name)} by {grip} {problem}")
+        works = [done.work for done in motions[tool.name].values()]
+        check_one_grip_is_cheaper(setup.models / TOOLS, tool, works)
+    return choices, motions
+
+
+def _simulate(task: Reach, settings: Settings, tool: Tool) -> dict[str, Rollout]:
+    """Simulates the reach with each grip of a tool, by a controller that knows its densities."""
+    return {
+        grip: roll_out(each, task, list_densities([tool]), settings) for grip, each in tool.list_gripped().items()
+    }
+
+
+def compute_work(task: Reach, settings: Settings, held: Tool) -> float:
+    """Plans the reach with a gripped tool of known densities; returns its absolute work, [J]."""
+    cost = _plan_end(task, settings, tuple(find_free_end(held.components).tolist()))
+    return float(cost.compute(held.parameters[None]).work[0])
+
+
+@lru_cache(maxsize=4)
+def _plan_end(task: Reach, settings: Settings, p_TF: tuple[float, ...]) -> MotionCost:
+    """Plans the motion of a free end, which all tools with that end share."""
+    return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
+
+
+def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, observer: int) -> xr.Dataset:
+    """Lets one observer choose a grip of each tool, before the first hold of other objects and after each.
+
+    By the paper's rule works are compared at one density of each material, drawn from the belief; by Bayes' rule, as
+    they are expected over the whole belief (for the first tool).
+    """
+    memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
+    seed = (setup.seed, observer)
+    paper = [choose_by_sample(choice, memories, seed) for choice in choices]
+    bayes, flips = choose_by_expectation(choices[0], memories, seed)
+    meaning = "index of the grip chosen, -1 if none can be used"
+    return xr.Dataset(
+        {
+            "paper": (("tool", "moment"), paper, about("1", f"{meaning}; at one density drawn for each choice")),
+            "bayes": ("moment", bayes, about("1", f"{meaning}; by the least expected absolute work, first tool")),
+            "flips": ("moment", flips, about("1", "whether the integral of torque squared would choose otherwise")),
+        },
+        {"tool": [choice.options[0].object_name for choice in choices]},
+    )
+
+
+def measure(motions: Mapping[str, Rollout]) -> dict[str, Any]:
+    """Computes the cost and the outcome of the reach with the first tool, by grip."""
+    return {
+        "energy_true": {grip: done.work for grip, done in motions.items()},
+        "effort_true": {grip: done.effort for grip, done in motions.items()},
+        "periods_limited": {grip: done.record.counts.limited for grip, done in motions.items()},
+        "path_error_m": {grip: done.error for grip, done in motions.items()},
+    }
+
+
+def judge(n: Mapping[str, Any], densest_at_hand: str) -> list[ClaimResult]:
+    """Judges what the paper says of figure 8."""
+    p, ci95 = n["p_correct"], n["p_correct_ci95"]
+    ratio = n["energy_ratio_true"] if n["correct_grip"] == densest_at_hand else 1.0 / n["energy_ratio_true"]
+    return [
+        claim("correct_grip", "paper IV-C", "The optimal solution is to grasp the object by the steel component.",
+              check("absolute work of the other grip over that of this one, simulated", ratio, RATIO, above=1)),
+        claim("chance", "paper IV-D, of figure 10; expected here too",
+              "At the start of the experiment the robot is at chance.",
+              check("correct before any experience", p[0], SHARE, at_least=0.48, at_most=0.52)),
+        claim("increases", "paper IV-C, figure 8",
+              "The proportion of correct choices increases as the robot gains experience with similar objects.",
+              check("lower end of the 95 % interval at the end, above the upper end of that at the start",
+                    ci95[-1][0], SHARE, above=ci95[0][1])),
+        claim("learned", "ours", f"After {len(p) - 1} trials at least 95 of 100 choices are correct.",
+              check("correct after the last trial", p[-1], SHARE, at_least=0.95)),
+    ]  # fmt: skip
+
+
+def draw_grips(tools: Sequence[Tool]) -> Figure:
+    """Draws figure 7: each tool in both grips."""
     drawings = [
         Drawing(held, f"{label(tool.name)}, held by {label(grip)}")
         for tool in tools
@@ -117,7 +252,27 @@ def _draw_tools(tools: Sequence[Tool]) -> Figure:
     return draw_objects(drawings, columns=2)
 
 
-@lru_cache(maxsize=4)
-def _plan_reach(task: Reach, settings: Settings, p_TF: tuple[float, float, float]) -> MotionCost:
-    """Plans the motion of a free end, which all tools with that end share."""
-    return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
+def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
+    """Labels the demanded path of the free end, and where it went with each grip."""
+    reference = next(iter(motions.values())).reference
+    return xr.Dataset(
+        {
+            "p_WF": (
+                ("grip", "time", "axis"),
+                [done.path for done in motions.values()],
+                about("m", "where the free end went"),
+            ),
+            "p_WF_reference": (("time", "axis"), reference, about("m", "the path")),
+        },
+        {"axis": ["x", "y", "z"]},
+    )
+
+
+def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout, file: Path) -> None:
+    """Writes the reach with each grip as a page."""
+    held = tool.list_gripped()
+    scenes = [
+        Scene(held[grip], done.record.times, done.record.q, f"held by {grip}: absolute work {done.work:.1f} J")
+        for grip, done in motions.items()
+    ]
+    write_replay(file, arm, scenes, title=f"Simulation III: {tool.name}", p_WG=best.reference)

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from affordance.files.bounded import MESH, read_bytes
 
-# Files and folders of a folder of models, except protocols and human data, whose relevant values are in the
-# configuration of an experiment.
+# Files and folders of a folder of models.
 _ARM = "arm.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")

@@ -26,7 +26,7 @@ _SECTION = "section.json"
 # Requested experiments that could not be run, with the reason for each.
 _LEFT_OUT = "left_out.json"
 _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
-# The paper's simulations; no protocol of a user's own has such a name.
+# The paper's simulations.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 # Name of the program's own models in a setup; their arm is the paper's.
 OWN_MODELS = "those of the program"
@@ -40,7 +40,7 @@ _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
 _LINKS = {
     "replay.html": "the arm in motion",
     "metrics.json": "all numbers",
-    "trajectories.nc": "trajectories (NetCDF)",
+    "data.nc": "data of all observers (NetCDF)",
     "diagram.svg": "the Diagram that was run",
 }
 

@@ -1,74 +1,106 @@
-"""Sources that a function runs: its module and all that it imports, other than installed libraries."""
+"""Everything that a function runs: sources of its program, found by imports, and values in memory."""
 
 import ast
 import importlib.util
-import inspect
 import sys
 import sysconfig
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from affordance.runs.reached_values import read_reached
 
 # Folders of Python itself and of installed libraries, whose versions a key names instead.
 _INSTALLED = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "purelib", "platlib"))
 
 
-def list_sources(function: Callable[..., Any], *, but: Path) -> tuple[Path, ...]:
-    """Lists the files that a function may run, sorted: that of its module, and of modules imported from there on.
+def describe_run(function: Callable[..., Any], given: Sequence[Any], *, but: Path) -> tuple[str, list[Path]]:
+    """Describes what a function runs by a digest of values and a list of files.
 
-    Imports inside of functions count too, whether or not they are reached.
+    The files are those of the modules that function and arguments reach, and of all that these import, inside of
+    functions too, whether or not an import is reached. A function that is in no file, as in a notebook, is in the
+    digest with all its code.
 
     Args:
-        function: Function defined in a module.
-        but: Folder of a package whose sources are left out, as installed libraries are.
+        function: Function that is run; also a ``partial``, a method, a closure or an object that is called.
+        given: Arguments of which the values matter.
+        but: Folder of a package whose sources are left out; its values are not.
     """
-    module = inspect.getmodule(function)
-    assert module is not None  # it is defined in one
-    found: dict[Path, None] = {}
-    waiting = [_find_file(module)]
+    own = tuple(map(_find_root, (but.name, _find_owner(function).partition(".")[0])))
+    digest, modules = read_reached((function, *given), cache(partial(_is_foreign, own=own)))
+    return digest, _list_sources(modules, own, but)
+
+
+def _find_owner(function: Any) -> str:
+    """Finds the name of the module in which a function, or what it wraps, is defined."""
+    while isinstance(function, partial):
+        function = function.func
+    return str(getattr(function, "__module__", ""))
+
+
+def _find_root(name: str) -> Path | None:
+    """Finds the folder of a package, or the file of a module; None for one that has none."""
+    path = _find_file(sys.modules.get(name))
+    return path.parent if path is not None and path.name == "__init__.py" else path
+
+
+def _is_foreign(module: ModuleType | None, own: Sequence[Path | None]) -> bool:
+    """Says whether a module belongs to Python or to an installed library, other than packages of one's own."""
+    if module is None:
+        return False
+    root = module.__name__.partition(".")[0]
+    path = _find_file(module) or _find_root(root)  # a compiled module may have a file in its package only
+    return root in sys.stdlib_module_names if path is None else _is_installed(path, own)
+
+
+def _is_installed(path: Path, own: Sequence[Path | None]) -> bool:
+    is_own = any(root is not None and path.is_relative_to(root) for root in own)
+    return not is_own and any(path.is_relative_to(folder) for folder in _INSTALLED)
+
+
+def _list_sources(modules: Sequence[ModuleType], own: Sequence[Path | None], but: Path) -> list[Path]:
+    """Lists the files of modules and their packages, and of all that these import, sorted."""
+    found: set[Path] = set()
+    names = {name for module in modules for name in _list_packages(module.__name__)}
+    waiting = [*map(_find_file, modules), *(_find_file(sys.modules.get(name)) for name in names)]
     while waiting:
         path = waiting.pop()
-        if path is None or path in found or path.is_relative_to(but) or _is_installed(path):
+        if path is None or path in found or path.suffix != ".py" or path.is_relative_to(but):
             continue
-        found[path] = None
-        waiting += [_locate(name, path) for name in _list_imports(path)]
-    return tuple(sorted(found))
+        if not _is_installed(path, own):
+            found.add(path)
+            waiting += [_locate(name, path) for name in _list_imports(path)]
+    return sorted(found)
 
 
-def list_values(function: Callable[..., Any]) -> dict[str, Any]:
-    """Lists the values that a function's module assigns to names, sorted: knobs, tables and objects, no functions."""
-    module = inspect.getmodule(function)
-    assert module is not None  # it is defined in one
-    path = _find_file(module)
-    tree = ast.parse("" if path is None else path.read_bytes())
-    nodes = (node for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store))
-    names = sorted({node.id for node in nodes} & vars(module).keys())
-    return {name: vars(module)[name] for name in names if not callable(vars(module)[name])}
-
-
-def _find_file(module: ModuleType) -> Path | None:
+def _find_file(module: ModuleType | None) -> Path | None:
     file = getattr(module, "__file__", None)
     return None if file is None else Path(file).resolve()
 
 
-def _is_installed(path: Path) -> bool:
-    return any(path.is_relative_to(folder) for folder in _INSTALLED)
+def _list_packages(name: str) -> Iterator[str]:
+    """Lists a module's name after those of the packages that it is in: a, a.b, a.b.c."""
+    dots = [place for place, letter in enumerate(name) if letter == "." and name[:place].strip(".")]
+    yield from (name[:place] for place in (*dots, len(name)))
 
 
 def _list_imports(path: Path) -> Iterator[str]:
     """Lists the names of the modules that a file imports, and of what it imports from them, which may be modules."""
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            for alias in node.names:
+                yield from _list_packages(alias.name)
         elif isinstance(node, ast.ImportFrom):
             before = "." * node.level + (node.module or "")
             yield before
-            yield from (f"{before}{'' if before.endswith('.') else '.'}{alias.name}" for alias in node.names)
+            for alias in node.names:
+                yield from _list_packages(f"{before}{'' if before.endswith('.') else '.'}{alias.name}")
 
 
 def _locate(name: str, importer: Path) -> Path | None:
-    """Locates the file of a module; None if it is none, is installed, or has no source."""
+    """Locates the file of a module; None if it is none, or has no source."""
     package = None
     if name.startswith("."):
         package = next((each.__package__ for each in [*sys.modules.values()] if _find_file(each) == importer), None)
@@ -82,5 +114,4 @@ def _locate(name: str, importer: Path) -> Path | None:
         return None
     if spec is None or spec.origin is None or not spec.origin.endswith(".py"):
         return None
-    path = Path(spec.origin).resolve()
-    return None if _is_installed(path) else path
+    return Path(spec.origin).resolve()

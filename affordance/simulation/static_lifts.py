@@ -105,9 +105,7 @@ class StaticLifter:
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
         """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), each by seed and number."""
         numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a seed that ends in 0 is the same without
-        drawn = [
-            [self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers
-        ]
+        drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
         return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
 
     def run(
@@ -210,7 +208,9 @@ class StaticLifter:
         """Computes the densities that represent beliefs in control, (n, m), drawn by seed if they are drawn."""
         if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
             return mode
-        beliefs = (DensityBelief.from_moments(*moments) for moments in zip(before.mean, before.covariance, strict=True))
+        beliefs = (
+            DensityBelief.from_moments(*moments) for moments in zip(before.mean, before.covariance, strict=True)
+        )
         pairs = zip(beliefs, seeds, strict=True)
         return np.array(
             [belief.compute_point_estimate(point_estimate, np.random.default_rng(seed)) for belief, seed in pairs]

@@ -18,6 +18,7 @@ from studies.active.brute_force import CASES, WorthConfig, compare_worth, descri
 from studies.active.figure import draw_rules
 from studies.active.kinds import compare_information
 from studies.active.repeats import RepeatsConfig, describe_repeats, run_block
+from studies.active.report import describe
 from studies.active.rules import RULES
 from studies.active.study import (
     PAPER_HORIZON,
@@ -112,7 +113,7 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         )
         numbers |= of_motions
         figures |= drawn
-    yield Findings(numbers=numbers, figures=figures)
+    yield Findings(numbers, describe(numbers), figures)
 
 
 STUDY = Study(

@@ -10,9 +10,9 @@ from typing import Any
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
 from affordance.named_settings import parse_changes
-from studies.arms.facts import Found, list_facts, list_verdicts, select_loaded
 from studies.arms.figure import draw_study
-from studies.arms.robot_study import EXPERIMENTS, OK, RunConfig, study_ours, study_robot
+from studies.arms.report import describe
+from studies.arms.robot_study import RunConfig, study_ours, study_robot
 from studies.arms.robots import ROBOTS, Robot, find_folder
 from studies.study import Findings, Study, Work, add_only
 
@@ -60,32 +60,16 @@ def _work(chosen: Sequence[Robot], robots: Path, config: RunConfig, jobs: int, o
     for robot in chosen:
         _LOG.info("%s", robot.name)
         found[robot.name] = study_robot(robot, robots, config, out, jobs)
-        yield describe(found, study_ours(config, out, jobs))
-
-
-def describe(found: Found, ours: dict[str, Any]) -> Findings:
-    """Lists what was found of all robots, and of the arm that comes with the program."""
-    details = {name: {key: value for key, value in one.items() if key != "metrics"} for name, one in found.items()}
-    return Findings(
-        {"robots": {name: one["metrics"] for name, one in found.items()}},
-        {**count(found), **list_facts(found, ours)},
-        figures={"arms": partial(draw_study, found, ours)},
-        details={"robots": details, "ours": ours},
-        tables=list_verdicts(found),
-    )
-
-
-def count(found: Found) -> dict[str, Any]:
-    """Counts what claims are about, over all robots; None where nothing could be measured."""
-    metrics = [one["metrics"] for one in select_loaded(found).values()]
-    required = [one["metrics"]["experiments"] for one in found.values() if one["required"]]
-    parities = [each["parity_error"] for each in metrics if each["parity_error"] is not None]
-    return {
-        "num_required": len(required),
-        "num_complete": sum(all(each[name] == OK for name in EXPERIMENTS) for each in required),
-        "parity_error": max(parities, default=None),
-        "real_time_factor": min((each["real_time_factor"] for each in metrics), default=None),
-    }
+        ours = study_ours(config, out, jobs)
+        details = {
+            name: {key: value for key, value in one.items() if key != "metrics"} for name, one in found.items()
+        }
+        yield Findings(
+            {"robots": {name: one["metrics"] for name, one in found.items()}},
+            describe(found, ours),
+            figures={"arms": partial(draw_study, found, ours)},
+            details={"robots": details, "ours": ours},
+        )
 
 
 STUDY = Study("the paper's claims on the arms of the wheel example-robot-data", add_arguments, plan, folder="")

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
-from studies.arms.facts import FREE, get_excess, get_mass_ratio
+from studies.arms.report import FREE, get_excess, get_mass_ratio
 
 _FONT = 7.5
 _FALL = "fall of the first object, simulated (cm)"

@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import Any
 
 from affordance.exceptions import AffordanceError
+from affordance.experiments.observers import Setup
 from affordance.experiments.suite import run_suite
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import change_settings
 from affordance.plant.arm import ARM
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.importer import extract_arm
 from affordance.robots.kept import import_kept
 from affordance.runs.repeats import compute_key
+from affordance.settings import Settings
 from studies.arms.measure import measure_sag
 from studies.arms.parity import compute_parity
 from studies.arms.robots import Robot
@@ -104,9 +107,9 @@ def run_program(name: str, models: Path, out: Path, config: RunConfig, jobs: int
 
     Returns: Metrics, with the claims under ``claims``; or the reason why the experiment cannot be run, in one line.
     """
-    changes = dict(config.changes)
     try:
-        run_suite([name], out, models=models, seed=config.seed, repeats=config.repeats, jobs=jobs, changes=changes)
+        settings = change_settings(Settings(arm=models / ARM.name), dict(config.changes))
+        run_suite([name], Setup(config.repeats, config.seed, jobs, models, out, settings))
     except AffordanceError as error:
         return str(error).replace(f"{models}/", "")
     metrics, section = (

@@ -18,6 +18,7 @@ from studies.loop.figure import draw_loop
 from studies.loop.ledger_speed import measure_ledger
 from studies.loop.record import print_recorded, write_demo
 from studies.loop.recordings import MOTORS, TORQUE_SENSORS
+from studies.loop.report import describe
 from studies.loop.study import (
     LoopConfig,
     build_bench,
@@ -99,7 +100,7 @@ def _work(chosen: Sequence[Robot], robots: Path, arguments: argparse.Namespace, 
         **summarise_robots(metrics),
         **{name: memory[name] for name in ("recall_s_1e5", "lost", "double", "forget_error")},
     }
-    yield Findings(numbers=numbers, details=details, figures={"loop": partial(draw_loop, details)})
+    yield Findings(numbers, describe(numbers), details=details, figures={"loop": partial(draw_loop, details)})
 
 
 def execute_choices(config: LoopConfig, criterion: Criterion) -> dict[str, Any]:

@@ -4,17 +4,18 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
+from affordance.experiments.linear import GROUPS
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
-from studies.people.fit import THRESHOLD, TITLES, Fraction, KappaFit
+from studies.people.fit import THRESHOLD, Fraction, KappaFit
 
 
 def draw_kappa_fit(fit: KappaFit, people: Sequence[Fraction], title: str) -> Figure:
     """Draws the learned fraction over kappa in each group, next to people's, and the likelihood of kappa."""
     figure = Figure(figsize=(9.0, 3.9))
     left, right = figure.subplots(1, 2)
-    for column, (label, found, colour) in enumerate(zip(TITLES, people, OBJECT_COLOURS, strict=False)):
+    for column, (group, found, colour) in enumerate(zip(GROUPS.values(), people, OBJECT_COLOURS, strict=False)):
         mean, error = fit.fractions[:, column], 1.96 * fit.fraction_ses[:, column]
-        left.errorbar(fit.kappas, mean, error, fmt="o-", color=colour, markersize=4.0, capsize=2.0, label=label)
+        left.errorbar(fit.kappas, mean, error, fmt="o-", color=colour, markersize=4.0, capsize=2.0, label=group.name)
         left.axhline(found.mean, color=colour, linewidth=1.0, linestyle="--")
         left.axhspan(found.low, found.high, color=colour, alpha=0.12, linewidth=0.0)
     left.set(xlabel="kappa, breadth of a category over its mean", ylabel="learned fraction f")

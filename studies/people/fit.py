@@ -11,27 +11,26 @@ Between the simulated values of kappa, f and its error are interpolated linearly
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from scipy.stats import chi2
 from scipy.stats import t as student_t
 
 from affordance.arrays import Array
-from affordance.belief.learner import Learner
-from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.people_tables import Published, PublishedTable
+from affordance.belief.kind_memory import start_memory
+from affordance.experiments import linear
+from affordance.experiments.holds import compute_volume
+from affordance.experiments.linear import Group
+from affordance.experiments.observers import Setup
+from affordance.experiments.people import Published
+from affordance.objects.tool import Tool
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import run_tasks
-from affordance.settings import Settings
+from affordance.simulation.static_lifts import Lift, StaticLifter
 
-# Protocols of the groups.
-GROUPS = ("linear_plus", "linear_plus_plus")
-# Names of the groups in figures and tables.
-TITLES = ("Linear+", "Linear++")
 _CONFIDENCE = 0.95
 # Log likelihood at the ends of the interval, relative to its maximum.
 THRESHOLD = -0.5 * float(chi2.ppf(_CONFIDENCE, 1))
@@ -48,16 +47,13 @@ class Fraction(NamedTuple):
     high: float  # upper end of the 95 % interval
 
 
-def estimate_people_fraction(people: PublishedTable) -> Fraction:
+def estimate_people_fraction(group: Group) -> Fraction:
     """Estimates the learned fraction of people, with its error to first order for independent forces.
 
     Means and 95 % intervals by Student's t are published; the covariance of the two forces over people is not.
-
-    Raises:
-        BadValueError: The table lacks a row that is needed.
     """
-    end, family, weight = (people.get(name) for name in ("end_N", "family_N", "weight_N"))
-    quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, people.get("num_people").value - 1.0))
+    end, family, weight = (group.people[name] for name in ("end_N", "family_N", "weight_N"))
+    quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, group.num_people - 1.0))
     scale = weight.value - family.value
     fraction = (end.value - family.value) / scale
     se = math.hypot(_estimate_se(end, quantile), (1.0 - fraction) * _estimate_se(family, quantile)) / scale
@@ -87,30 +83,25 @@ class KappaFit(NamedTuple):
         return bool(self.low > self.grid[0] and self.high < self.grid[-1])
 
 
-def simulate_fraction(
-    experiment: PresentationExperiment, learner: Learner, kappa: float, *, repeats: int, jobs: int
-) -> tuple[float, float]:
-    """Mean learned fraction of simulated observers, at least 2, and its standard error."""
-    experiment = replace(experiment.with_learners([learner]), kappa=kappa)
-    tasks = [partial(experiment.run_observer, None, None, repeat) for repeat in range(repeats)]
-    rows = run_tasks(tasks, jobs=jobs, description=f"kappa {kappa:.3f}")
-    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-    fractions = experiment.compute_of_observers(arrays)[learner]["f"]
-    return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(repeats))
+def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
+    """Computes the mean learned fraction of simulated observers, at least 2, and its standard error."""
+    tasks = [partial(find_fraction, setup, tools, kappa, observer) for observer in range(setup.observers)]
+    fractions = np.array(run_tasks(tasks, jobs=setup.jobs, description=f"kappa {kappa:.3f}"))
+    return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(setup.observers))
 
 
-def load_groups(models: Path, seed: int, settings: Settings) -> list[PresentationExperiment]:
-    """Loads the experiment of each group.
-
-    A protocol that is wrong raises a BadValueError.
-    """
-    return [load_hold_experiment(name, models, seed, settings) for name in GROUPS]
-
-
-def load_people(experiment: PresentationExperiment) -> PublishedTable:
-    """The published values of a group."""
-    assert experiment.people.table is not None  # the shipped protocols name one
-    return experiment.people.table
+def find_fraction(setup: Setup, tools: Sequence[Tool], kappa: float, observer: int) -> float:
+    """Computes the learned fraction of one observer, whose categories have a breadth of kappa."""
+    seed, names = (setup.seed, observer), [tool.name for tool in tools]
+    trials = linear.design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
+    held = [names.index(each) for each in trials["object"]]
+    memory = start_memory(setup.settings.learner, (*seed, Stream.KINDS), kappa)
+    record = StaticLifter(tools, setup.settings).run([Lift(each) for each in held], memory, (*seed, Stream.LIFT))
+    sizes = [compute_volume(tools[each]) for each in held]
+    lifts = pd.DataFrame(
+        {"object": trials["object"].to_numpy(), "size": sizes, "force": record.force, "weight": record.weight}
+    )
+    return float(linear.measure(lifts)["f"])
 
 
 def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:
@@ -130,16 +121,8 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
     return KappaFit(kappas, fractions, fraction_ses, grid, log_likelihood, best, float(inside[0]), float(inside[-1]))
 
 
-def simulate_and_fit(
-    learner: Learner,
-    kappas: Array,
-    people: list[Fraction],
-    experiments: Sequence[PresentationExperiment],
-    *,
-    repeats: int,
-    jobs: int,
-) -> KappaFit:
-    """Simulates both groups at each kappa, and fits it; arguments are those of the functions above."""
-    simulate = partial(simulate_fraction, learner=learner, repeats=repeats, jobs=jobs)
-    found = np.array([[simulate(experiment, kappa=float(kappa)) for experiment in experiments] for kappa in kappas])
+def simulate_and_fit(setup: Setup, kappas: Array, people: list[Fraction]) -> KappaFit:
+    """Simulates both groups at each kappa, by observers of the setup's learner, and fits it to people."""
+    groups = [linear.read(name, setup) for name in linear.GROUPS]
+    found = np.array([[simulate_fraction(setup, tools, float(kappa)) for tools in groups] for kappa in kappas])
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)

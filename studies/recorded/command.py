@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from affordance.arguments import REPEATS, check_whole
 from affordance.commands.options import add_out, add_repeats, add_seed
@@ -27,6 +26,7 @@ from studies.recorded.clones import (
 from studies.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
 from studies.recorded.peers import TO_90
+from studies.recorded.report import describe
 from studies.recorded.seen_sizes import measure_seen_sizes
 from studies.recorded.simulated_truths import World, measure_class_coverage, measure_coverage
 from studies.recorded.timing import measure_times
@@ -110,7 +110,7 @@ def _work(
         "whiteness": partial(draw_whiteness, ur10e.belief.fit),
         "posteriors": partial(draw_posteriors, ur10e.belief),
     }
-    yield Findings(numbers, {**flatten(numbers), "details": details, "config": config}, figures, details)
+    yield Findings(numbers, describe(numbers, details), figures, details)
 
 
 def list_weighings(
@@ -133,17 +133,6 @@ def list_weighings(
         for name, belief in weighed.beliefs.items()
     ]
     return pair, empty, servo
-
-
-def flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns numbers by one name each, as claims name them: ur10e.half_error is ur10e_half_error."""
-    flat: dict[str, Any] = {}
-    for name, value in numbers.items():
-        if isinstance(value, Mapping):
-            flat |= {f"{name}_{key}": entry for key, entry in flatten(value).items()}
-        else:
-            flat[name] = value
-    return flat
 
 
 STUDY = Study("identify what real robots held, by recordings in clones of public repositories", add_arguments, plan)

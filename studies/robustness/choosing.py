@@ -1,29 +1,32 @@
 """Simulations III and IV under a setting, by inner simulation: which grip is correct, and how often it is chosen."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.inner_simulation import Choice, OptionCost
 from affordance.choice.motion_cost import Costs, MotionCost
-from affordance.choice.ranking import MIN_FEASIBILITY, TIE, rank_options
+from affordance.choice.picking import MIN_FEASIBILITY, TIE
+from affordance.choice.ranking import rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
-from affordance.experiments.shared.decisions import (
+from affordance.experiments.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
     find_grip_of_densest,
 )
-from affordance.experiments.shared.experience import Experience
-from affordance.experiments.shared.recall import recall
 from affordance.objects.tool import Tool
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
+
+# Memories of observers before the first hold and after each.
+type Experience = Sequence[Sequence[Memory]]
 
 # Densities over which Bayes' rule averages.
 _NUM_BAYES_SAMPLES = 64
@@ -67,9 +70,10 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
     correct = find_correct(costs)
     cost = np.where(costs.feasible, costs.cost, np.inf)
     if rule == "one sample":
-        before = choose_before_experience(choice, experience.colours, seed)
+        before = choose_before_experience(choice, experience[0][0].colours, seed)
         chosen = [
-            choose_by_sample(choice, experience, seed, repeat, MOMENTS) for repeat in range(experience.num_repeats)
+            choose_by_sample(choice, memories, (seed, observer))[list(MOMENTS)]
+            for observer, memories in enumerate(experience)
         ]
         estimate = estimate_correct(np.array(chosen), before, correct)
     else:
@@ -91,6 +95,15 @@ def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
     If no grip is the correct one, an AffordanceError is raised.
     """
     return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
+
+
+def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
+    """Returns the blows that were planned for a choice, by grip."""
+    found = {}
+    for option, cost in zip(choice.options, choice.cost_models, strict=True):
+        assert isinstance(cost, BlowCost)  # as built by a Hammer
+        found[option.grip] = cost
+    return found
 
 
 def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
@@ -117,12 +130,11 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
 
 def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
     """Proportion of correct choices at each moment by least expected cost; the first is that of the prior itself."""
-    moments = range(1, len(MOMENTS))
     shares = [
-        [_choose_by_expectation(choice, experience, (seed, repeat, MOMENTS[each]), correct) for each in moments]
-        for repeat in range(experience.num_repeats)
+        [_choose_by_expectation(choice, memories[after], (seed, observer, after), correct) for after in MOMENTS[1:]]
+        for observer, memories in enumerate(experience)
     ]
-    after = estimate_proportion(np.sum(shares, axis=0), experience.num_repeats)
+    after = estimate_proportion(np.sum(shares, axis=0), len(experience))
     share = decide_before_experience(choice, experience, seed, correct)
     before = estimate_proportion(np.array(share * NUM_PRIOR_CHOICES), NUM_PRIOR_CHOICES)
     return Estimate(*(np.concatenate([[first], later]) for first, later in zip(before, after, strict=True)))
@@ -131,8 +143,7 @@ def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, 
 def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
     """1 if the correct option is expected to cost least before experience, 0 if another is, a half in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
-    memory = recall(experience, 0, 0)
-    costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES))
+    costs = choice.compute_costs(choice.draw_parameters(experience[0][0], rng, NUM_PRIOR_CHOICES))
     usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
     rivals = np.delete(np.arange(len(usable)), correct)[np.delete(usable, correct)]
     if not usable[correct] or not len(rivals):
@@ -143,15 +154,9 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
-def _choose_by_expectation(choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int) -> float:
+def _choose_by_expectation(choice: Choice, memory: Memory, seed: tuple[int, int, int], correct: int) -> float:
     """1 if an observer's choice at a moment is correct, 0 if not; where no option is usable the observer guesses."""
-    _, repeat, moment = seed
-    ranking = rank_options(
-        choice,
-        recall(experience, repeat, moment),
-        np.random.default_rng([*seed, Stream.BAYES]),
-        _NUM_BAYES_SAMPLES,
-    )
+    ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:
         return 0.5
     return float(choice.options.index(ranking.best.option) == correct)

@@ -1,7 +1,11 @@
 """``affordance study robustness``: evaluates every claim over a sample of all values that the paper does not give."""
 
 import argparse
+import time
+from collections.abc import Iterator
+from contextlib import nullcontext
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,17 +13,16 @@ import numpy as np
 from affordance.arguments import check_whole
 from affordance.commands.options import add_run_options
 from affordance.exceptions import BadValueError
+from affordance.experiments.results import describe_faults, describe_setup
 from affordance.files.constraints import Whole
+from affordance.runs.cluster import use_cluster
+from affordance.runs.repeats import compute_key
 from studies.random_streams import StudyStream
 from studies.robustness import page
 from studies.robustness.evaluate import Outcome
-from studies.robustness.experiment import (
-    DEFAULT_NUM_SETTINGS,
-    INTERPOLATION_BOUND,
-    Robustness,
-    load,
-)
-from studies.study import Study, Task, plan_experiment, read_settings
+from studies.robustness.report import describe
+from studies.robustness.study import DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND, Robustness, load
+from studies.study import Findings, Study, Task, Work, read_settings, run_kept
 
 # Bounds of number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
@@ -50,17 +53,44 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
 
 
-def plan(arguments: argparse.Namespace) -> Task:
+def plan(arguments: argparse.Namespace) -> Work | Task:
     """Loads the study, and plans its run, that of one of its settings, of a proof, or of the page."""
     if arguments.page:
         return Task(page.fill)
     check_whole("--repeats", arguments.repeats, _REPEATS)
-    experiment = load(arguments.models, arguments.seed, read_settings(arguments))
+    study = load(arguments.models, arguments.seed, read_settings(arguments))
     if arguments.setting is not None:
-        return Task(partial(_show_setting, experiment, _read_setting(arguments.setting)))
+        return Task(partial(_show_setting, study, _read_setting(arguments.setting)))
     if arguments.prove is not None:
-        return Task(partial(_prove, experiment, check_whole("--prove", arguments.prove, _REPEATS)))
-    return plan_experiment(experiment, arguments)
+        return Task(partial(_prove, study, check_whole("--prove", arguments.prove, _REPEATS)))
+    return partial(_work, study, arguments)
+
+
+def _work(study: Robustness, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
+    """Evaluates the setting of the simulations, and then those of the sample."""
+    start = time.perf_counter()
+    with nullcontext() if arguments.cluster is None else use_cluster(arguments.cluster, study.models):
+        arrays = run_kept(
+            study,
+            Robustness.run_setting,
+            folder,
+            study.list_files(),
+            repeats=arguments.repeats + 1,
+            jobs=arguments.jobs,
+            description="robustness",
+        )
+    numbers = study.compute_metrics(arrays)
+    run = {
+        "seed": study.seed,
+        "repeats": arguments.repeats,
+        "config": study,
+        "setup": describe_setup(study.settings),
+        "inputs": compute_key("", study.settings.arm.parent),
+        "wall_s": time.perf_counter() - start,
+    }
+    section = describe(numbers, describe_faults(study.settings.faults))
+    figures = {"robustness": partial(study.draw, numbers)}
+    yield Findings({**numbers, **run}, section, figures, writers=(partial(study.write_settings, arrays),))
 
 
 def _read_setting(text: str) -> int | None:
@@ -72,20 +102,20 @@ def _read_setting(text: str) -> int | None:
     return check_whole("--setting", int(text), _SETTING)
 
 
-def _show_setting(experiment: Robustness, index: int | None) -> int:
-    setting, outcome = experiment.evaluate(index)
-    labels = {each.name: each.label for each in experiment.assumptions}
+def _show_setting(study: Robustness, index: int | None) -> int:
+    setting, outcome = study.evaluate(index)
+    labels = {each.name: each.label for each in study.assumptions}
     print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
     return 0
 
 
-def _prove(experiment: Robustness, count: int) -> int:
+def _prove(study: Robustness, count: int) -> int:
     """Prints how far interpolated motions are from simulated ones; exit status 1 where that is too far."""
-    rng = np.random.default_rng([experiment.seed, StudyStream.PROOF])
+    rng = np.random.default_rng([study.seed, StudyStream.PROOF])
     drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
     worst = 0.0
     for index in (None, *(int(each) for each in np.sort(drawn))):
-        _, outcome = experiment.evaluate(index, proves=True)
+        _, outcome = study.evaluate(index, proves=True)
         name = _DEFAULT if index is None else str(index)
         print(f"setting {name}: off by {1e6 * outcome.interpolation_error:.2f} um at most", flush=True)
         worst = max(worst, outcome.interpolation_error)
@@ -122,5 +152,4 @@ STUDY = Study(
         _VARIED: "the sample varies it",
         _UNUSED: "observers see true features and learn one density for each colour",
     },
-    load=load,
 )

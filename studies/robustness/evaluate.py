@@ -13,21 +13,20 @@ import numpy as np
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments.protocol_parts import check_tools_can_be_held
-from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.objects import check_can_be_held
 from affordance.objects.tool import list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
-from studies.hammering.blows import list_blow_costs
-from studies.hammering.least_work import plan_least_work
 from studies.robustness.assumptions import Setting
-from studies.robustness.build import HOLD_DURATION, World, build_world
+from studies.robustness.build import World, build_world
 from studies.robustness.choosing import (
+    Experience,
     compare_measures,
     find_travel_of_other_grip,
+    list_blow_costs,
     measure_choices,
     measure_tasks,
 )
@@ -39,6 +38,7 @@ from studies.robustness.holding import (
     measure_rods,
 )
 from studies.robustness.learning import collect_experience_at_rest, learn_at_rest
+from studies.robustness.least_work import plan_least_work
 
 
 class Outcome(NamedTuple):
@@ -97,16 +97,15 @@ def evaluate_setting(
 
     with _quiet():
         hold = StaticHold(load_arm(world.settings.arm))
-        config = ExperienceConfig(world.learning[:2], seed, world.settings, HOLD_DURATION)
         with clock.measure("learning"):
-            experience = collect_experience_at_rest(hold, world, config, num_observers)
+            experience = collect_experience_at_rest(hold, world, seed, num_observers)
             in_turn = [range(len(world.rods))] * num_observers
             rods = learn_at_rest(hold, world, world.rods, in_turn, seed)
         with attempt("weight"), clock.measure("weight"):
-            check_tools_can_be_held(models / "rods", world.rods, world.settings)
+            check_can_be_held(models / "rods", world.rods, world.settings)
             held["weight"] = measure_rods(world, rods, partial(_judge_alone, "weight"))
         with attempt("com"), clock.measure("com"):
-            check_tools_can_be_held(models / "learning objects", world.learning, world.settings)
+            check_can_be_held(models / "learning objects", world.learning, world.settings)
             held["com"] = measure_centre_of_mass(world, experience, partial(_judge_alone, "com"))
         numbers |= {name: each.numbers for name, each in held.items()}
         with attempt("reach"), clock.measure("reach"):

@@ -9,7 +9,8 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory, ObjectBelief
-from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
+from affordance.experiments.experience import draw_order
+from affordance.experiments.observers import Setup
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
@@ -43,16 +44,15 @@ def learn_at_rest(
     return observers
 
 
-def collect_experience_at_rest(hold: StaticHold, world: World, config: ExperienceConfig, count: int) -> Experience:
-    """Collects what observers learn from the objects of Simulation II, each held in an order of its own."""
-    orders = [draw_order(config, repeat) for repeat in range(count)]
-    observers = learn_at_rest(hold, world, config.tools, orders, config.seed)
-    return Experience(
-        config.colours,
-        np.array([[memory.belief.precision for memory in memories] for memories in observers]),
-        np.array([[memory.belief.information_vector for memory in memories] for memories in observers]),
-        np.array(orders, dtype=np.intp),
-    )
+def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[Memory]]:
+    """Collects what observers learn of materials from the objects of Simulation II, each in an order of its own.
+
+    Returns: Memories of each observer before the first hold and after each, without the objects that were held.
+    """
+    tools = world.learning[:2]
+    orders = [draw_order(Setup(seed=seed), len(tools), observer) for observer in range(count)]
+    observers = learn_at_rest(hold, world, tools, orders, seed)
+    return [[MaterialMemory(memory.colours, memory.belief) for memory in memories] for memories in observers]
 
 
 def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> Memory:

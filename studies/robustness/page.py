@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from affordance.files.atomic import write_json, write_text
-from affordance.reporting.section import Table, render_section
-from studies.robustness.experiment import load
+from affordance.reporting.section import Table
+from studies.robustness.report import list_tables
 from studies.study import format_table
 
 PAGE = Path(__file__).parents[2] / "docs" / "robustness.md"
@@ -47,8 +47,6 @@ def read_tables() -> str:
 
 def describe(numbers: Mapping[str, Any]) -> str:
     """Describes a run in a sentence and the tables of the section of the report."""
-    study = load()
-    facts = {**study.list_facts(None, numbers), "faults": ""}
     proven = "proven" if numbers["interpolation_proven"] else "NOT proven"
     simulated = f"{100.0 * numbers['simulated']:.0f} %" if numbers["simulated"] else "none"
     run = (
@@ -61,8 +59,7 @@ def describe(numbers: Mapping[str, Any]) -> str:
         f"{1e6 * numbers['interpolation_bound_m']:.0f} um). Processor time of a setting, mean: "
         f"{sum(numbers['cpu_s'].values()):.0f} s."
     )
-    tables = render_section(study.section, numbers, facts).tables
-    return "".join(f"{text}\n\n" for text in (run, *map(_show, tables)))[:-1]
+    return "".join(f"{text}\n\n" for text in (run, *map(_show, list_tables(numbers))))[:-1]
 
 
 def _show(table: Table) -> str:

@@ -26,13 +26,13 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
-from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.objects.tool import Tool
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
+from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm import Arm
 from affordance.plant.load import add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
 from studies.speed.timing import time_by_turns
@@ -153,27 +153,28 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
             setattr(owner, name, original)
 
 
-def measure_case(experiment: PresentationExperiment, tool: Tool, density: float) -> dict[str, float]:
+def measure_case(tool: Tool, density: float) -> dict[str, float]:
     """Times the loops alternately for one object and one believed density; returns medians, [s], and shares."""
-    memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
-    every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
-    record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
-    runner = TrialRunner(experiment.settings)
-    runner.get_diagram(experiment.duration)
+    memory = MaterialMemory(list_colours([tool]), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    settings, duration = DEFAULT_SETTINGS, weight.DURATION
+    every_tick = dataclasses.replace(settings, log_period=settings.control_period)
+    record = TrialRunner(every_tick).run_hold(tool, memory, duration=duration, seed=(0,))
+    runner = TrialRunner(settings)
+    runner.get_diagram(duration)
     loops: dict[str, Callable[[], object]] = {
-        "cpp": build_cpp_hold(tool, density, experiment.settings, experiment.duration),
-        "loop": lambda: runner.run_hold(tool, memory, duration=experiment.duration, seed=(0,)),
-        "integrator": build_torque_replay(tool, record, experiment.settings, experiment.duration),
+        "cpp": build_cpp_hold(tool, density, settings, duration),
+        "loop": lambda: runner.run_hold(tool, memory, duration=duration, seed=(0,)),
+        "integrator": build_torque_replay(tool, record, settings, duration),
     }
     medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
 
     with time_methods((MpcController, "_update"), (DensityEstimator, "_update_statistics")) as spent:
         # Callbacks are bound when a system is built.
-        timed = TrialRunner(experiment.settings)
-        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+        timed = TrialRunner(settings)
+        timed.run_hold(tool, memory, duration=duration, seed=(0,))
         spent.clear()
         start = time.perf_counter()
-        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+        timed.run_hold(tool, memory, duration=duration, seed=(0,))
         total = time.perf_counter() - start
     shares = {"mpc": spent["MpcController"] / total, "estimator": spent["DensityEstimator"] / total}
     return {**medians, **shares}
@@ -181,17 +182,17 @@ def measure_case(experiment: PresentationExperiment, tool: Tool, density: float)
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
-    experiment = load_hold_experiment("weight")
-    true = experiment.tools[0].components[0].material.density
+    tools = weight.read(Setup())
+    true = tools[0].components[0].material.density
     learned = 0.97 * true  # about the belief after a trial or two
     cases = [
-        (experiment.tools[0], experiment.settings.prior.mode),
-        *((tool, learned) for tool in experiment.tools[1:]),
+        (tools[0], DEFAULT_SETTINGS.prior.mode),
+        *((tool, learned) for tool in tools[1:]),
     ]
     rows = []
     totals: dict[str, float] = defaultdict(float)
     for tool, density in cases:
-        found = measure_case(experiment, tool, density)
+        found = measure_case(tool, density)
         totals["cpp"] += found["cpp"]
         totals["loop"] += found["loop"]
         integrator = found["integrator"] / found["loop"]
@@ -199,8 +200,8 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
             [
                 tool.name,
                 f"{density:.0f}",
-                f"{experiment.duration / found['cpp']:.1f}",
-                f"{experiment.duration / found['loop']:.1f}",
+                f"{weight.DURATION / found['cpp']:.1f}",
+                f"{weight.DURATION / found['loop']:.1f}",
                 f"{found['cpp'] / found['loop']:.2f}",
                 f"{100 * integrator:.0f}",
                 f"{100 * found['mpc']:.0f}",
@@ -210,6 +211,6 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         )
     ratios = {
         "loop_vs_cpp_hold": totals["cpp"] / totals["loop"],
-        "loop_realtime_factor": len(cases) * experiment.duration / totals["loop"],
+        "loop_realtime_factor": len(cases) * weight.DURATION / totals["loop"],
     }
     return rows, ratios

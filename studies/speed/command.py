@@ -1,22 +1,19 @@
-"""``affordance study speed``: measures speed against peers and brute force, and makes the tables of decisions."""
+"""``affordance study speed``: measures speed against peers and brute force."""
 
 import argparse
 import importlib.metadata
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from affordance.commands.options import add_jobs, add_out
-from affordance.exceptions import BadValueError
+from affordance.commands.options import add_out
 from affordance.files.atomic import write_text
 from affordance.runs.repeats import list_versions
 from studies.study import Findings, Study, Task, Work, add_only, format_table, import_part, print_table
 
-# Modules that measure ratios, in order, and modules with a table of a decision each, which are run on demand only.
+# Modules that measure ratios, in order.
 MEASURED = ("closed_loop", "mpc_tick", "regressor", "decision", "strike")
-TABLES = ("convergence", "estimator_study", "inner_vs_full", "program_every_tick", "stiff_arms", "strike_tables")
-# Options of these modules.
-_OPTIONS = {"inner_vs_full": ("beliefs", "crooked", "jobs"), "stiff_arms": ("arms",)}
 _PEERS = ("pin",)
 HOW = {
     "loop_vs_cpp_hold": "wall time of the same plant under a C++ hold over that of the closed loop, all five trials",
@@ -35,46 +32,29 @@ HOW = {
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add = parser.add_argument
-    add_only(parser, (*MEASURED, *TABLES), f"tables, which are printed; those from {TABLES[0]} on only if named")
-    add("--arms", nargs="+", type=Path, default=[], metavar="DIR", help="for stiff_arms: folders of import-arm")
-    add("--beliefs", type=int, default=10, metavar="N", help="for inner_vs_full: beliefs for each tool and task")
-    add("--crooked", type=int, default=20, metavar="N", help="for inner_vs_full: tools that are drawn")
-    add_jobs(parser, 2)
+    add_only(parser, MEASURED, "tables, which are printed and not written")
     add_out(parser)
-    compare = "print the numbers in which two folders of results differ; keys that were renamed follow as OLD=NEW"
-    add("--compare", nargs="+", metavar="DIR", help=compare)
 
 
 def plan(arguments: argparse.Namespace) -> Work | Task:
     """Imports the peers, and plans all measurements, or tables that are printed."""
-    if arguments.compare is not None:
-        if len(arguments.compare) < 2:
-            raise BadValueError("--compare", "", "must be two folders of results")
-        return Task(partial(import_part("studies.speed.compare_results").compare_results, *arguments.compare))
-    if "stiff_arms" in arguments.only and not arguments.arms:
-        raise BadValueError("--arms", "", "is missing, must be folders that import-arm wrote")
-    if arguments.only:
-        return Task(partial(_print_tables, arguments))
-    for name in MEASURED:
-        import_part(f"studies.speed.{name}")
-    return _measure
+    names = arguments.only or MEASURED
+    parts = [import_part(f"studies.speed.{name}") for name in names]
+    if not arguments.only:
+        return partial(_measure, parts)
+
+    def print_tables() -> int:
+        for part in parts:
+            print_table(part.HEADER, part.measure()[0])
+        return 0
+
+    return Task(print_tables)
 
 
-def _print_tables(arguments: argparse.Namespace) -> int:
-    for name in arguments.only:
-        part = import_part(f"studies.speed.{name}")
-        options = {option: getattr(arguments, option) for option in _OPTIONS.get(name, ())}
-        measured = part.measure(**options)
-        print_table(part.HEADER, measured[0] if name in MEASURED else measured)
-    return 0
-
-
-def _measure(folder: Path) -> Iterator[Findings]:
+def _measure(parts: Sequence[Any], folder: Path) -> Iterator[Findings]:
     tables: list[str] = []
     ratios: dict[str, float] = {}
-    for name in MEASURED:
-        part = import_part(f"studies.speed.{name}")
+    for part in parts:
         rows, found = part.measure()
         tables.append(print_table(part.HEADER, rows))
         ratios |= found
@@ -89,7 +69,7 @@ def _measure(folder: Path) -> Iterator[Findings]:
 
 
 STUDY = Study(
-    "how fast the program is, against peers and brute force, and the tables of decisions on accuracy and speed",
+    "how fast the program is, against peers and brute force",
     add_arguments,
     plan,
     folder="benchmarks",

@@ -8,24 +8,29 @@ one trial, so that near ties are among them.
 """
 
 import time
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from affordance.belief.density_belief import DensityBelief
+from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
-from affordance.choice.motion_cost import NUM_NODES, MotionCost
-from affordance.choice.ranking import NO_OPTION, pick_cheapest
+from affordance.choice.motion_cost import NUM_NODES, Costs, MotionCost
+from affordance.choice.picking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
-from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.experiments.shared.gain_experience import gain_experience
-from affordance.objects.tool import Tool
+from affordance.exceptions import AffordanceError
+from affordance.experiments import experience, hammer, reach
+from affordance.experiments.observers import Setup
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from studies.speed.inner_vs_full import Comparison, simulate_all
+from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
+from affordance.simulation.rollout import roll_out
 from studies.speed.timing import time_by_turns
 
 HEADER = ["what", "reach", "hammer"]
@@ -47,37 +52,55 @@ LABELS = (
 )
 
 
+class Comparison(NamedTuple):
+    """Costs by inner and by full simulation of one tool, for S densities and G grips."""
+
+    inner: Costs  # costs by inner simulation, (G, S) each
+    full: Costs  # costs by full simulation, (G, S) each; effort is not simulated
+
+    @property
+    def differences(self) -> Array:
+        """Relative differences of the works where both find the task feasible, (N,)."""
+        both = self.inner.feasible & self.full.feasible
+        return np.abs(self.full.work[both] / self.inner.work[both] - 1.0)
+
+    def choose(self) -> tuple[Chosen, Chosen]:
+        """Returns the choices by inner and by full simulation, (S,) each."""
+        one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (self.inner, self.full))
+        return one, other
+
+
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions per second."""
-    reaching, hammering = (load_choice_experiment(name) for name in ("reach", "hammer"))
-    tool, reach, hammer = reaching.novel[0], reaching.task, hammering.task
-    assert isinstance(reach, Reach)
-    assert isinstance(hammer, Hammer)
-    for_reach, choice, ratio = compare(tool, reach, reaching.experience)
-    for_hammer, _, ratio_of_blows = compare(tool, hammer, hammering.experience)
-    for_reach.append(f"{100 * measure_quadrature(choice, reach, reaching.experience):.3f} %")
+    setup = Setup()
+    held, (tool, *_), task = reach.read(setup)
+    _, _, nail = hammer.read(setup)
+    for_reach, choice, ratio = compare(tool, task, held, setup)
+    for_hammer, _, ratio_of_blows = compare(tool, nail, held, setup)
+    for_reach.append(f"{100 * measure_quadrature(choice, task, held):.3f} %")
     rows = [list(row) for row in zip(LABELS, for_reach, [*for_hammer, ""], strict=True)]
     return rows, {"decisions_vs_rollouts": ratio, "decisions_vs_blows": ratio_of_blows}
 
 
-def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig) -> tuple[list[str], Choice, float]:
-    """Decides both ways; half of the densities are drawn from the belief of an observer with the experience.
+def compare(tool: Tool, task: Reach | Hammer, held: Sequence[Tool], setup: Setup) -> tuple[list[str], Choice, float]:
+    """Decides both ways; half of the densities are drawn from the belief of an observer after one hold.
 
     Returns: Column of the table, the choice, and the ratio of decisions per second, planning included.
     """
     start = time.perf_counter()
-    choice = plan_choice(list_options(tool), task, experience.settings)
+    choice = plan_choice(list_options(tool), task, setup.settings)
     planning = time.perf_counter() - start
-    arrays, rng = gain_experience(experience, 0), np.random.default_rng(0)
-    beliefs = [DensityBelief(arrays["precision"][k], arrays["information_vector"][k]) for k in (0, 1)]
-    deviation = experience.settings.prior.deviation_sd
+    _, (before, after, *_), _ = experience.hold(setup, held, 0)
+    rng, deviation = np.random.default_rng(0), setup.settings.prior.deviation_sd
     rho = np.vstack(
-        [belief.add_object_variation(deviation).draw_samples(rng, NUM_ROLLOUTS // 2) for belief in beliefs]
+        [
+            memory.belief.add_object_variation(deviation).draw_samples(rng, NUM_ROLLOUTS // 2)
+            for memory in (before, after)
+        ]
     )
-    unknown = MaterialMemory(experience.colours, beliefs[0])
-    planned = choice.compute_costs(choice.compute_parameters(unknown, rho))
+    planned = choice.compute_costs(choice.compute_parameters(before, rho))
     start = time.perf_counter()
-    compared = Comparison(planned, simulate_all(tool, task, choice, experience.colours, rho))
+    compared = Comparison(planned, simulate_all(tool, task, choice, list_colours(held), rho))
     brute_seconds = (time.perf_counter() - start) / NUM_ROLLOUTS
     fast, brute = compared.choose()
     difference = compared.differences
@@ -85,12 +108,12 @@ def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig) -> t
 
     def decide() -> None:
         generator = np.random.default_rng(1)
-        pick_cheapest(choice.compute_costs(choice.draw_parameters(unknown, generator, NUM_FAST)), generator)
+        pick_cheapest(choice.compute_costs(choice.draw_parameters(before, generator, NUM_FAST)), generator)
 
     fast_seconds = time_by_turns({"fast": decide}, turns=7, calls_per_turn=2)["fast"] / NUM_FAST
     ratio = brute_seconds / (fast_seconds + planning / NUM_FAST)
     column = [
-        f"{compared.num_same} of {NUM_ROLLOUTS}",
+        f"{int((fast == brute).sum())} of {NUM_ROLLOUTS}",
         f"{int((fast == brute)[clear].sum())} of {int(clear.sum())}",
         f"{(fast == NO_OPTION).sum()}, {(brute == NO_OPTION).sum()}",
         f"{100 * difference.max():.2f} %",
@@ -103,9 +126,33 @@ def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig) -> t
     return column, choice, ratio
 
 
-def measure_quadrature(choice: Choice, task: Reach, experience: ExperienceConfig) -> float:
+def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequence[Colour], rho: Array) -> Costs:
+    """Moves the arm with each grip of a tool, with contact, under densities of its colours, (S, M), [kg/m^3].
+
+    Returns: Costs, (G, S) each; effort is not simulated.
+    """
+    grips = list(tool.list_gripped().values())
+    work, feasible = np.full((len(grips), len(rho)), np.inf), np.zeros((len(grips), len(rho)), dtype=bool)
+    for k, densities in enumerate(rho):
+        known = dict(zip(colours, map(float, densities), strict=True))
+        for place, (held, cost) in enumerate(zip(grips, choice.cost_models, strict=True)):
+            try:
+                if isinstance(task, Reach):
+                    rollout = roll_out(held, task, known, choice.settings)
+                    work[place, k], feasible[place, k] = rollout.work, rollout.error <= task.path.tolerance
+                else:
+                    assert isinstance(cost, BlowCost)  # as built by a Hammer
+                    blow = simulate_blow(held, task, cost, known, choice.settings)
+                    work[place, k] = blow.work
+                    feasible[place, k] = abs(blow.force / task.force - 1.0) <= FORCE_TOLERANCE
+            except AffordanceError:
+                continue
+    return Costs(work, np.full_like(work, np.nan), feasible, work)
+
+
+def measure_quadrature(choice: Choice, task: Reach, held: Sequence[Tool]) -> float:
     """Computes the largest relative error of the work by the quadrature's nodes, under densities of the prior."""
-    memory = MaterialMemory().add_colours(experience.colours, choice.settings.prior)
+    memory = MaterialMemory().add_colours(list_colours(held), choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))
     error = 0.0

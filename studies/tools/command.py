@@ -10,9 +10,10 @@ from studies.study import Findings, Study, Work, read_settings
 from studies.tools import study
 from studies.tools.data_set import Half
 from studies.tools.drawings import save_figures
-from studies.tools.numbers import list_details, list_facts, list_metrics
+from studies.tools.numbers import list_details, list_metrics
 from studies.tools.observer import ToolsConfig
 from studies.tools.pictures import save_pictures
+from studies.tools.report import describe
 from studies.tools.study import ToolsResult
 
 
@@ -45,13 +46,12 @@ def plan(arguments: argparse.Namespace) -> Work:
         halves=(Half.LEARNING,) if arguments.half == "learning" else (Half.LEARNING, Half.TEST),
         settings=read_settings(arguments),
     )
-    return partial(describe, study.run(config))
+    return partial(_work, study.run(config))
 
 
-def describe(result: ToolsResult, folder: Path) -> Iterator[Findings]:
-    """Lists numbers, facts, details and figures of the study."""
+def _work(result: ToolsResult, folder: Path) -> Iterator[Findings]:
     draw = (partial(save_figures, result), partial(save_pictures, result))
-    yield Findings(list_metrics(result), list_facts(result), details=list_details(result), writers=draw)
+    yield Findings(list_metrics(result), describe(result), details=list_details(result), writers=draw)
 
 
 STUDY = Study(

@@ -1,4 +1,4 @@
-"""Numbers of the study: metrics.json, details for each tool, and further facts that the section names."""
+"""Numbers of the study: metrics.json, and details for each tool."""
 
 import math
 from collections.abc import Mapping
@@ -6,17 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from studies.tools.data_set import LEARNING, Half
-from studies.tools.observer import HOLDS
-from studies.tools.seen import Source
 from studies.tools.study import Choices, ToolsResult
-from studies.tools.which_end import AFTER, ONE_DENSITY, TRUE
+from studies.tools.which_end import TRUE
 
 _MM = 1e3
 # Names of the four measures of a score that a floor has too.
 _MEASURES = ("ade_g", "alde", "ape", "mnre")
-# Owners of hammers, by the key of the choices about them, as the section names them.
-_WHOSE = {"own": "our own", "data set": "the data set's"}
 
 
 def list_metrics(result: ToolsResult) -> dict[str, Any]:
@@ -85,50 +80,6 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
     }
 
 
-def list_facts(result: ToolsResult) -> dict[str, Any]:
-    """Returns what the section names in addition to metrics.json; what was run decides which claims are made."""
-    config, has_data = result.config, bool(result.scores)
-    blows = [blow for choices in result.choices.values() for blow in choices.blows]
-    return {
-        "records": result.records,  # with NaN where metrics.json has nothing
-        "blow_force_error": [abs(blow.force / blow.force_aimed - 1.0) for blow in blows],
-        "blow_work_error": [abs(blow.work / blow.work_planned - 1.0) for blow in blows],
-        "of_halves": {half.value: _list_numbers_of_half(result, half) for half in config.halves} if has_data else {},
-        "has_data": has_data,
-        "has_learning": Half.LEARNING in config.halves,
-        "has_test": Half.TEST in config.halves,
-        "has_two_views": Source.TWO_VIEWS in config.sources,
-        "observers": config.observers,
-        "lost": [name for name, outcome in result.made_out.items() if not outcome.made_out],
-        "num_unsure": sum(len(outcome.unsure) for outcome in result.made_out.values()),
-        "made_out_as_painted": [outcome.made_out for outcome in result.painted.values()],
-        "choices": {_WHOSE[whose]: _count_choices(each) for whose, each in result.choices.items() if each.tools},
-        "motions": [motion._asdict() for motion in result.uncommon.motions],
-        "masses": [mass._asdict() for mass in result.uncommon.masses],
-    }
-
-
-def _list_numbers_of_half(result: ToolsResult, half: Half) -> dict[str, Any]:
-    """Scores by drawings and by two pictures, after each number of holds, of the tools of one half."""
-    drawings = [result.scores[Source.CAD, holds, half] for holds in HOLDS]
-    numbers: dict[str, Any] = {
-        "alde": [found.alde for found in drawings],
-        "coverage_mass": [found.coverage_mass for found in drawings],
-    }
-    if Source.TWO_VIEWS in result.config.sources:
-        of_sight = [each.at_true_densities[Source.TWO_VIEWS] for each in result.predictions]
-        names = [name for name in result.truths if (name in LEARNING) == (half is Half.LEARNING)]
-        errors = [each.get(name, np.nan) for each in of_sight for name in names if name in of_sight[0]]
-        seen = [result.scores[Source.TWO_VIEWS, holds, half] for holds in HOLDS]
-        numbers |= {
-            "sight_error": float(np.nanmedian(np.abs(np.expm1(errors)))),  # at true densities, relative
-            "sight_alde": [found.alde for found in seen],
-            "sight_coverage_mass": [found.coverage_mass for found in seen],
-            "sight_coverage_com": [found.coverage_com for found in seen],
-        }
-    return numbers
-
-
 def _collect_predictions(result: ToolsResult) -> dict[Any, dict[str, list[Any]]]:
     found: dict[Any, dict[str, list[Any]]] = {}
     for observer in result.predictions:
@@ -160,26 +111,6 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
                     "best_tool": ranking.ranked[0].option.object_name == tool.name,
                 }
             )
-    return entries
-
-
-def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tuple[int, int]:
-    """Counts the tools for which the correct grip is chosen; returns that count and the number of tools."""
-    ranking, names = choices.rankings[task, geometry, belief], [tool.name for tool in choices.tools]
-    return sum(ranking.find_best_grip(name) == choices.find_right(task, name) for name in names), len(names)
-
-
-def _count_choices(choices: Choices) -> list[dict[str, Any]]:
-    """Counts correct ends with and without different densities, by task and geometry, and names the first choice."""
-    entries = []
-    for task, words in (("hammer", "driving a nail"), ("reach", "reaching")):
-        for geometry in ("drawing", "pictures"):
-            after, count = count_right(choices, AFTER, task, geometry)
-            one, _ = count_right(choices, ONE_DENSITY, task, geometry)
-            best = choices.rankings[task, geometry, AFTER].ranked[0]
-            known = {"after": after, "count": count, "one": one}
-            best_of = {"tool": best.option.object_name, "grip": best.option.grip, "p_best": best.p_best}
-            entries.append({"words": words, "geometry": geometry, **known, **best_of})
     return entries
 
 

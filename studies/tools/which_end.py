@@ -13,7 +13,8 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.ranking import Ranking, pick_cheapest, rank_options
+from affordance.choice.picking import pick_cheapest
+from affordance.choice.ranking import Ranking, rank_options
 from affordance.objects.colour import Colour
 from affordance.objects.materials import Material
 from affordance.settings import Settings

@@ -27,7 +27,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner
 from affordance.vision.eye import measure_features
@@ -36,8 +36,9 @@ from affordance.vision.systems import predict_object
 from studies.random_streams import StudyStream
 from studies.study import run_kept
 from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
-from studies.within_trial.study import WHITE
 
+# One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
+WHITE = WhiteNoise(0.7)
 # Names of the calibrations, in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
 AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"

@@ -14,9 +14,8 @@ from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import compute_key
 from studies.study import Findings, Study, Work, add_only, import_part, read_kept
+from studies.trust.report import describe
 
-# Keys of each fault that its claim uses; limits must be respected without a fault too.
-_OF_FAULTS = ("torque_of_limit", "velocity_of_limit", "violation_rad", "beliefs_valid")
 HOW = {
     "sbc_p_value": "chi-squared test that ranks of true densities are uniform: smallest over two noise models and "
     "two densities, times four (Bonferroni), at most 1",
@@ -83,18 +82,12 @@ def _work(parts: Mapping[str, Any], jobs: int, folder: Path) -> Iterator[Finding
     table = numbers.pop("faults_table")
     numbers["how"] = HOW
     write = (lambda folder: write_text(folder / "faults.md", f"{table}\n"),)
-    yield Findings(numbers, list_facts(numbers), writers=write)
+    yield Findings(numbers, describe(numbers), writers=write)
 
 
 def read_numbers(folder: Path, part: str) -> dict[str, Any] | None:
     """Reads the results of a part; None if it was not run. A damaged file is quarantined."""
     return read_kept(folder / f"{part}.json", (*KEYS[part], "program"))
-
-
-def list_facts(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns facts of the section file other than the numbers: lists over faults, and the number of programs."""
-    of_faults = {f"faults_{key}": [cost[key] for cost in numbers["faults"].values()] for key in _OF_FAULTS}
-    return {**of_faults, "num_programs": len(set(numbers["program"].values()))}
 
 
 STUDY = Study(

@@ -5,29 +5,27 @@ Simulation III. The correct grip is that of the arm without a fault. If trials w
 once more with observers who learn nothing from such trials.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+import xarray as xr
 
+from affordance.arrays import about
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import pick_cheapest
-from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.shared.decisions import count_correct, find_cheaper_grip
-from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.experiments.shared.gain_experience import run_trials
+from affordance.choice.picking import NO_OPTION, pick_cheapest
+from affordance.experiments import experience, reach
+from affordance.experiments.grips import find_cheaper_grip
+from affordance.experiments.observers import Setup, run_observers
 from affordance.files.data_model import load_model
 from affordance.files.model_folder import MODELS
-from affordance.objects.tool import list_densities
+from affordance.objects.tool import Tool, list_colours, list_densities
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from studies.random_streams import StudyStream
-from studies.study import run_kept
 
 NUM_OBSERVERS = 50
 # Number of densities drawn for each observer, over which choices by the paper's rule are averaged.
@@ -48,78 +46,81 @@ HEADER = [
 ]
 
 
-def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs an observer's trials, and returns beliefs and the quantities that a fault may affect.
+def hold_objects(setup: Setup, held: Sequence[Tool], observer: int) -> xr.Dataset:
+    """Runs an observer's trials; returns beliefs before the first and after each, and what a fault may affect."""
+    limits = load_arm(setup.settings.arm).limits
+    _, memories, records = experience.hold(setup, held, observer)
+    beyond = [np.maximum(limits.q_lower - each.q, each.q - limits.q_upper).max() for each in records]
+    rates = [(np.abs(each.v) / limits.v_max).max() for each in records]
+    loads = [(np.abs(each.tau) / limits.tau_max).max() for each in records]
+    precision = [memory.belief.precision for memory in memories]
+    vector = [memory.belief.information_vector for memory in memories]
+    return xr.Dataset(
+        {
+            "precision": (("moment", "row", "column"), precision, about("m^6/kg^2", "precision of the densities")),
+            "information_vector": (("moment", "row"), vector, about("m^3/kg", "information vector of the densities")),
+            "rejected": ("trial", [each.samples.rejected for each in records], about("1", "samples rejected")),
+            "accepted": ("trial", [each.samples.accepted for each in records], about("1", "samples accepted")),
+            "outlier": (
+                "trial",
+                [each.is_outlier for each in records],
+                about("1", "whether it is a 5-sigma outlier"),
+            ),
+            "violation": ("trial", np.maximum(beyond, 0.0), about("rad", "largest violation of a joint's range")),
+            "rate": ("trial", rates, about("1", "largest fraction of a velocity limit")),
+            "load": ("trial", loads, about("1", "largest fraction of a torque limit")),
+        }
+    )
 
-    Returns: ``precision`` (K + 1, M, M) and ``information_vector`` (K + 1, M); and over K trials, (K,) each, samples
-        ``rejected`` and ``accepted``, ``outlier``, ``violation`` of a joint's range, [rad], and ``rate`` and
-        ``load``, the largest fractions of a limit of velocity and of torque.
-    """
-    limits = load_arm(config.settings.arm).limits
-    memories, records = run_trials(config, repeat)
-    beyond = [np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max() for record in records]
-    return {
-        "precision": np.stack([memory.belief.precision for memory in memories]),
-        "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
-        "rejected": np.array([record.samples.rejected for record in records]),
-        "accepted": np.array([record.samples.accepted for record in records]),
-        "outlier": np.array([record.is_outlier for record in records]),
-        "violation": np.maximum(beyond, 0.0),
-        "rate": np.array([(np.abs(record.v) / limits.v_max).max() for record in records]),
-        "load": np.array([(np.abs(record.tau) / limits.tau_max).max() for record in records]),
-    }
 
-
-def compute_cost(
-    config: ExperienceConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
-) -> dict[str, Any]:
-    """Computes the cost of a fault from the arrays of all observers."""
-    colours = config.colours
-    densities = list_densities(config.tools)
+def compute_cost(held: Sequence[Tool], choice: Choice, correct: int, data: xr.Dataset) -> dict[str, Any]:
+    """Computes the cost of a fault from what all observers found with the held objects."""
+    colours, densities = list_colours(held), list_densities(held)
     true = np.array([densities[look] for look in colours])
-    num_observers, num_moments = arrays["information_vector"].shape[:2]
+    precision, vector = data.precision.values, data.information_vector.values
+    num_observers, num_moments = vector.shape[:2]
     right, medians, valid = np.empty((num_observers, num_moments)), np.empty((num_observers, len(true))), True
-    for repeat in range(num_observers):
+    for observer in range(num_observers):
         for moment in range(num_moments):
-            belief = DensityBelief(arrays["precision"][repeat, moment], arrays["information_vector"][repeat, moment])
-            rng = np.random.default_rng([repeat, moment, StudyStream.FAULT_CHOICES])
+            belief = DensityBelief(precision[observer, moment], vector[observer, moment])
+            rng = np.random.default_rng([observer, moment, StudyStream.FAULT_CHOICES])
             parameters = choice.draw_parameters(MaterialMemory(colours, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
-            right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES
+            hits = (chosen == correct) + 0.5 * (chosen == NO_OPTION)  # without a usable option it is a guess
+            right[observer, moment] = hits.sum() / NUM_CHOICES
             percentiles = belief.compute_percentiles([0.05, 0.5, 0.95])
             valid &= bool(np.linalg.eigvalsh(belief.precision)[0] > 0.0)
             valid &= bool(np.isfinite(percentiles).all() and (percentiles > 0.0).all())
-        medians[repeat] = percentiles[1]
+        medians[observer] = percentiles[1]
+    rejected, accepted = (data[name].values for name in ("rejected", "accepted"))
     return {
         "density_error": float(np.median(np.abs(medians / true - 1.0))),
         "p_correct": right.mean(axis=0),
-        "samples_rejected": float(arrays["rejected"].sum() / (arrays["rejected"] + arrays["accepted"]).sum()),
-        "trials_outlier": float(arrays["outlier"].mean()),
-        "violation_rad": float(arrays["violation"].max()),
-        "velocity_of_limit": float(arrays["rate"].max()),
-        "torque_of_limit": float(arrays["load"].max()),
+        "samples_rejected": float(rejected.sum() / (rejected + accepted).sum()),
+        "trials_outlier": float(data.outlier.values.mean()),
+        "violation_rad": float(data["violation"].max()),
+        "velocity_of_limit": float(data["rate"].max()),
+        "torque_of_limit": float(data["load"].max()),
         "beliefs_valid": valid,
     }
 
 
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
     """Runs every fault; returns rows of a table, and the cost of each by name."""
-    experiment = load_choice_experiment("reach")
-    first, config = experiment.novel[0], experiment.experience
-    plan = experiment.plan(jobs)
-    choice, simulated = plan.choices[first.name], plan.simulated[first.name]
+    setup = Setup(observers=observers, jobs=jobs, out=folder)
+    held, (tool, *_), task = reach.read(setup)
+    choices, motions = reach.plan(setup, [tool], task)
+    choice, simulated = choices[tool.name], motions[tool.name]
     correct = list(simulated).index(find_cheaper_grip(simulated))
     path = MODELS / "faults.yaml"
-    joint_names = load_arm(config.settings.arm).joint_names
+    joint_names = load_arm(setup.settings.arm).joint_names
     costs: dict[str, dict[str, Any]] = {}
 
     def run(name: str, faults: Faults, learns_from_outliers: bool = True) -> None:
-        settings = replace(config.settings, faults=faults, learns_from_outliers=learns_from_outliers)
-        faulty = replace(config, settings=settings)
-        arrays = run_kept(faulty, hold_objects, folder, MODELS, repeats=observers, jobs=jobs, description=name)
-        costs[name] = compute_cost(faulty, choice, correct, arrays)
+        faulty = setup.change(faults=faults, learns_from_outliers=learns_from_outliers)
+        costs[name] = compute_cost(held, choice, correct, run_observers(name, faulty, hold_objects, tuple(held)))
 
-    run(NO_FAULT, config.settings.faults)
+    run(NO_FAULT, setup.settings.faults)
     for name in load_model(path, FaultsFile).root:
         faults = load_faults(path, [name], joint_names)
         run(name, faults)

@@ -19,8 +19,9 @@ import numpy as np
 NUM_KILLS = 20
 # Kills per run, which is then left to end; a kill after its end is not counted.
 _KILLS_PER_RUN = 2
-# Keys of metrics.json with times, and the pattern of a date in the report.
-_WHEN = {"wall_s": 0.0, "finished": ""}
+# Keys of metrics.json with times and with the setup, whose folder and processes may differ.
+_OF_RUN = ("wall_s", "finished", "config")
+# Pattern of a date in the report.
 _DATE = re.compile(r"\b\d{4}-\d{2}-\d{2}\b")
 # Runs, which are taken alternately.
 RUNS = (
@@ -48,8 +49,8 @@ def kill(process: subprocess.Popen[bytes]) -> bool:
 def list_differences(one: Path, other: Path) -> list[str]:
     """Lists the files of two folders of results that are not identical, byte for byte.
 
-    Times and dates are ignored: those in metrics.json and in the report, and the time stamps of the members of .npz
-    archives, whose arrays are compared.
+    Times, dates and the setup are ignored in metrics.json and in the report, and time stamps in .npz archives, whose
+    arrays are compared.
     """
     files = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file()}
     return [str(name) for name in sorted(files) if not _are_same(one / name, other / name)]
@@ -60,7 +61,7 @@ def _are_same(one: Path, other: Path) -> bool:
         return False
     if one.name == "metrics.json":
         first, second = (json.loads(path.read_text(encoding="utf-8")) for path in (one, other))
-        return {**first, **_WHEN} == {**second, **_WHEN}
+        return {**first, **dict.fromkeys(_OF_RUN)} == {**second, **dict.fromkeys(_OF_RUN)}
     if one.suffix == ".html":
         return _DATE.sub("", one.read_text(encoding="utf-8")) == _DATE.sub("", other.read_text(encoding="utf-8"))
     if one.suffix == ".npz":

@@ -13,14 +13,15 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.ranking import rank_options
-from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
+from affordance.experiments import reach, weight
+from affordance.experiments.observers import Setup, run_observers
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
-from affordance.runs.repeats import run_repeats
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
@@ -51,7 +52,7 @@ def build_bar(num_components: int, num_materials: int) -> Tool:
 
 def time_materials() -> list[float]:
     """Measures the seconds of Bayes' rule for objects of several materials, measured at rest."""
-    settings = load_hold_experiment("weight").settings
+    settings = DEFAULT_SETTINGS
     hold = StaticHold(load_arm(settings.arm))
     calls: dict[str, Callable[[], object]] = {}
     for number in MATERIALS:
@@ -66,7 +67,7 @@ def time_materials() -> list[float]:
 
 def time_components() -> list[float]:
     """Measures the seconds of a hold with objects of several components."""
-    runner = TrialRunner(load_hold_experiment("weight").settings)
+    runner = TrialRunner(DEFAULT_SETTINGS)
     calls: dict[str, Callable[[], object]] = {
         str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
         for number in COMPONENTS
@@ -76,8 +77,8 @@ def time_components() -> list[float]:
 
 def time_samples() -> list[float]:
     """Measures the seconds to rank the grips of the novel object by samples of the prior, without planning."""
-    experiment = load_choice_experiment("reach")
-    choice = plan_choice(list_options(experiment.novel[0]), experiment.task, experiment.settings)
+    _, (tool, *_), task = reach.read(Setup())
+    choice = plan_choice(list_options(tool), task, DEFAULT_SETTINGS)
     calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
     return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
 
@@ -88,11 +89,12 @@ def _rank(choice: Choice, num_samples: int) -> None:
 
 def time_repeats(repeats: int, jobs: int) -> float:
     """Measures the seconds of repeats of experiment ``weight``, with processes and Diagrams already built."""
-    run = partial(load_hold_experiment("weight").run_observer, None, None)
+    tools = weight.read(Setup())
     with tempfile.TemporaryDirectory() as folder:
-        run_repeats(Path(folder) / "first", run, repeats=2 * jobs, jobs=jobs, description="warm-up")
+        out = Path(folder)
+        run_observers("warm-up", Setup(2 * jobs, jobs=jobs, out=out), weight.observe, tools)
         begun = time.perf_counter()
-        run_repeats(Path(folder) / "timed", run, repeats=repeats, jobs=jobs, description=f"{jobs} processes")
+        run_observers(f"{jobs} processes", Setup(repeats, jobs=jobs, out=out), weight.observe, tools)
         return time.perf_counter() - begun
 
 

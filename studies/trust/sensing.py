@@ -1,14 +1,27 @@
 """Choices under other errors of measurement: how much the curve of Simulation III rests on one measurement a trial.
 
-The observers of Simulation III, with settings changed; costs, and so which grip is right, do not depend on them.
+The observers are those of Simulation III, with settings changed; costs, and so the correct grip, do not depend on
+these settings.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from affordance.experiments.runner import run_observers
-from affordance.experiments.suite import DEFAULT_REPEATS, load_experiment
+import numpy as np
+
+from affordance.experiments import reach
+from affordance.experiments.experience import gain_experience, recall
+from affordance.experiments.grips import (
+    choose_before_experience,
+    choose_by_sample,
+    estimate_correct,
+    find_cheaper_grip,
+)
+from affordance.experiments.observers import Setup
+from affordance.named_settings import change_settings
+from affordance.objects.tool import list_colours
 
 # Settings that differ from the default, by name of the key: structures of the errors, and Weber fractions from the
 # upper end of those that force felt by hand and arm has in the literature (studies/robustness/assumptions.yaml).
@@ -21,16 +34,25 @@ CHANGES: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def measure(folder: Path, *, repeats: int = DEFAULT_REPEATS, jobs: int) -> dict[str, list[float]]:
+def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
     """Simulates the observers, kept in a folder, with each change.
 
     Returns: Proportions of correct choices about the first novel tool at every moment, by key of CHANGES.
     """
+    setup = Setup(observers=repeats, jobs=jobs, out=folder)
+    held, (tool, *_), task = reach.read(setup)
+    choices, motions = reach.plan(setup, [tool], task)
+    choice, simulated = choices[tool.name], motions[tool.name]
+    correct = list(simulated).index(find_cheaper_grip(simulated))
+    before = choose_before_experience(choice, list_colours(held), setup.seed)
     found = {}
-    plan = load_experiment("reach").plan(jobs)
     for name, changes in CHANGES.items():
-        experiment: Any = load_experiment("reach", changes=changes)
-        experience, arrays = run_observers(experiment, plan, folder / name, repeats=repeats, jobs=jobs)
-        numbers = experiment.compute_metrics(plan, experience, arrays)
-        found[name] = numbers["tools"][experiment.novel[0].name]["p_correct"]
+        changed = replace(setup, out=folder / name, settings=change_settings(setup.settings, changes))
+        experience = gain_experience(changed, held)
+        moments = range(experience.sizes["trial"] + 1)
+        chosen = [
+            choose_by_sample(choice, [recall(experience, observer, k) for k in moments], (setup.seed, observer))
+            for observer in range(repeats)
+        ]
+        found[name] = estimate_correct(np.array(chosen), before, correct).mean
     return found

@@ -9,7 +9,9 @@ import psutil
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
@@ -30,15 +32,14 @@ def measure(*, trials: int = NUM_TRIALS) -> tuple[Soak, dict[str, Any]]:
 
     The first block fills caches: growth and drift are measured from its end.
     """
-    experiment = load_hold_experiment("weight")
-    runner, process = TrialRunner(experiment.settings), psutil.Process()
+    tools = weight.read(Setup())
+    runner, process = TrialRunner(DEFAULT_SETTINGS), psutil.Process()
     per_block, quarter = trials // NUM_BLOCKS, NUM_BLOCKS // 4
     memory, seconds = np.empty(NUM_BLOCKS), np.empty(NUM_BLOCKS)
     for block in range(NUM_BLOCKS):
         begun = time.process_time()
         for number in range(per_block):
-            tool = experiment.tools[number % len(experiment.tools)]
-            runner.run_hold(tool, MaterialMemory(), duration=DURATION, seed=(block, number))
+            runner.run_hold(tools[number % len(tools)], MaterialMemory(), duration=DURATION, seed=(block, number))
         seconds[block] = (time.process_time() - begun) / per_block
         gc.collect()
         memory[block] = process.memory_info().rss / 1e6

@@ -6,7 +6,7 @@ from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, 
 from scipy.stats import chisquare
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KAPPA, KindMemory, start_memory
+from affordance.belief.kind_memory import KAPPA, KindMemory, find_kind, start_memory
 from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Learner, Pick
 from affordance.belief.likelihood import Likelihood
@@ -358,3 +358,13 @@ def test_brightness_is_as_sure_as_hue_unless_more_is_said():
     )  # never met; with an error of 1 in brightness it would be known
     assert memory.recognise(darker, 0.7, PRIOR, 0.0)[1] == 1
     assert memory.recognise(darker, 0.7, PRIOR, 6.0)[1] == 0
+
+
+def test_the_kind_of_an_object_is_found_by_its_look():
+    """Kinds of a colour are numbered from 1, the oldest; without a lift, or without kinds, the number is 0."""
+    memory = start()
+    for name, density in (("rod", 5000.0), ("long rod", 5000.0), ("hollow rod", 700.0), ("bolt", 3000.0)) * 3:
+        memory = lift(memory, name, weigh_alone(density))
+    assert [find_kind(memory, show(name)) for name in ("rod", "long rod", "hollow rod", "bolt")] == [1, 1, 2, 1]
+    assert find_kind(memory, show("unseen rod")) == 0
+    assert find_kind(MaterialMemory(), show("bolt")) == 0

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.kind_memory import KindMemory
@@ -79,3 +80,18 @@ def test_memory_of_one_density_for_each_colour_comes_back_too():
     assert not np.allclose(anew.belief.precision, further.belief.precision)  # the objects have to come back too
     np.testing.assert_array_equal(again.belief.precision, memory.belief.precision)
     np.testing.assert_array_equal(again.belief.information_vector, memory.belief.information_vector)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "memory: is not JSON"),
+        ("[]", "memory: is not a memory of materials"),
+        ("3", "memory: is not a memory of materials"),
+        ('{"gate": 1}', "memory: is not a memory of materials"),
+        ('{"colours": [[1, 2]]}', "memory: is not a memory of materials"),
+        ('{"gate": {"kappa": 0.2}}', "memory: is not a memory of materials"),
+    ],
+)
+def test_text_that_is_no_memory_is_refused(text, said):
+    assert said in refuse(parse_memory, text)

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from helpers.slow_arm import make_slow_models
 from helpers.two_tools import HELD, PI
 from scipy.spatial.transform import Rotation
@@ -23,7 +24,6 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
-from studies.hammering.work_map import find_crossovers, map_work
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 
@@ -259,21 +259,6 @@ def test_direction_of_the_blow_is_made_a_unit_vector(tmp_path):
     np.testing.assert_allclose(load_hammer(tmp_path / "nail.yaml").direction, [0.0, 0.6, -0.8])
 
 
-def test_crossover_is_where_the_map_changes_sides(hammer, own_model):
-    stronger = dataclasses.replace(hammer, force=500.0)
-    planned = {grip: stronger.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()}
-    forces = np.linspace(126.0, 500.0, 30)
-    mapped = map_work(list(planned.values()), [pi[None] for pi in PI.values()], forces)
-    assert mapped.work.shape == mapped.feasible.shape == (2, 1, 30)
-    wood_cheaper = mapped.work[0, 0] < mapped.work[1, 0]
-    changes = np.flatnonzero(np.diff(wood_cheaper))
-    crossovers = find_crossovers(planned, PI, forces)
-    assert len(changes) == len(crossovers) == 1
-    assert forces[changes[0]] <= crossovers[0] <= forces[changes[0] + 1]
-    works = [planned[grip].compute(PI[grip][None], crossovers[0]).work[0] for grip in HELD]
-    assert works[0] == pytest.approx(works[1], rel=1e-3)
-
-
 @pytest.mark.parametrize("grip", HELD)
 def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, grip):
     """Interpolated work is exact to 0.5 % on an arm whose whole range of speeds is a few steps of the table."""
@@ -309,3 +294,37 @@ def test_joint_that_forbids_every_swing_is_named_with_its_limit(arm):
     q = arm.find_posture(dict(load_hammer(MODELS / "nail.yaml").start))
     stiff = plan_with_limits(arm, q_lower=q - 0.01, q_upper=q + 0.01)
     assert re.search(r": \w+ would have to turn to .* rad, its limits are .* and .* rad$", stiff.infeasible_reason)
+
+
+def test_easier_blows_take_no_longer_than_a_blow_may(hammer):
+    longest = dataclasses.replace(hammer, duration=6.0)
+    assert max(task.duration for task, _ in longest.list_easier()) == 9.0
+    assert len(list(dataclasses.replace(hammer, duration=10.0).list_easier())) == len(list(hammer.list_easier())) - 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("length: 0.0508", "length: 5.08", "nail.yaml: length: is 5.08, must be from 0.005 to 0.3"),
+        ("density: 7850", "", "density: is missing"),
+        (
+            "depth_demanded: 0.01722",
+            "depth_demanded: 0.001",
+            "depth_demanded: is 0.001, must be from 0.005 to 0.0508",
+        ),
+        ("depth_set: 0.005", "depth_set: .nan", "depth_set: is nan, must be from"),
+        ("diameter: 0.00287", "diameter: 1", "diameter: is 1, must be from"),
+        ("head_radius: 0.0034", "head_radius: -1", "head_radius: is -1, must be from"),
+        ("wood_specific_gravity: 0.48", "wood_specific_gravity: 5", "wood_specific_gravity: is 5, must be from"),
+        ("density: 7850", "density: 1", "density: is 1, must be from"),
+        ("head_radius: 0.0034", "head_radius: 0.0034\ncolour: grey", "colour: is not a key known here"),
+        ("direction: [0, 0, -1]", "direction: [0, 0, 0]", "blow.direction: has a length of 0, must be"),
+        ("duration: 0.8", "duration: 0", "blow.duration: is 0, must be from 0.2 to 10"),
+        ("duration: 0.8", "duration: 0.8\n  speed: 3", "blow.speed: is not a key known here"),
+    ],
+)
+def test_mistake_in_a_nail_is_refused(tmp_path, old, new, said):
+    path, text = tmp_path / "nail.yaml", (MODELS / "nail.yaml").read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    assert said in refuse(load_hammer, path)

@@ -236,7 +236,7 @@ def test_object_that_is_an_option_too_is_seen_as_it_is_there(choice: Choice, mon
         advise_hold(tools, [Question("reach", choice)], MaterialMemory(), DEFAULT_SETTINGS)
 
 
-OPEN = OpenDecision("reach", "a", 0.5, 0.1, 1.0, 0.1, 1.0)
+OPEN = OpenDecision("reach", "a", True, 1.0, 0.5, 0.1, 1.0, 0.1, 1.0)
 
 
 @pytest.mark.parametrize(

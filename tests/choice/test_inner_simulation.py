@@ -89,7 +89,7 @@ def test_options_need_names_of_their_own(count):
 def test_simulated_motions_cost_what_inner_simulation_says(choice):
     """Works of simulated motions agree to 0.1 % with those of inner simulation, whose torques are those of mid-ticks.
 
-    The full check, over more beliefs, tools and both tasks, is in studies/speed/inner_vs_full.py.
+    A check over more beliefs, tools and both tasks is in docs/decisions/0012-reaching.md.
     """
     rho = np.vstack(
         [[720.0, 7850.0], believe(3000.0, 3000.0, 1500.0).belief.draw_samples(np.random.default_rng(5), 2)]

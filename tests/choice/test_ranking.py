@@ -15,7 +15,8 @@ from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest, rank, rank_options
+from affordance.choice.picking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest
+from affordance.choice.ranking import rank, rank_options
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid

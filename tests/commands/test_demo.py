@@ -5,6 +5,7 @@ from helpers.answers import answer
 from affordance import MODELS, TrialRunner, load_tools
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, TRIALS
 from affordance.memory.ledger import open_memory
+from affordance.memory.simulated_trial import describe_trial
 
 
 def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
@@ -38,7 +39,8 @@ def test_arm_of_a_recording_is_that_of_a_simulated_trial(tmp_path):
     place = tmp_path / "memory.sqlite"
     runner, tool = TrialRunner(), load_tools(MODELS / "tools" / "weight.yaml")[0]
     with open_memory(place) as ledger:
-        ledger.append([runner.run_hold(tool, runner.start_memory(), duration=0.5, seed=(0, 0)).evidence])
+        record = runner.run_hold(tool, runner.start_memory(), duration=0.5, seed=(0, 0))
+        ledger.append([describe_trial(record)])
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
     words += ["--size-error", 0.02, "--unseen", 0.02, "--samples", 500, "--memory", place]
     said = answer("identify", *words).out

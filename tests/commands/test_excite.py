@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 
 from affordance.commands import excite
 from affordance.identification.excitation.motion_design import design_motion
@@ -41,3 +42,30 @@ def test_task_and_postures_as_json():
     assert content["postures"] == 2
     assert content["predicted_sd"]["cost_J"] > 0.0
     assert content["predicted_sd"]["mass_g"] > 10.0  # the floor
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--for mas", "--for: is 'mas', must be one of mass, com, inertia"),
+        ("--for reach --only nothing", "is 'nothing', must be one of"),
+        ("--seconds 0", "--seconds: is 0"),
+        ("--postures 0", "--postures: is 0"),
+        (
+            "--seconds 1 --postures 20",
+            "--seconds: is 1: none of 8 motions of 1 s keeps the limits: most of them need more time; more seconds",
+        ),
+        ("--mass 60", "times the limit of the torque of wrist_flexion; a lighter load"),
+        ("--above 2", "--above: is 2 m: none of 8 motions of 8 s keeps the limits: most of them come at least"),
+        ("--above 9", "--above: is 9"),
+        ("--mass nan", "--mass: is nan"),
+        ("--floor -1", "--floor: is -1"),
+        ("--reach 9", "--reach: is 9"),
+        ("--tip-speed 0", "--tip-speed: is 0"),
+        ("--acceleration 0", "--acceleration: is 0"),
+        ("--gains nowhere.yaml", "nowhere.yaml: cannot be read"),
+    ],
+)
+def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("excite", *words.split())

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from helpers.answers import Answer, answer
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+from helpers.refusals import refuse_command
 from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
@@ -356,3 +357,51 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
     out, _ = children([sys.executable, "-c", program]).communicate()
     assert "scipy.linalg" in out.split()
     assert not slow & set(out.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--reference-mass -1", "--reference-mass: is -1.0, must be from 0.001 to 1000 kg"),
+        ("--robot nowhere", "--robot: is given 2 times, must be given once"),
+        ("--samples 5", "--samples: is 5, must be from 100 to 100000"),
+        ("--min-speed -1", "--min-speed: is -1.0, must be from 0 to 10 rad/s"),
+        ("--tip hand_grp", "--tip: is 'hand_grp', which arm.dmd.yaml has not; nearest: hand_grip"),
+        ("--gains nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("--object nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("--object-name brush --object novel.yaml", "--object-name: is 'brush', must be"),
+        ("--memory nowhere/memory.sqlite", "memory.sqlite: cannot be created: there is no folder"),
+        (
+            "--memory new.sqlite --same-colour #b07a45=#305a95",
+            "--same-colour: is of what is remembered, but new.sqlite does not exist",
+        ),
+        ("--object-pose 0 0 3 0 0 0", "--object-pose Z: is 3.0, must be from -2 to 2"),
+        (
+            "--set mpc.horizon=1",
+            "--set: mpc.horizon: changes nothing here: of all settings a seen object has the prior",
+        ),
+    ],
+)
+def test_mistake_is_refused_before_anything_is_written(tmp_path, monkeypatch, words, said):
+    for name in ("arm.dmd.yaml", "arm.sdf", "package.xml", "tools/novel.yaml"):
+        shutil.copy(MODELS / name, tmp_path)
+    shutil.copytree(MODELS / "demo", tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("identify", "arm.dmd.yaml", "--loaded", "bar_of_oak.csv", *words.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("robot.urdf", "--loaded: is missing, must be a recording with the load (or --demo)"),
+        ("robot.urdf --demo", "--demo: brings its own data, must be given without a robot"),
+        ("--demo --tip flange", "--demo: brings its own data, must be given without --tip"),
+        ("robot.urdf --loaded run.csv", "--tip: is missing, and the run's description names no tip either"),
+    ],
+)
+def test_robot_recording_and_tip_must_be_given(tmp_path, monkeypatch, words, said):
+    robot = build_robot(tmp_path)
+    _write(tmp_path, "run", generate_run(robot, None, truth=_TRUTH, rng=np.random.default_rng(1), duration=1.0))
+    (tmp_path / "run.yaml").write_text(f"joints: [{', '.join(robot.joint_names)}]\n")
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("identify", *words.split())

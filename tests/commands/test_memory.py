@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 from helpers.trials import WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
@@ -115,3 +116,63 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
     ):
         answer(*words, status=2)
         assert not list(tmp_path.glob("new.sqlite*"))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("show nowhere.sqlite", "nowhere.sqlite: does not exist"),
+        ("shwo workshop.sqlite", "did you mean 'show'"),
+        ("show workshop.sqlite more", "show: is given the file 'more', must be none"),
+        ("show workshop.sqlite --object bar", "--object: selects nothing in show"),
+        ("show workshop.sqlite --set noise.sd=1", "--set: noise.sd"),
+        ("show workshop.sqlite --same-colour red=blue", "--same-colour: is 'red=blue', must be two colours"),
+        (
+            "show workshop.sqlite --same-colour #b38050=#b07a45",
+            "workshop.sqlite: same colours: name #b07a45, which no part in the memory has; the nearest is #b2804c",
+        ),
+        (
+            "verify workshop.sqlite --same-colour #b38050=#b07a45",
+            "--same-colour: changes nothing in verify, only show takes it",
+        ),
+        ("forget workshop.sqlite", "forget: must be told what: --robot, --object"),
+        ("forget workshop.sqlite --since noon", "since: is 'noon', must be a time"),
+        (
+            "forget workshop.sqlite --robot arn",
+            "--robot: is 'arn', must be one of arm, other; did you mean 'arm'",
+        ),
+        (
+            "forget workshop.sqlite --robot arm --object hamer",
+            "--object: is 'hamer', must be one of bar, hammer, rod; did you mean 'hammer'",
+        ),
+        ("merge workshop.sqlite", "merge: is given 0 files, must be at least one memory"),
+        ("merge workshop.sqlite nowhere.sqlite", "nowhere.sqlite: does not exist"),
+        ("export workshop.sqlite a b", "export: is given 2 files, must be one file"),
+        ("import workshop.sqlite nowhere.jsonl", "nowhere.jsonl: cannot be read"),
+    ],
+)
+def test_mistake_is_refused_and_changes_nothing(memory, monkeypatch, words, said):
+    monkeypatch.chdir(memory.parent)
+    assert said in refuse_command("memory", *words.split())
+
+
+HEADER = '{"program": "visual-inertial-affordances", "schema": "2"}\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "given: is empty, must be a memory"),
+        ("once upon a time", "given: is not a memory: neither exported trials nor JSON"),
+        ('{"program": "x", "schema": "99"}', "given: line 1: schema: is '99' of 'x', must be '2'"),
+        (
+            HEADER.replace("2", "1"),
+            "given: line 1: schema: is '1', must be '2': another version of the program wrote the memory",
+        ),
+        (HEADER + "{half\n", "given: line 2: is not JSON"),
+    ],
+)
+def test_file_that_is_no_memory_is_not_imported(memory, monkeypatch, text, said):
+    monkeypatch.chdir(memory.parent)
+    (memory.parent / "given").write_text(text)
+    assert said in refuse_command("memory", "import", "workshop.sqlite", "given")

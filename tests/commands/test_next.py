@@ -5,6 +5,7 @@ import re
 
 import pytest
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 from helpers.trials import write_known
 
 ANY = ["next", "reach", "--samples", 800]
@@ -171,3 +172,31 @@ def write_tools(folder, box, grips):
     part = f"{{box: {box}, position: [0.1, 0, 0], material: oak}}"
     place.write_text(f"tools:\n  - name: block\n    components: [{part}]\n    grips: {grips}\n")
     return ["--tools", str(place)]
+
+
+TASKS = "hammer, reach, mash, carry, hold"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("reech", f"task: is 'reech', must be one of {TASKS}"),
+        ("", f"task: is missing, must be one of {TASKS}, or --task a file"),
+        ("reach --task reach.yaml", "--task: is 'reach.yaml', must not have the name of another task, reach"),
+        ("reach --only nothing", "--only: is 'nothing', must be one of"),
+        ("reach --may-hold nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("reach --uses -1", "--uses: is -1"),
+        ("reach --price nan", "--price: is nan"),
+        ("reach --samples 3", "--samples: is 3, must be from 100"),
+        ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
+        ("reach --set cost_measure=effort", "--set: cost_measure: changes nothing here: --by says what is compared"),
+        (
+            "reach hold --by work",
+            "--by: is 'work', which is zero for holding still, must be one of effort, margin, grip",
+        ),
+        ("reach --max-grip-force -3", "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
+    ],
+)
+def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("next", *words.split())

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 from helpers.robot_files import write_urdf
 from helpers.trials import hold, write_known
 from helpers.workshop import HAMMERS
@@ -156,7 +157,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path, know
     assert answer("next", *ONE[1:], *known).lines[0] == PAST
     monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}))
     assert answer("run", "weight", *known).lines[0] == PAST
-    monkeypatch.setattr(watch, "_Show", lambda experiment: SimpleNamespace(scene=_Scene, run=lambda: None))
+    monkeypatch.setattr(watch, "_Show", lambda name, setup: SimpleNamespace(scene=_Scene, run=lambda: None))
     roots = []
     monkeypatch.setattr(watch, "open_robot", lambda path, options, root: roots.append(root) or Robot())
     assert answer("watch", *known).lines[0] == PAST
@@ -202,3 +203,96 @@ def test_task_of_a_file_is_done_by_any_robot(robot, known, tmp_path):
     assert last.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
     assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
+
+
+KINDS = "hammer, reach, mash, carry, hold"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("reach --samples 0", "--samples: is 0, must be from 1 to 100000"),
+        ("reach --seed -1", "--seed: is -1, must be from 0 to 4294967295"),
+        (
+            "reach --only mallett",
+            "--only: is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'mallet'?",
+        ),
+        ("reach --max-grip-force -3", "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
+        ("reach --max-grip-moment 1e9", "--max-grip-moment: is 1000000000.0, must be from 0.001 to 10000 N m"),
+        ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
+        (
+            "reach --same-colour #b07a45=#305a95",
+            "--same-colour: is of what is remembered, must come with --memory",
+        ),
+        ("reach --tools nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("reach --effort 3", "--effort: is of a robot's file, which --robot must name"),
+        ("reach --tip right_tool", "--tip: is of a robot's file, which --robot must name"),
+        ("reach --set cost_measure=effort", "--set: cost_measure: changes nothing here: --by says what is compared"),
+        ("reach --robot .", "has no arm.dmd.yaml, must be a folder that import-arm wrote"),
+        ("reach --robot nowhere", "--robot: is 'nowhere', which is not a folder and no robot's file"),
+        ("reach --demo", "--demo: brings its own data, must be given without a task"),
+        ("--demo --task my.yaml", "--demo: brings its own data, must be given without --task"),
+    ],
+)
+def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("rank", *words.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("fly", f"two_arms: task: is 'fly', must be one of {KINDS}"),
+        ("", f"task: is missing, must be one of {KINDS}, or --task a file"),
+        ("reach --task my.yaml", "task: is given 2 times, must be given once; affordance next takes several"),
+        ("--task my.yaml", "my.yaml: cannot be read"),
+        ("hold --by work", "--by: is 'work', which is zero for holding still, must be one of effort, margin, grip"),
+        ("reach --tip right_tool", "--tip: is of a robot's file, which --robot must name in place of the folder"),
+        ("reach --base torso", "--base: is of a robot's file"),
+        ("reach --out-axis x", "--out-axis: is of a robot's file"),
+        ("reach --posture neck=1", "--posture: is of a robot's file"),
+        ("reach --rotor-inertia 0.1", "--rotor-inertia: is of a robot's file"),
+        ("reach --effort 3", "--effort: is of a robot's file"),
+        ("reach --damping none", "--damping: is of a robot's file"),
+        ("reach --base-height 1", "--base-height: is of a robot's file"),
+        ("reach --up y", "--up: is of a robot's file"),
+        ("reach --robot nowhere --tip flange", "--robot: is 'nowhere', which is not a folder and no robot's file"),
+        ("hammer --samples 10", "no tool can do the task; nearest is "),
+    ],
+)
+def test_mistake_with_an_imported_robot_is_refused(robot, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("rank", "--robot", robot, "--only", "mallet", *words.split())
+
+
+@pytest.mark.parametrize(
+    ("task", "said"),
+    [
+        (
+            "kind: hold\nduration: 1\nposture: {rigth_j3: 1}\n",
+            "mine.yaml: posture.rigth_j3: is 'rigth_j3', must be one of right_j1, right_j2, right_j3, right_j4;"
+            " did you mean 'right_j3'?",
+        ),
+        (
+            "kind: reach\nduration: 1\ntolerance: 0.1\npoints: [[0, 0, 0.1]]\nstart: {right_j1: 2.5}\n",
+            "mine.yaml: start.right_j1: puts right_j1 at 2.5 rad, must be from -2.5 to 2.4 rad",
+        ),
+    ],
+)
+def test_joints_of_a_task_are_those_of_the_robot(robot, tmp_path, monkeypatch, task, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text(task)
+    assert said in refuse_command("rank", "--robot", robot, "--only", "mallet", "--task", "mine.yaml")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("", "--tip: is missing: link or frame of two_arms.urdf that holds things; limbs end in right_4"),
+        ("--tip third_hand", "--tip: is 'third_hand', which two_arms.urdf has not; limbs end in right_4"),
+    ],
+)
+def test_tip_of_a_robots_file_must_be_given(tmp_path, monkeypatch, words, said):
+    write_urdf(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("rank", "reach", "--robot", "two_arms.urdf", "--out", "out", *words.split())

@@ -1,8 +1,8 @@
 """``affordance settings``, and ``--set`` of every command that uses settings."""
 
 import pytest
-import xarray
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 
 SMALL = ["--repeats", "1", "--jobs", "1"]
@@ -36,5 +36,9 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path):
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "changed settings: noise.weber_fraction = 0.13;" in page
     assert "<h1>Visual inertial affordances: the paper" not in page
-    with xarray.open_dataset(folder / "trajectories.nc", engine="scipy") as dataset:
-        assert len(dataset.to_dataframe()) == dataset["tool"].size  # a row a lift
+    _, *lifts = (folder / "lifts.csv").read_text().splitlines()
+    assert len(lifts) == 3 * 4 * 16  # of each learner, each object and each repetition
+
+
+def test_unknown_group_is_refused_with_the_nearest():
+    assert "did you mean 'prior'?" in refuse_command("settings", "priors")

@@ -11,6 +11,7 @@ import sys
 
 import pytest
 from helpers.answers import answer
+from helpers.refusals import refuse_command
 
 from affordance.cli import OneLineParser, load_command
 from affordance.commands import tutorials
@@ -95,3 +96,10 @@ def test_a_lesson_runs(tmp_path, monkeypatch, capsys):
     for cell in list_cells(path):
         exec(cell, names)
     assert re.search(r"By its bowl the ladle takes \d+ % less work", capsys.readouterr().out)
+
+
+def test_folder_below_a_file_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "notes.txt").touch()
+    said = refuse_command("tutorials", "--out", "notes.txt")
+    assert said == "affordance: --out: is 'notes.txt', which is or lies below a file, must be a folder"

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 from scipy.optimize import brentq
 
 from affordance.control.timed_path import TimedPath, load_path
@@ -65,9 +66,33 @@ def test_an_error_as_large_as_the_tolerance_is_on_the_path():
     assert path.describe_error(0.0101) == "leaves the path by 0.0101 m, must stay within 0.01 m"
 
 
-def test_easier_paths_are_within_the_bounds_of_paths():
-    """A path of a minute, the longest one, is made easier in other ways than by more time."""
+@pytest.mark.parametrize(("duration", "slowest"), [(2.0, 8.0), (20.0, 40.0), (60.0, 60.0)])
+def test_easier_paths_take_no_longer_than_a_path_may(duration, slowest):
     easier = [
-        words for _, words in TimedPath(POINTS, duration=60.0, tolerance=0.01).list_easier((1.0, 2.0), (1.0, 0.5))
+        path for path, _ in TimedPath(POINTS, duration, tolerance=0.01).list_easier((1.0, 2.0, 4.0), (1.0, 0.5))
     ]
-    assert easier == ["", "mirrored", "0.5 times as large", "0.5 times as large, mirrored"]
+    assert max(path.duration for path in easier) == slowest
+    assert {path.points[0][0] for path in easier} == {0.1, 0.05}
+
+
+GOOD = "duration: 2.0\ntolerance: 0.02\npoints: [[0.1, 0, 0.2], [0.3, -0.1, 0.2]]\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("duration: 2.0", "duration: 0", "path.yaml: duration: is 0, must be from 0.05 to 60"),
+        ("duration: 2.0", "", "duration: is missing"),
+        ("duration: 2.0", "duration: 2.0\nspeed: 3", "speed: is not a key known here"),
+        ("tolerance: 0.02", "tolerance: -1", "tolerance: is -1, must be from 0.0001 to 2"),
+        ("[0.1, 0, 0.2]", "[0.1, 0]", "points[0]: is [0.1, 0], must be a list of 3 numbers"),
+        ("[0.1, 0, 0.2]", "[0.1, .nan, 0.2]", "points[0][1]: is nan, must be from -2 to 2"),
+        ("[0.1, 0, 0.2]", "[0, 0, 0]", "points[0]: lies 0 m from the point before"),
+        ("[0.3, -0.1, 0.2]", "[0.1, 0, 0.2]", "points[1]: lies 0 m from the point before, must be at least 0.001"),
+        ("[[0.1, 0, 0.2], [0.3, -0.1, 0.2]]", "[]", "points: is [], must be a list with at least one entry"),
+    ],
+)
+def test_mistake_in_a_path_is_refused(tmp_path, old, new, said):
+    path = tmp_path / "path.yaml"
+    path.write_text(GOOD.replace(old, new))
+    assert said in refuse(load_path, path)

@@ -1,41 +1,26 @@
-"""Small runs of the simulations, each made once; a module says by a fixture ``name`` which one it is about."""
+"""Small runs of the shipped experiments, each made once for all processes of a run of the tests."""
+
+import functools
+from collections.abc import Callable
 
 import pytest
-from helpers.results_files import read_numbers
-from helpers.shared import compute_once, make_folder_once
-from helpers.short_holds import plan_roughly, take_two_tools
-
-from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
-from affordance.experiments.runner import run_experiment
+from helpers.shared import compute_once, find_shared_folder
+from helpers.shipped_runs import Run, run_shipped
 
 
-@pytest.fixture(scope="module")
-def experiment(name, request):
-    """The simulation; III and IV are about two of their tools."""
-    shared = {"weight": "weight", "hammer": "hammering"}
-    if name in shared:
-        return request.getfixturevalue(shared[name])
-    return load_hold_experiment("com") if name == "com" else take_two_tools(load_choice_experiment("reach"))
+@pytest.fixture(scope="session")
+def get_shipped(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Run]:
+    """Function that returns the small run of a shipped experiment, by its name."""
+    out = find_shared_folder(tmp_path_factory) / "shipped"
 
+    @functools.cache
+    def get(name: str) -> Run:
+        return compute_once(tmp_path_factory, f"shipped_{name}", lambda: run_shipped(name, out))
 
-@pytest.fixture(scope="module")
-def plan(name, experiment, request, tmp_path_factory):
-    if name == "hammer":
-        return request.getfixturevalue("hammering_plan")
-    return compute_once(tmp_path_factory, "reach_plan", lambda: plan_roughly(experiment)) if name == "reach" else None
+    return get
 
 
 @pytest.fixture(scope="module")
-def folder(name, experiment, plan, tmp_path_factory):
-    """Results of the whole simulation with two observers, or three."""
-    repeats = 3 if name == "com" else 2
-
-    def fill(folder):
-        run_experiment(experiment, plan, folder / name, repeats=repeats, jobs=1)
-
-    return make_folder_once(tmp_path_factory, f"results_{name}", fill) / name
-
-
-@pytest.fixture(scope="module")
-def numbers(folder):
-    return read_numbers(folder)
+def shipped(request: pytest.FixtureRequest, get_shipped: Callable[[str], Run]) -> Run:
+    """Small run of the experiment that the module of the test is about, ``test_NAME.py``."""
+    return get_shipped(request.path.stem.removeprefix("test_"))

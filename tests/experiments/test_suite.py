@@ -1,26 +1,25 @@
-"""Running made-up experiments into one folder, so that only the suite's own work is tested."""
+"""Several experiments into one folder, by made-up ones; then the catalogue of those that there are."""
 
-import dataclasses
-import pickle
+import json
 
 import pytest
+import xarray as xr
 from helpers.changed_files import change_file
 from helpers.refusals import refuse
-from helpers.short_holds import with_settings
+from helpers.results_files import read_numbers
+from matplotlib.figure import Figure
 
-from affordance.belief.learner import Learner
+from affordance.choice.blow_cost import BlowCost
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
 from affordance.experiments import suite
-from affordance.files.model_folder import MODELS
-from affordance.named_settings import change_settings
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+from affordance.experiments.suite import EXPERIMENTS, OF_THE_PAPER, Experiment, find_experiment, run_suite
+from affordance.memory.ledger import open_memory
 from affordance.proprioception.faults import Faults
 from affordance.robots.changes import write_lacks
-from affordance.runs.repeats import compute_key
-from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.features import FeatureSource
 
-# Arguments of a run of one repeat.
-ONCE = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
+DATA = xr.Dataset({"drawn": ("observer", [1.0], {"units": "1", "long_name": "what was drawn"})})
 
 
 def list_files(folder):
@@ -28,197 +27,218 @@ def list_files(folder):
 
 
 class MadeUp:
-    """An experiment that writes down the arguments of its run."""
+    """Experiments that note what is done, in order."""
 
-    def __init__(self, name, settings, seed):
-        self.name, self.settings, self.seed = name, settings, seed
+    def __init__(self):
+        self.done = []
+        self.errors = {}  # by step and name
 
-    def plan(self, jobs):
-        return f"planned in {jobs} jobs"
+    def make(self, name, **options):
+        def run(setup):
+            self._do("run", name, setup)
+            found = ", ".join(list_files(setup.out)) if setup.out.exists() else ""
+            numbers = {"found": found, "models": setup.models.name}
+            return Results(
+                name, "A summary.", "A finding.", DATA, numbers, [], figures={"figure": ("A figure.", Figure)}
+            )
+
+        return Experiment(run, lambda setup: self._do("read", name, setup), **options)
+
+    def _do(self, step, name, setup):
+        self.done.append(f"{step} {name}")
+        if (step, name) in self.errors:
+            raise self.errors[step, name]
 
 
 @pytest.fixture
 def made_up(monkeypatch):
-    """Two made-up experiments, "one" and "other"."""
+    """Two made-up experiments, "one" and "other"; the latter needs a path."""
+    made = MadeUp()
     monkeypatch.setattr(
         suite,
-        "load_experiment",
-        lambda name, models, seed, settings, changes: MadeUp(
-            name, change_settings(settings, changes), f"{models.name}, {seed}"
-        ),
+        "EXPERIMENTS",
+        {
+            "one": made.make("one", needs=("objects",)),
+            "other": made.make("other", needs=("objects", "path")),
+            "third": made.make("third", no_memory="in which nothing is felt"),
+        },
     )
-
-    def run_experiment(experiment, plan, folder, *, repeats, jobs):
-        found = ", ".join(list_files(folder.parent))
-        source = experiment.settings.feature_source.value
-        said = (
-            f"{experiment.name}: {experiment.seed}, {source}, {plan}, {repeats} repeats, {jobs} jobs; found {found}"
-        )
-        (folder / "ran.txt").write_text(said, encoding="utf-8")
-
-    monkeypatch.setattr(suite, "run_experiment", run_experiment)
+    return made
 
 
-def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_path):
+def test_experiments_are_read_first_and_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_path):
     out = tmp_path / "deep" / "out"
     announced = []
-
-    def announce(report):
-        announced.append((report, sorted(path.name for path in out.glob("*/ran.txt")), list_files(out)[0]))
-
-    result = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2, announce=announce)
-    # After the first of them, there is a report.
-    assert announced == [(out / "report.html", ["ran.txt"], "other/ran.txt")]
-    assert result == (out / "report.html", {})
-    assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
-    said = "models, 3, features, planned in 2 jobs, 7 repeats, 2 jobs; found "
-    assert (out / "other" / "ran.txt").read_text(encoding="utf-8") == f"other: {said}"
-    assert (out / "one" / "ran.txt").read_text(encoding="utf-8") == f"one: {said}other/ran.txt, report.html"
+    found = run_suite(
+        ["other", "one"], Setup(out=out), announce=lambda report: announced.append((report, list_files(out)))
+    )
+    assert made_up.done == ["read other", "read one", "run other", "run one"]
+    assert found == (out / "report.html", {})
+    files = [f"other/{name}" for name in ("data.nc", "figure.png", "figure.svg", "metrics.json", "section.json")]
+    # There is a report after the first of them.
+    assert announced == [(out / "report.html", [*files, "report.html"])]
+    assert list_files(out) == [*(name.replace("other", "one") for name in files), *files, "report.html"]
+    assert read_numbers(out / "one")["found"] == ", ".join([*files, "report.html"])
 
 
-def test_arm_faults_learner_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
-    seen = []
-    monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings))
-    changes = {"feature_source": "pixels", "learner": "kinds_map"}
-    suite.run_suite(["one"], tmp_path, **ONCE, changes=changes, faults=["bias", "dropped_samples"])
-    suite.run_suite(["one"], tmp_path, **ONCE)
-    asked, usual = seen
-    assert asked.arm == usual.arm == MODELS / "arm.dmd.yaml"
-    assert asked.feature_source is FeatureSource.PIXELS
-    assert asked.faults == Faults(bias_sd=3.0, drop_probability=0.3)
-    assert (usual.learner, asked.learner) == (Learner.DENSITY, Learner.KINDS_MAP)
+def test_one_experiment_is_not_announced(made_up, tmp_path):
+    announced = []
+    run_suite(["one"], Setup(out=tmp_path), announce=announced.append)
+    assert announced == []
 
 
-def refuse_other(self, jobs):
-    """Plans the experiment "one" and refuses the experiment "other"."""
-    if self.name == "other":
-        raise BadValueError("nail.yaml", "blow", "cannot be carried out")
-
-
-def test_experiment_that_cannot_be_planned_is_left_out_and_named(made_up, tmp_path, monkeypatch, caplog):
-    """The log names an infeasible experiment before any is run, and the report names it afterwards."""
-    monkeypatch.setattr(MadeUp, "plan", refuse_other)
-    result = suite.run_suite(["other", "one"], tmp_path, **ONCE)
-    assert result.left_out == {"other": "nail.yaml: blow: cannot be carried out"}
+def test_experiment_that_cannot_be_run_is_left_out_and_named(made_up, tmp_path, caplog):
+    made_up.errors["run", "other"] = BadValueError("nail.yaml", "blow", "cannot be carried out")
+    found = run_suite(["other", "one"], Setup(out=tmp_path))
+    assert found.left_out == {"other": "nail.yaml: blow: cannot be carried out"}
     assert "other is left out: nail.yaml: blow: cannot be carried out" in caplog.text
-    assert list_files(tmp_path) == ["left_out.json", "one/ran.txt", "report.html"]
-    assert "nail.yaml: blow: cannot be carried out" in result.report.read_text(encoding="utf-8")
+    assert "left_out.json" in list_files(tmp_path)
+    assert not (tmp_path / "other").exists()
+    assert "nail.yaml: blow: cannot be carried out" in found.report.read_text(encoding="utf-8")
 
 
-def fail_for_one(monkeypatch, error):
-    """Lets the experiment "one" fail while it is run."""
-    run = suite.run_experiment
-
-    def run_other(experiment, *arguments, **options):
-        if experiment.name == "one":
-            raise error
-        run(experiment, *arguments, **options)
-
-    monkeypatch.setattr(suite, "run_experiment", run_other)
+@pytest.mark.parametrize(
+    "error", [StallError("stick", 0.8, 5, ()), UnavailableError("rendered pictures are", "libEGL.so.1 is missing")]
+)
+def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(made_up, tmp_path, error):
+    made_up.errors["run", "one"] = error
+    assert run_suite(["one", "other"], Setup(out=tmp_path)).left_out == {"one": str(error)}
+    assert (tmp_path / "other" / "metrics.json").exists()
+    assert str(error) in refuse(run_suite, ["one"], Setup(out=tmp_path), error=type(error))
 
 
-def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(made_up, tmp_path, monkeypatch):
-    fail_for_one(monkeypatch, StallError("stick", 0.8, 5, ()))
-    result = suite.run_suite(["one", "other"], tmp_path, **ONCE)
-    assert "stalls" in result.left_out["one"]
-    assert (tmp_path / "other" / "ran.txt").exists()
+def test_files_of_which_one_is_wrong_start_no_experiment(made_up, tmp_path):
+    made_up.errors["read", "other"] = BadValueError("novel.yaml", "tools", "is empty")
+    assert refuse(run_suite, ["one", "other"], Setup(out=tmp_path / "out")) == "novel.yaml: tools: is empty"
+    assert made_up.done == ["read one", "read other"]
+    assert not (tmp_path / "out").exists()
 
 
-def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path, monkeypatch):
+def test_arm_that_is_too_weak_for_one_experiment_does_the_others(made_up, tmp_path):
+    made_up.errors["read", "other"] = InfeasibleError("novel.yaml", "tools", "is too heavy")
+    assert run_suite(["other", "one"], Setup(out=tmp_path)).left_out == {"other": "novel.yaml: tools: is too heavy"}
+    assert made_up.done == ["read other", "read one", "run one"]
+
+
+def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path):
     """A later run that succeeds names nothing as left out; the section of an infeasible experiment is removed."""
     section = tmp_path / "other" / "section.json"
-    with monkeypatch.context() as patch:
-        patch.setattr(MadeUp, "plan", refuse_other)
-        section.parent.mkdir()
-        section.write_text("{}", encoding="utf-8")
-        suite.run_suite(["other", "one"], tmp_path, **ONCE)
-        assert not section.exists()
-    report, left_out = suite.run_suite(["other"], tmp_path, **ONCE)
+    section.parent.mkdir()
+    section.write_text("{}", encoding="utf-8")
+    made_up.errors["run", "other"] = BadValueError("nail.yaml", "blow", "cannot be carried out")
+    run_suite(["other", "one"], Setup(out=tmp_path))
+    assert not section.exists()
+    made_up.errors.clear()
+    report, left_out = run_suite(["other"], Setup(out=tmp_path))
     assert not left_out
     assert "cannot be carried out" not in report.read_text(encoding="utf-8")
     assert not (tmp_path / "left_out.json").exists()
 
 
-def test_new_run_removes_the_comparison_of_former_runs(made_up, tmp_path):
-    for name in ("agreement", "vision_comparison"):
-        (tmp_path / name).mkdir()
-        (tmp_path / name / "section.json").write_text("{}", encoding="utf-8")
-    suite.run_suite(["one"], tmp_path, **ONCE)
-    assert not list(tmp_path.glob("*/section.*"))
-
-
-def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path, monkeypatch):
-    monkeypatch.setattr(MadeUp, "plan", refuse_other)
-    assert "cannot be carried out" in refuse(suite.run_suite, ["other"], tmp_path / "out", **ONCE)
+def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path):
+    made_up.errors["run", "other"] = BadValueError("nail.yaml", "blow", "cannot be carried out")
+    assert "cannot be carried out" in refuse(run_suite, ["other"], Setup(out=tmp_path / "out"))
     assert not (tmp_path / "out").exists()
 
 
-def test_what_the_import_of_the_arm_could_not_fit_is_not_planned_again(made_up, tmp_path, models, monkeypatch):
-    """Experiments that the import found infeasible are not planned again unless a file was changed."""
+def test_what_the_import_of_the_arm_could_not_fit_is_not_read_again(made_up, tmp_path, models):
+    """Experiments that the import found infeasible are left out unless a file was changed."""
     write_lacks(models, {"path": "stick by wood leaves the path by 0.05 m"})
-    planned = []
-    monkeypatch.setattr(MadeUp, "plan", lambda self, jobs: planned.append(self.name))
-    arguments = {**ONCE, "models": models}
-    result = suite.run_suite(["weight", "reach", "hammer"], tmp_path / "out", **arguments)
-    assert planned == ["weight", "hammer"]
-    assert result.left_out["reach"].endswith("as its import found: stick by wood leaves the path by 0.05 m")
-    with pytest.raises(InfeasibleError, match="leaves the path"):
-        suite.run_suite(["reach"], tmp_path / "alone", **arguments)
+    setup = Setup(out=tmp_path / "out", models=models)
+    found = run_suite(["one", "other"], setup)
+    assert made_up.done == ["read one", "run one"]
+    assert found.left_out["other"].endswith("as its import found: stick by wood leaves the path by 0.05 m")
+    assert "leaves the path" in refuse(run_suite, ["other"], setup, error=InfeasibleError)
     change_file(models / "paths" / "reach.yaml", "duration: 2.0", "duration: 4.0")
-    assert not suite.run_suite(["reach"], tmp_path / "out", **arguments).left_out
+    assert not run_suite(["other"], setup).left_out
 
 
-def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_path, models, monkeypatch):
-    large = ("semi_axes: [0.125, 0.015, 0.015]", "semi_axes: [0.125, 0.06, 0.06]")
-    change_file(models / "tools" / "weight.yaml", *large)
-    ran = []
-    monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: ran.append(experiment.name))
-    result = suite.run_suite(["weight", "com"], tmp_path / "out", models=models, seed=0, repeats=1, jobs=1)
-    assert ran == ["com"]
-    assert "loads" in result.left_out["weight"]
-
-
-def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_path, monkeypatch, caplog):
-    """An experiment that lacks a library is left out with a message, and is an error if it runs alone."""
-    fail_for_one(monkeypatch, UnavailableError("rendered pictures are", "libEGL.so.1 is missing"))
-    suite.run_suite(["one", "other"], tmp_path, **ONCE)
-    assert list_files(tmp_path) == ["left_out.json", "other/ran.txt", "report.html"]
-    assert "one is left out: rendered pictures are" in caplog.text
-    assert "libEGL.so.1 is missing" in refuse(suite.run_suite, ["one"], tmp_path, error=UnavailableError, **ONCE)
-
-
-def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything_is_run(made_up, tmp_path):
+def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie(made_up, tmp_path):
     kept = tmp_path / "experience" / "0123" / "repeat_00000.npz"
     kept.parent.mkdir(parents=True)
     kept.write_text("kept", encoding="utf-8")
     for folder in (tmp_path, kept.parent, tmp_path / "one"):
         folder.mkdir(exist_ok=True)
         (folder / ".writing.123.repeat_00001.npz").write_text("half", encoding="utf-8")
-    suite.run_suite(["one"], tmp_path, **ONCE)
-    assert (
-        (tmp_path / "one" / "ran.txt").read_text(encoding="utf-8").endswith("found experience/0123/repeat_00000.npz")
-    )
+    run_suite(["one"], Setup(out=tmp_path))
+    assert not [*tmp_path.rglob(".writing.*")]
     assert kept.read_text(encoding="utf-8") == "kept"
 
 
-def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path, models):
-    """A wrong file of one experiment is refused before the other, whose files are right, is started."""
-    change_file(models / "tools" / "novel.yaml", "material: steel}", "material: brass}")
-    with pytest.raises(BadValueError, match=r"novel.yaml: tools: stick: looks like brass, must look like what"):
-        suite.run_suite(["weight", "reach"], tmp_path / "out", models=models, seed=0, repeats=1, jobs=1)
-    assert not (tmp_path / "out").exists()
+def test_new_run_removes_the_comparison_of_former_runs(made_up, tmp_path):
+    for name in suite.COMPARISONS:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "section.json").write_text("{}", encoding="utf-8")
+    run_suite(["one"], Setup(out=tmp_path))
+    assert [path.parent.name for path in tmp_path.glob("*/section.*")] == ["one"]
 
 
-@pytest.mark.parametrize("name", suite.EXPERIMENTS)
-def test_experiments_share_their_settings_and_can_be_pickled_and_given_others(name):
-    """All have the arm, noise, prior and controller of the defaults; a copy with others is known by its key."""
-    experiment = suite.load_experiment(name, MODELS, 5, DEFAULT_SETTINGS)
-    assert experiment.section.exists()
-    assert experiment.count_repeats(2) >= 2
-    finer = dataclasses.replace(DEFAULT_SETTINGS, control_period=0.004)
-    other = with_settings(experiment, finer)
-    assert other.settings == finer
-    assert (experiment.name, experiment.seed, experiment.settings) == (name, 5, DEFAULT_SETTINGS)
-    again = pickle.loads(pickle.dumps(other))
-    assert (again.name, again.seed, again.settings) == (name, 5, finer)
-    assert compute_key(again, MODELS) == compute_key(other, MODELS) != compute_key(experiment, MODELS)
+def test_memory_is_refused_where_nothing_is_felt(made_up, tmp_path):
+    setup = Setup(observers=1, out=tmp_path / "out").remember_in(tmp_path / "memory.sqlite")
+    said = refuse(run_suite, ["third"], setup)
+    assert said == "--memory: has no effect on third, in which nothing is felt"
+    run_suite(["one"], setup)
+
+
+def test_folder_that_lies_below_a_file_and_a_joint_that_there_is_not_are_refused_first(made_up, tmp_path):
+    (tmp_path / "file").touch()
+    assert "lies below a file" in refuse(run_suite, ["one"], Setup(out=tmp_path / "file"))
+    setup = Setup(out=tmp_path / "out").change(faults=Faults(stuck_joint="knee"))
+    assert "knee" in refuse(run_suite, ["one"], setup)
+    assert made_up.done == []
+
+
+def test_experiment_that_there_is_not_is_refused_with_the_nearest():
+    assert "did you mean 'weight'?" in refuse(find_experiment, "wieght")
+
+
+def test_catalogue_of_experiments():
+    assert OF_THE_PAPER == ("weight", "com", "reach", "hammer", "vision")
+    orders = [each for each in EXPERIMENTS if find_experiment(each).predict is not None]
+    assert orders == [
+        *("weight", "com", "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift"),
+    ]
+    assert {name: each.observers for name, each in EXPERIMENTS.items() if each.observers != 200} == {
+        **dict.fromkeys(("linear_plus", "linear_plus_plus", "spoilt_family", "two_families"), 50),
+        "next_lift": 40,
+    }
+    assert [name for name, each in EXPERIMENTS.items() if not each.no_memory] == ["weight", "com", "reach", "hammer"]
+    assert EXPERIMENTS["hammer"].needs == ("objects", "blow")
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_reading_simulates_nothing_and_finds_the_shipped_files_sound(name, monkeypatch, tmp_path):
+    monkeypatch.setattr("affordance.simulation.trial.TrialRunner.prepare", None)
+    monkeypatch.setattr(BlowCost, "compute", None)
+    find_experiment(name).read(Setup(out=tmp_path))
+    assert not [*tmp_path.iterdir()]
+
+
+def test_sections_come_in_an_order_of_their_own(get_shipped):
+    orders = [
+        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"]
+        for name in EXPERIMENTS
+    ]
+    assert len(set(orders)) == len(orders)
+    assert orders[:5] == [1, 2, 3, 4, 6]
+
+
+def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_path, models, monkeypatch):
+    """Rods too heavy for the arm leave out Simulation I, and no more."""
+    change_file(models / "tools" / "weight.yaml", *("[0.125, 0.015, 0.015]", "[0.125, 0.06, 0.06]"))
+    made = MadeUp()
+    for name in ("weight", "com"):
+        monkeypatch.setitem(suite.EXPERIMENTS, name, EXPERIMENTS[name]._replace(run=made.make(name).run))
+    found = run_suite(["weight", "com"], Setup(out=tmp_path / "out", models=models))
+    assert made.done == ["run com"]
+    assert "loads" in found.left_out["weight"]
+
+
+def test_memory_of_one_observer_is_filled_by_what_it_felt(tmp_path):
+    """The four simulations of the paper fill one memory, and the trials of the second begin where the first ended."""
+    place = tmp_path / "memory.sqlite"
+    for name, count in (("weight", 5), ("com", 14)):
+        run_suite([name], Setup(observers=1, out=tmp_path / "out").remember_in(place))
+        with open_memory(place) as ledger:
+            assert len(ledger) == count
+            assert ledger.verify() == []

@@ -10,16 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
 from affordance.choice import hold_worth
 from affordance.choice.hold_samples import HoldSamples
-from affordance.experiments.chosen_holds import ChosenHolds
-from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
-from helpers.counter_runs import Numbers
-from helpers.short_holds import choose_for_one_tool
 from helpers.stacked import stack
+from helpers.study_runs import Numbers
 from studies.active import brute_force, repeats, stopping, study
 from studies.active import world as worlds
 from studies.active.kinds import compare_information
@@ -130,17 +126,6 @@ def promise(*, forgets_kinds: bool = False) -> Numbers:
 
 def _find_colours(samples: Any, parts: Any) -> list[int]:
     return list(samples._memory.recall([part.appearance for part in parts], samples._prior).columns)
-
-
-@functools.cache
-def lift_next(*, has_no_doubts: bool = False) -> Numbers:
-    """Returns what one observer of two learners lifts after an odd object, with or without any doubts."""
-    with pytest.MonkeyPatch.context() as patch:
-        if has_no_doubts:
-            patch.setattr(ChosenHolds, "list_felt", lambda *told: {})
-        experiment = load_hold_experiment("next_lift").with_learners([Learner.DENSITY, Learner.KINDS_MAP])
-        experiment = choose_for_one_tool(experiment)
-        return experiment.compute_metrics(None, None, stack([experiment.run_observer(None, None, 0)]))
 
 
 def time_advice(slower: float = 0.0) -> Numbers:

@@ -19,7 +19,8 @@ import pytest
 from affordance.arrays import Array
 from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
-from affordance.experiments.protocol_runs import load_protocol_experiment
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import find_experiment
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identify_module
@@ -34,24 +35,23 @@ from affordance.proprioception.faults import Faults
 from affordance.robots.importer import ImportOptions
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.pixels.camera_sensor import get_turning_stand
-from helpers.counter_runs import Numbers
 from helpers.generated_records import record_tool
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from helpers.robot_files import write_urdf
+from helpers.study_runs import Numbers
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
-from studies.arms import command as arms
 from studies.arms import measure, parity, robot_study
+from studies.arms import report as arms
 from studies.recorded import seen_sizes, simulated_truths, timing, ur10e, verdicts
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
-from studies.recorded.command import flatten
 from studies.recorded.mistakes import MISTAKES
 from studies.recorded.panda import study_panda
 from studies.recorded.simulated_truths import measure_class_coverage, measure_coverage
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
-from studies.robustness import experiment as robustness
+from studies.robustness import study as robustness
 from studies.tools import holds as tool_holds
-from studies.tools import numbers as tools_numbers
 from studies.tools import observer, records, study
+from studies.tools import report as tools_report
 from studies.tools.blows import check_blows
 from studies.tools.data_set import Half, TrueInertia, compare_inertia, compute_central_inertia
 from studies.tools.observer import ToolsConfig, run_observer
@@ -69,7 +69,7 @@ def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
     """The study of robustness with a number of settings, in none of which an experiment can be run.
 
     Motions that are off by the largest error of interpolated ones, [m], are simulated in
-    ``robustness/test_experiment.py::test_motions_that_are_wrong_are_found``.
+    ``robustness/test_study.py::test_motions_that_are_wrong_are_found``.
     """
     study_of_few = robustness.load()
     with pytest.MonkeyPatch.context() as patch:
@@ -82,9 +82,9 @@ def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
             error,
         )
         patch.setattr(robustness, "evaluate_setting", lambda setting, **more: nothing)
-        one = study_of_few.run_observer(None, None, 0)
+        one = study_of_few.run_setting(0)
     arrays = {name: np.stack([value] * (1 + count)) for name, value in one.items()}  # that of the simulations too
-    return study_of_few.compute_metrics(None, None, arrays)
+    return study_of_few.compute_metrics(arrays)
 
 
 def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes = NO_CHANGES) -> Numbers:
@@ -113,12 +113,11 @@ def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes
     return arms.count({"ours": {"required": True, "metrics": metrics}})
 
 
-def _load_suite(names: list[str], out: Path, *, models: Path, **more: Any) -> None:
-    settings = dataclasses.replace(DEFAULT_SETTINGS, arm=models / "arm.dmd.yaml")
+def _load_suite(names: list[str], setup: Setup) -> None:
     for name in names:
-        load_protocol_experiment(name, models, settings=settings)
-        write_json(out / name / "metrics.json", {})
-        write_json(out / name / "section.json", {"claims": []})
+        find_experiment(name).read(setup)
+        write_json(setup.out / name / "metrics.json", {})
+        write_json(setup.out / name / "section.json", {"claims": []})
 
 
 def _weaken(folder: Path) -> Path:
@@ -186,7 +185,7 @@ def identify_current(*, is_wrong: bool = False) -> Numbers:
         # Beliefs and windows are details that no claim is about.
         patch.setattr(ur10e, "identify", Mock())
         patch.setattr(ur10e, "_measure_drift", Mock())
-        return flatten({"ur10e": ur10e.study_ur10e(pair, _IDENTIFICATION).numbers})
+        return {"ur10e": ur10e.study_ur10e(pair, _IDENTIFICATION).numbers}
 
 
 def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
@@ -203,16 +202,14 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
     settings = dataclasses.replace(_IDENTIFICATION, **believed)
     result = study_panda(PandaData(robot, empty), settings, num_injections=4 if is_white else 1, seed=0)
     claims = result.injections[5].claims.mean(axis=0)
-    return flatten(
-        {"panda": result.numbers, "claimed": dict(zip(("right_accepted", "wrong_found"), claims, strict=True))}
-    )
+    return {"panda": result.numbers, "claimed": dict(zip(("right_accepted", "wrong_found"), claims, strict=True))}
 
 
 def weigh(*, scale: float = 1.0) -> Numbers:
     """The study of weighed objects on a servo arm, whose recordings are here, by a scale with an error."""
     settings = dataclasses.replace(_IDENTIFICATION, signal_prior=SERVO_PRIOR)
     objects = {name: each._replace(mass=scale * each.mass) for name, each in load_weighed_objects(_DATA).items()}
-    return flatten({"lbipe": study_weighed_objects(objects, settings).numbers})
+    return {"lbipe": study_weighed_objects(objects, settings).numbers}
 
 
 def cover(*, overconfident: float = 1.0) -> Numbers:
@@ -228,7 +225,7 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
         )
         world = simulated_truths.World(robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION)
         classes = measure_class_coverage(world, num_draws=3, seed=0)
-        return flatten({**measure_coverage(world, num_draws=6, seed=0), **classes})
+        return {**measure_coverage(world, num_draws=6, seed=0), **classes}
 
 
 def see_sizes(*, size_error: float = 0.2) -> Numbers:
@@ -238,7 +235,7 @@ def see_sizes(*, size_error: float = 0.2) -> Numbers:
     world = simulated_truths.World(robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(seen_sizes, "_SIZE_ERROR", size_error)
-        return flatten({"size_seen_wrongly": seen_sizes.measure_seen_sizes(world, num_draws=8, seed=0)})
+        return {"size_seen_wrongly": seen_sizes.measure_seen_sizes(world, num_draws=8, seed=0)}
 
 
 def judge_itself(
@@ -272,7 +269,7 @@ def judge_itself(
         numbers = {name: find() for name, find in found.items() if name in (only or found)}
     if "mistakes" in numbers:  # as if all had been tried, so that only wrong answers contradict the claim
         numbers["mistakes"]["tried"] *= len(MISTAKES) // len(_TWO_MISTAKES)
-    return flatten(numbers)
+    return numbers
 
 
 def time_identification(*, num_samples: int = 300) -> Numbers:
@@ -287,14 +284,14 @@ def time_identification(*, num_samples: int = 300) -> Numbers:
         patch.setattr(systems, "_NUM_SAMPLES", num_samples)
         evidence = pair_runs(*pair, settings)
         gains = calibrate_gains(evidence, UR10E_LOAD, settings)
-        return flatten(timing.measure_times(Path(), evidence, gains, settings))
+        return timing.measure_times(Path(), evidence, gains, settings)
 
 
 def _list_numbers(config: ToolsConfig | None = None, blows: Sequence[Any] = (), **found: Any) -> Numbers:
     """Lists the numbers that claims of the study of tools are about, where nothing else was found."""
     own = Choices((), {}, [*blows])
     result = ToolsResult(config or ToolsConfig(), {"own": own}, Uncommon((), [], []), **found)
-    return {**tools_numbers.list_metrics(result), **tools_numbers.list_facts(result)}
+    return tools_report.measure(result)
 
 
 class _Workshop:
@@ -336,7 +333,7 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
         patch.setattr(observer, "get_turning_stand", lambda: None)
         patch.setattr(observer, "measure_all", measure_all)
         patch.setattr(tool_holds, "DURATION", 0.3)
-        patch.setattr(tools_numbers, "LEARNING", workshop.list_names(Half.LEARNING))
+        patch.setattr(tools_report, "LEARNING", workshop.list_names(Half.LEARNING))
         names = workshop.tools
         truths = {name: observer.read_truth_in_hand(workshop, name) for name in names}  # type: ignore[arg-type]
         found = run_observer(config, workshop, 0)  # type: ignore[arg-type]

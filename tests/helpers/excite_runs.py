@@ -13,9 +13,9 @@ from affordance.identification.evidence.model_error import build_phantom_covaria
 from affordance.identification.excitation.expectation import Expectation, Spread
 from affordance.identification.excitation.planned_motion import FourierFamily, MotionLimits
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from helpers.counter_runs import Numbers
 from helpers.generated_runs import THETA, build_robot, draw_errors
 from helpers.stacked import stack
+from helpers.study_runs import Numbers
 from studies.excite import motions, posewise, study
 from studies.excite.motions import World
 

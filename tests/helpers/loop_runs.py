@@ -13,8 +13,8 @@ from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import Ledger
 from affordance.robots.robot import Robot
 from affordance.settings import DEFAULT_SETTINGS
-from helpers.counter_runs import Numbers
 from helpers.stacked import stack
+from helpers.study_runs import Numbers
 from helpers.workshop import BLANKS, HAMMERS
 from studies.loop import ledger_speed, lives, study
 from studies.loop.recordings import TORQUE_SENSORS

@@ -1,10 +1,12 @@
-"""Calls that must be refused."""
+"""Calls and commands that must be refused in one line."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from affordance.exceptions import BadValueError
+from helpers.answers import answer
 
 
 def refuse(call: Callable[..., object], *arguments: object, error: type = BadValueError, **options: object) -> str:
@@ -14,3 +16,17 @@ def refuse(call: Callable[..., object], *arguments: object, error: type = BadVal
     message = str(caught.value)
     assert "\n" not in message
     return message
+
+
+def refuse_command(*words: object) -> str:
+    """Returns the line that a refused command writes: exit status 2, and no file of the working folder changes."""
+    before = _list_files()
+    answered = answer(*words, status=2)
+    assert (answered.out, answered.err.count("\n")) == ("", 1)
+    assert _list_files() == before
+    return answered.err.removesuffix("\n")
+
+
+def _list_files() -> dict[Path, int]:
+    """Lists all files and folders, with the times at which they were written; 0 for folders."""
+    return {path: path.stat().st_mtime_ns if path.is_file() else 0 for path in Path().rglob("*")}

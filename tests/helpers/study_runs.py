@@ -1,8 +1,12 @@
 """Studies as their users run them, in this process."""
 
 import argparse
+from collections.abc import Mapping
+from typing import Any
 
 from studies.study import Study
+
+type Numbers = Mapping[str, Any]
 
 
 def run_study(study: Study, *words: object) -> int:

@@ -156,3 +156,23 @@ def test_axes_of_an_inertial_are_turned(tmp_path):
 def test_moments_that_no_body_has_are_refused(tmp_path, moments):
     path = _write(tmp_path, "a.yaml", f"mass: 1\ninertia: {moments}\n")
     assert "inertia: has the principal moments" in refuse(read_payload, path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("a.yaml", "mass: -1\n", "a.yaml: mass: is -1, must be from 0 to 1000"),
+        ("a.yaml", "mas: 1\n", "mass: is missing; is 'mas' misspelt?"),
+        ("a.yaml", "mass: 1\ninertia: [1, 2, 3, 4]\n", "inertia: has 4 numbers, must have 3 or 6"),
+        ("a.json", "{}", "mass: is missing"),
+        ("a.json", '{"mass": 1, "inertia": [1, 2]}', "inertia: is [1, 2], must be a list with at least 9 entries"),
+        ("a.script", "movej(q)", "has no line set_target_payload"),
+        ("a.script", "set_payload(1, [0, 0])", "set_target_payload: must have three coordinates"),
+        ("a.urdf", "<robot><link/></robot>", "inertial: appears 0 times"),
+        ("a.urdf", "<inertial><mass value='x'/></inertial>", "value: is 'x', must be 1 numbers"),
+        ("a.urdf", "<inertial/>", "inertial: has no mass"),
+        ("a.doc", "1", "a.doc: is of the unknown kind '.doc', must be .yaml"),
+    ],
+)
+def test_file_that_holds_no_payload_is_refused(tmp_path, name, text, said):
+    assert said in refuse(read_payload, _write(tmp_path, name, text))

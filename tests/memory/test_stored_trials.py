@@ -212,3 +212,48 @@ _CHANGES = {
     "robot": [lambda name: "", lambda name: "a\nb", lambda name: "n" * 500],
     "source": [lambda name: "", lambda name: "\udcff", lambda name: 3],
 }
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "said"),
+    [
+        ("features.3", np.nan, "memory.jsonl: line 3.features[3]: is nan, must be finite"),
+        ("features", [1.0], "features: has the shape (1,), must have (84,)"),
+        ("features", "1", "features: is '1', must be"),
+        ("Phi", [[1.0, 1.0]], "geometry.Phi: has the shape (1, 2), must have (10, 2)"),
+        ("Phi.0", [1.0], "must be numbers of shape (10, 2)"),
+        ("Phi.0.1", -0.001, "geometry.Phi[0][1]: is -0.001, must be from 1e-15 to 10000000 m^3"),
+        ("Phi_errors.0.0", [1.0], "must be numbers of shape (n, 10, 2)"),
+        ("Phi_errors.0.0.0", np.inf, "geometry.Phi_errors[0][0][0]: is inf, must be finite"),
+        ("parts", [], "geometry.Phi_errors: has the shape (3, 10, 2), must have (n, 10, 0)"),
+        ("parts.0.colour", [0.1, 0.2], "parts[0].colour: has the shape (2,), must have (3,)"),
+        ("parts.0.colour.0", 200, "parts[0].colour[0]: is 200, must be from 0 to 1"),
+        ("parts.0.colour_sd", -1.0, "parts[0].colour_sd: is -1.0, must be from 0"),
+        ("parts.0.sizes", [], "parts[0].sizes: is empty, must hold at least one length"),
+        ("parts.0.sizes.0", 0.0, "parts[0].sizes[0]: is 0.0, must be from 0.0001 to 10 m"),
+        ("parts.0.sizes.0", 50.0, "parts[0].sizes[0]: is 50.0, must be from 0.0001 to 10 m"),
+        ("parts.0.position.2", -50.0, "parts[0].position[2]: is -50.0, must be from -10 to 10 m"),
+        (
+            "model.name",
+            "webber",
+            "model.name: is 'webber', must be one of weber, white, payload, mean_densities; did",
+        ),
+        ("model.weber_fraction", 7.0, "weber_fraction: is 7.0, must be from 0 to 1"),
+        ("model.colour", 1.0, "model: does not fit weber"),
+        ("num_samples", 0, "num_samples: is 0, must be from 1"),
+        ("p_value", 1.5, "p_value: is 1.5, must be from 0 to 1"),
+        ("log_evidence", np.nan, "log_evidence: is nan, must be from -1e+12 to 1e+12"),
+        ("time", "noon", "time: is 'noon', must be a time such as"),
+        ("time", "0001-01-01T00:00+12:00", "time: is '0001-01-01T00:00+12:00', must be a time such as"),
+        ("id", "0", "id: is '0', must be '"),
+        ("robott", "x", "robott: is not a key known here"),
+    ],
+)
+def test_bad_value_in_a_record_is_refused_with_its_place(place, value, said):
+    content = hold("hammer", (WOOD, STEEL), (650.0, 7700.0), 5, num_errors=3).to_dict()
+    *way, last = (int(key) if key.isdigit() else key for key in place.split("."))
+    within = content
+    for key in way:
+        within = within[key]
+    within[last] = value
+    assert said in refuse(parse_trial, Path("memory.jsonl"), "line 3", content)

@@ -186,3 +186,101 @@ def test_tools_of_too_many_parts_are_refused(tmp_path):
     assert len(load_tools(path)) == 100
     path.write_text("\n".join(["tools:", *names]), encoding="utf-8")
     assert refuse(load_tools, path).endswith("tools: have 202 parts in all, must have at most 200")
+
+
+FIRST, PART, SIZES = "  - name: hammer", "material: oak}", "[1e-1, 1.0e-2, 1E-2]"  # in TOOLS
+HUNDREDS_OF_DIGITS = "1" + 400 * "0"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("name: hammer", "nome: hammer", "tools.yaml: tools[0].name: is missing"),
+        (FIRST, f"  - 3\n{FIRST}", "tools[0]: is 3, must be a mapping"),
+        (f"semi_axes: {SIZES}, ", "", "tools[0].components[0].semi_axes: is missing"),
+        (SIZES, "[0.1, 0.01]", "semi_axes: is [0.1, 0.01], must be a list of 3 numbers"),
+        (SIZES, "[0.1, -0.01, 0.01]", "semi_axes[1]: is -0.01, must be from 0.0001 to 1"),
+        (SIZES, "[0.1, 0, 0.01]", "semi_axes[1]: is 0, must be from 0.0001 to 1"),
+        (SIZES, "[0.1, .nan, 0.01]", "semi_axes[1]: is nan, must be from 0.0001 to 1"),
+        (SIZES, "[0.1, .inf, 0.01]", "semi_axes[1]: is inf, must be from 0.0001 to 1"),
+        (SIZES, "[100, 0.01, 0.01]", "semi_axes[0]: is 100, must be from 0.0001 to 1"),
+        (SIZES, f"[{HUNDREDS_OF_DIGITS}, 0.01, 0.01]", f"semi_axes[0]: is 1{56 * '0'}..., must be from 0.0001 to 1"),
+        (SIZES, "[0.1, wide, 0.01]", "semi_axes[1]: is 'wide', must be a number"),
+        (SIZES, "[0.1, true, 0.01]", "semi_axes[1]: is True, must be a number"),
+        ("position: [0.2, 0, 0]", "position: [200, 0, 0]", "position[0]: is 200, must be from -1 to 1"),
+        ("[0, 0, 90]", "[0, 0, 900]", "rpy_deg[2]: is 900, must be from -360 to 360"),
+        (PART, "material: oak, material: oak}", "is not YAML: the key 'material' twice"),
+        (PART, "material: gold}", "material: is 'gold', must be one of brass, oak"),
+        (PART, "material: 3}", "material: is 3, must be a non-empty text"),
+        (PART, "material: oak, colour: red}", "components[0].colour: is 'red', must be red, green and blue"),
+        ("looks_like: brass", "looks_like: gold", "components[1].looks_like: is 'gold', must be one of"),
+    ],
+)
+def test_mistake_in_a_tool_is_refused_with_its_place(files, old, new, said):
+    assert said in refuse(files, TOOLS.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "tools.yaml: is empty, must be a mapping"),
+        ("tools: []", "tools: is [], must be a list with at least one entry"),
+        ("tools:\n  - {name: hammer, components: []}", "components: is [], must be a list with at least one entry"),
+        ("tools:\n  - {name: hammer, components: }", "components: is empty, must be a list with at least one entry"),
+        ("tools: [", "tools.yaml: line 1, column 9: is not YAML"),
+        ("a: b: c", "tools.yaml: line 1, column 5: is not YAML"),
+        (
+            TOOLS + TOOLS.replace("\ntools:\n", ""),
+            "tools[1].name: is 'hammer', the name of an earlier tool of the file",
+        ),
+    ],
+)
+def test_file_without_tools_is_refused(files, text, said):
+    assert said in refuse(files, text)
+
+
+@pytest.mark.parametrize(
+    ("component", "said"),
+    [
+        ("mesh: hammer.obj, unit: furlong, material: oak", "components[0].unit: is 'furlong', must be one of"),
+        ("mesh: hammer.obj, material: oak", "components[0].unit: is missing"),
+        (
+            "mesh: hammer.obj, unit: m, material: oak",
+            "is 240 m long if its unit is m, must be from 0.001 to 1 m; it would be 0.24 m in mm",
+        ),
+        ("mesh: hammer.glb, unit: m, material: oak", "is a .glb, must be one of .obj, .ply, .stl; export it as"),
+        ("mesh: hatchet.obj, unit: m, material: oak", "hatchet.obj: cannot be read: no such file"),
+        ("mesh: hammer.obj, unit: mm, materials: [oak]", "has 1 entries, must have 2: one a shell"),
+        ("mesh: hammer.obj, unit: mm, materials: [oak, gold]", "is 'gold', must be one of brass, oak"),
+        ("mesh: hammer.obj, unit: mm, colour: file", "the file shows none of part 0"),
+        (
+            'mesh: hammer.obj, unit: mm, colour: "#00ff00"',
+            "is the colour of 0 materials, must be that of one; the nearest",
+        ),
+        ("mesh: hammer.obj, unit: mm, shell: 2, material: oak", "components[0].shell: is 2"),
+        ("box: [1, 2, 3], position: [0, 0, 0], material: oak", "components[0].box"),
+        (
+            "box: [0.1, 0.1, 0.1], capsule: [0.1, 0.1], position: [0, 0, 0], material: oak",
+            "is given with box, only one",
+        ),
+        ("position: [0, 0, 0], material: oak", "components[0].semi_axes: is missing: one of semi_axes, box,"),
+    ],
+)
+def test_part_that_is_no_solid_is_refused(read, component, said):
+    assert said in refuse(read, component)
+
+
+@pytest.mark.parametrize(
+    ("face", "said"),
+    [
+        (
+            "point: [0.22, 0.045, 0], normal: [0, 1, 0]",
+            "is 5 mm from where any part ends along the normal, must be at most 0.2 mm",
+        ),
+        ("point: [0.22, 0.05, 0.03], normal: [0, 1, 0]", " mm from where any part ends along the normal"),
+        ("point: [0.22, 0.05, 0], normal: [0, 0, 0]", "poll.normal: has a length of 0, must be at least 0.01"),
+    ],
+)
+def test_striking_face_off_every_part_is_refused(read, face, said):
+    head = "mesh: hammer.obj, unit: mm, materials: [oak, brass]"
+    assert said in refuse(read, head, f"    strikes: {{poll: {{{face}}}}}\n")

@@ -134,7 +134,7 @@ def draw_from_prior(rng, count):
 
 
 def test_density_dependent_noise_stays_close_to_brute_force_bayes(hold, rng):
-    """Percentiles by plug-in differ from a grid by 0.15 SD at most in the mean (studies/speed/estimator_study.py)."""
+    """Percentiles by plug-in differ from a grid by 0.15 SD at most in the mean (docs/decisions/0004-noise.md)."""
     noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
     axis = np.linspace(0, 40_000, 20_001)[1:]
     offsets = []

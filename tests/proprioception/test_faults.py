@@ -2,6 +2,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.refusals import refuse
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
@@ -200,3 +201,20 @@ def test_faults_are_read_and_put_together(arm):
 def test_stuck_joint_the_arm_has_not_is_refused(arm):
     with pytest.raises(BadValueError, match="faults: stuck_joint: is 'knee', must be one of shoulder_azimuth"):
         Faults(stuck_joint="knee").find_stuck(arm.joint_names)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("a: {drop_probability: 1.5}", "a.drop_probability: is 1.5, must be from 0 to 1"),
+        ("a: {delay_samples: 0.5}", "a.delay_samples: is 0.5, must be a whole number"),
+        ("a: {stuck_joint: knee}", "a.stuck_joint: is 'knee', must be one of shoulder_azimuth"),
+        ("a: {arm_mass_factor: 0}", "a.arm_mass_factor: is 0, must be from 0.5 to 2"),
+        ("a: {bais_sd: 3}", "a.bais_sd: is not a key known here"),
+        ("b: {bias_sd: 3}", "--fault: is 'a', must be one of b"),
+        ("a: {bias_sd: 3}\nb: {bias_sd: 1}", "--fault: 'b' sets bias_sd, which another fault sets already"),
+    ],
+)
+def test_mistake_in_a_fault_is_refused(arm, tmp_path, text, said):
+    (tmp_path / "faults.yaml").write_text(text)
+    assert said in refuse(load_faults, tmp_path / "faults.yaml", ["a", "b"], arm.joint_names)

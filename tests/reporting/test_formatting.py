@@ -109,4 +109,4 @@ def test_label_never_begins_with_an_underscore():
 
 def test_cells_of_a_table_neither_steer_the_terminal_nor_break_lines():
     rows = [["name", "kg"], ["\x1b[2Ja\nb", "1.0"], ["\u202eoak", "12.0"]]
-    assert tabulate(rows, right=[1]) == ["name        kg", "\ufffd[2Ja\ufffdb   1.0", "\ufffdoak      12.0"]
+    assert tabulate(rows, right=[1]) == ["name       kg", "\ufffd[2Ja\ufffdb   1.0", "\ufffdoak     12.0"]

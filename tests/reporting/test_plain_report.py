@@ -8,8 +8,8 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.claims import Claim, ClaimCriterion, ReportFigure
-from affordance.reporting.section import PlainReport, check_names, render_report
+from affordance.reporting.claims import Claim, ClaimCriterion
+from affordance.reporting.section import PlainReport, ReportFigure, check_names, render_report
 
 FACTS = {"repeats": 2, "camera_caption": "", "faults": "", "few_observers": "They are few."}
 NUMBERS = {

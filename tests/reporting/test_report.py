@@ -8,9 +8,9 @@ import re
 
 import pytest
 
-from affordance.reporting.claims import ClaimResult, CriterionResult, ReportFigure
+from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.report import OWN_MODELS, remove_section, write_report, write_section
-from affordance.reporting.section import Section, Table
+from affordance.reporting.section import ReportFigure, Section, Table
 
 
 def make_section(order, title, met=True):

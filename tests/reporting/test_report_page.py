@@ -3,10 +3,10 @@
 from helpers.browser import open_page
 from matplotlib.figure import Figure
 
-from affordance.reporting.claims import ClaimResult, CriterionResult, ReportFigure
+from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section, Table
+from affordance.reporting.section import ReportFigure, Section, Table
 
 WIDTH = "() => document.documentElement.scrollWidth"
 PICTURE = "() => document.querySelector('figure img').getBoundingClientRect().width"

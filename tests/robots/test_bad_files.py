@@ -1,11 +1,12 @@
-"""What a robot's file may say and leave out; mistakes stand in ``system/bad_values/robots.yaml``."""
+"""What a robot's file may say and leave out, and the mistakes that are refused."""
 
 import math
 from pathlib import Path
 
 import pytest
+from helpers.changed_files import change_file
 from helpers.refusals import refuse
-from helpers.robot_files import write_urdf
+from helpers.robot_files import SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
 from affordance.robots.importer import ImportOptions, extract_arm, parse_values, read_arm
@@ -73,3 +74,169 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
     path.write_text(text)
     assert "joint right_j4: moves nothing that has inertia" in refuse(extract_arm, path, TIP, error=AffordanceError)
     assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01}))[0].links[3].rotor_inertia
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {'lower="-2.5" upper="2.4" velocity="3" effort="40"': 'lower="-2.5" upper="2.4" velocity="3"'},
+            "joint right_j1: has no limit of torque (effort), must",
+        ),
+        (
+            {'effort="40"': 'effort="0"'},
+            "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0",
+        ),
+        ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a velocity limit of 0 rad/s, must be more"),
+        ({'upper="2.4"': 'upper="fast"'}, "joint lift.limit.upper: is 'fast', must be a number"),
+        ({'effort="40"': 'effort="much"'}, "joint lift.limit.effort: is 'much', must be a number"),
+        ({'lower="-2.5" upper="2.4"': 'lower="1" upper="1"'}, "has position limits from 1 to 1 rad, must be a range"),
+        (
+            {'name="right_j3" type="revolute"': 'name="right_j3" type="prismatic"'},
+            "joint right_j3: is of type prismatic",
+        ),
+        (
+            {'<safety_controller k_velocity="1"/>': '<mimic joint="right_j2"/>'},
+            "joint right_j3: follows right_j2 (mimic)",
+        ),
+        ({'<mass value="1.0"/>': '<mass value="-2"/>'}, "link right_1: has a mass of -2 kg with moments of inertia"),
+        ({'<mass value="1.0"/>': '<mass value="0"/>'}, "link right_1: has a mass of 0 kg with moments of inertia"),
+        ({'ixx="0.004"': 'ixx="0.4"'}, "has an inertia no solid can have (Ixx, Iyy, Izz 0.4, 0.005, 0.006 kg m^2)"),
+        (
+            {'rpy="0.1 0.2 0.3"': 'rpy="0.1 0.2"'},
+            "link pelvis.inertial.origin.rpy: is '0.1 0.2', must be 3 finite numbers",
+        ),
+        ({"</robot>": ""}, "is not XML: "),
+        (
+            {"<robot ": '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', "<gazebo/>": "<xacro:macro/>"},
+            "is a xacro",
+        ),
+        ({"<robot ": '<robot xmlns:xacro="http://wiki.ros.org/xacro" ', "<gazebo/>": "<xacro:macro/>"}, "is a xacro"),
+        ({"<gazebo/>": "<xacro:include/>"}, "is a xacro"),
+        (
+            {"<robot ": "<machine ", "</robot>": "</machine>"},
+            "is of <machine>, must be of <robot> (URDF), <sdf> or <muj",
+        ),
+        ({'joint name="neck"': 'joint name="lift"'}, "joint lift: appears twice"),
+        (
+            {'<parent link="right_1"/>': '<parent link="rigth_1"/>'},
+            "joint right_j2.parent.link: is 'rigth_1', which is not a link of the file; did you mean 'right_1'?",
+        ),
+        ({'<child link="right_2"/>': ""}, "joint right_j2.child.link: is '', which is not a link of the file"),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_2"/>'},
+            "joint right_j2: connects the link right_2 to itself, must connect two",
+        ),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_3"/>'},
+            "joint right_j3: connects right_2 and right_3, as joint right_j2 does, must be the only one",
+        ),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_4"/>'},
+            "link right_2: is part of a loop of joints, must be connected to the robot's root",
+        ),
+        (
+            {'name="right_j2" type="revolute"': 'name="right_j2" type="revolut"'},
+            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating,"
+            " planar; did you mean 'revolute'?",
+        ),
+        ({'velocity="3"': 'velocity="-3"'}, "joint right_j1: has a velocity limit of -3 rad/s, must be more than 0"),
+        (
+            {'lower="-2.5" upper="2.4"': 'lower="2.5" upper="-2.4"'},
+            "joint right_j1: has position limits from 2.5 to -2.4 rad, must be a range",
+        ),
+        ({'effort="40"': 'effort="inf"'}, "joint right_j1: has no limit of torque (effort), must"),
+        ({'damping="0.2"': 'damping="-0.2"'}, "joint right_j2: has a damping of -0.2 N m s/rad, must be at least 0"),
+        ({'<axis xyz="1 0.2 0"/>': '<axis xyz="0 0 0"/>'}, "joint right_j4: has an axis of zero length, must have a"),
+        (
+            {'<axis xyz="1 0.2 0"/>': '<axis xyz="1 nan 0"/>'},
+            "joint right_j4.axis.xyz: is '1 nan 0', must be 3 finite",
+        ),
+        (
+            {'<origin xyz="0.25 0 0.02"': '<origin xyz="inf 0 0"'},
+            "origin.xyz: is 'inf 0 0', must be 3 finite numbers",
+        ),
+        ({'<link name="right_2">': '<link name="right_1">'}, "link right_1: appears twice"),
+        (
+            {'<parent link="left_1"/><child link="left_2"/>': '<parent link="left_1"/><child link="right_2"/>'},
+            "link right_2: is the child of two joints, right_j2 and left_j2, must be of one",
+        ),
+        ({'effort="40"': 'effort="0"'}, "--effort VALUE gives limits (N m)"),
+        (
+            {'ixy="1e-4"': 'ixy="0.01"'},
+            "has products of inertia no solid can have (Ixy, Ixz, Iyz 0.01, -0.0002, 0.0003 kg m^2, which"
+            " make the principal moments -0.00",
+        ),
+    ],
+)
+def test_mistake_in_a_urdf_is_refused(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    path = write_urdf(tmp_path)
+    change_file(path, *(text for change in changes.items() for text in change))
+    assert said in refuse(extract_arm, path, TIP, error=AffordanceError)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<effort>20</effort>", "", "joint bend: has no limit of torque (effort)"),
+        ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no limit of torque (effort)"),
+        ("<lower>-3</lower>", "<lower>nan</lower>", "joint pan.axis.limit.lower: is 'nan', must be a number"),
+        ("<lower>-3</lower>", "<lower>4</lower>", "joint pan: has position limits from 4 to 3 rad, must be a range"),
+        (
+            "<velocity>2</velocity><effort>20",
+            "<velocity>fast</velocity><effort>20",
+            "joint bend.axis.limit.velocity: is",
+        ),
+        ("<friction>0.7</friction>", "<damping>-1</damping>", "joint pan: has a damping of -1 N m s/rad"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", "joint pan: has an axis of zero length"),
+        ('<link name="wrist">', '<link name="upper">', "link upper: appears twice"),
+        ("<velocity>2</velocity><effort>20", "<velocity>0</velocity><effort>20", "joint bend: has a velocity limit"),
+        ("<mass>0.5</mass>", "<mass>half</mass>", "link wrist.inertial.mass: is 'half', must be a finite number"),
+        ("<mass>0.5</mass>", "<mass>0</mass>", "link wrist: has a mass of 0 kg with moments of inertia"),
+        (
+            "\n<inertial><mass>0.5</mass><inertia><ixx>0.001</ixx><iyy>0.001</iyy><izz>0.001</izz></inertia></inertial>",
+            "",
+            "link wrist: has no <inertial>, for which SDF puts 1 kg",
+        ),
+        (
+            '<link name="foot">',
+            '<include><uri>package://drake_models/ur3e/ur3e_cylinder.sdf</uri></include><link name="foot">',
+            "include: is not read here, must be written out",
+        ),
+        (
+            '<link name="foot">',
+            '<include><uri>file:///etc/passwd</uri></include><link name="foot">',
+            "include: is not read here, must be written out",
+        ),
+        (
+            '<link name="foot">',
+            '<include><uri>model://x</uri></include><link name="foot">',
+            "include: is not read here, must be written out",
+        ),
+        ('type="revolute"><parent>lower', 'type="ball"><parent>lower', "joint bend: is of type"),
+    ],
+)
+def test_mistake_in_an_sdf_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in SDF
+    path = tmp_path / "bad.sdf"
+    path.write_text(SDF.replace(old, new))
+    assert said in refuse(extract_arm, path, ImportOptions("grip", base="foot"), error=AffordanceError)
+
+
+ONE_JOINT = """<robot name="x"><link name="a"/><link name="b">{inertial}</link>
+<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" velocity="1" effort="9"/></joint></robot>"""
+HEAVY = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+
+
+@pytest.mark.parametrize(
+    ("inertial", "said"),
+    [
+        ("", "has no mass for any link of the arm, must have inertias (<inertial>)"),
+        (HEAVY, "has its tip on its first joint's axis, must have a length"),
+    ],
+)
+def test_arm_without_masses_or_length_is_refused(tmp_path: Path, inertial: str, said: str) -> None:
+    path = tmp_path / "whole.urdf"
+    path.write_text(ONE_JOINT.format(inertial=inertial))
+    assert refuse(extract_arm, path, ImportOptions("b"), error=AffordanceError).startswith(f"{path}: {said}")

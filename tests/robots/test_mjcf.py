@@ -7,8 +7,8 @@ import pytest
 from helpers.refusals import refuse
 from helpers.robot_files import MJCF
 
-from affordance.exceptions import BadValueError
-from affordance.robots.importer import ImportOptions, read_arm
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.robots.reduced_arm import ReducedArm
 
 TIP = ImportOptions("grip_site")
@@ -181,3 +181,63 @@ def test_a_link_of_the_models_folder_does_not_lead_out_of_it(tmp_path: Path) -> 
     (path.parent / "motors.xml").unlink()
     (path.parent / "motors.xml").symlink_to(tmp_path / "secret.xml")
     assert "must be a file in the model's own folder" in refuse(read_arm, path, TIP)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            'forcerange="-8 7"',
+            'forcerange="-8 7" forcelimited="false"',
+            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+        ),
+        (
+            'forcerange="-8 7"',
+            'ctrlrange="-1 1" kp="50"',
+            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+        ),
+        (
+            'forcerange="-8 7"',
+            'forcerange="0 0"',
+            "joint a3: has no limit of torque (effort), must have one of more than 0 N m; --effort a3=VALUE gives",
+        ),
+        ('forcerange="-8 7"', "", "joint a3: has no limit of torque (effort)"),
+        (
+            '<inertial pos="0.05 0 0" mass="0.4" diaginertia="0.001 0.0012 0.0013"/>',
+            '<geom type="mesh" mesh="m"/>',
+            "link third: takes its inertia from the mesh m, must have an <inertial>",
+        ),
+        ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
+        ('diaginertia="0.001 0.0012 0.0013"', 'diaginertia="0 0 0"', "makes no arm that Drake takes: "),
+        ('range="-2 2"', 'range="2 -2"', "joint a1: has position limits from 2 to -2 rad, must be a range"),
+        (
+            '<joint damping="0.1"',
+            '<joint damping="-1"',
+            "joint a1: has a damping of -1 N m s/rad, must be at least 0",
+        ),
+        ('axis="0 1 0.1"', 'axis="0 0 0"', "joint a4: has an axis of zero length"),
+        ('forcerange="-8 7"', 'forcerange="8 -7"', "actuator a3.forcerange: is from 8 to -7, must rise"),
+        ('name="a2"', 'name="a1"', "joint a1: appears twice"),
+        ('body name="second"', 'body name="first"', "body first: appears twice"),
+        (
+            'class="strong" joint="a4"',
+            'class="strog" joint="a4"',
+            "motor.class: is 'strog', must be one of main, strong; did you mean 'strong'?",
+        ),
+        (
+            'joint="a3"',
+            'joint="aa3"',
+            "actuator aa3.joint: is 'aa3', which is not a joint of the file; did you mean 'a3'?",
+        ),
+        (
+            "<worldbody>",
+            '<compiler angle="radians"/><worldbody>',
+            "compiler.angle: is 'radians', must be one of radian, degree; did you mean 'radian'?",
+        ),
+    ],
+)
+def test_mistake_in_an_mjcf_is_refused(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in MJCF
+    path = tmp_path / "bad.xml"
+    path.write_text(MJCF.replace(old, new))
+    assert said in refuse(extract_arm, path, TIP, error=AffordanceError)

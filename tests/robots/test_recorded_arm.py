@@ -1,6 +1,10 @@
+import pytest
+from helpers.changed_files import change_file
 from helpers.generated_runs import write_urdf
+from helpers.refusals import refuse
 from numpy.testing import assert_allclose
 
+from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
@@ -31,3 +35,22 @@ def test_fixed_links_count_to_the_link_they_hang_on_and_the_base_is_the_lowest_o
     assert_allclose((robot.link_parameters - bare.link_parameters)[:, 0], [0.0] * 5 + [0.7])
     assert_allclose(robot.p_PF[0], bare.p_PF[0] + [0.0, 0.0, 0.5])
     assert_allclose(load_robot(path, "flange", "base").p_PF[0], bare.p_PF[0])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("mass value='3.0'", "mass value='-3'", "link link_3: has a mass of -3 kg"),
+        ("type='revolute'", "type='prismatic'", "joint joint_6: is of type prismatic, must be revolute"),
+        ("<robot", "<robt", "mismatched tag"),
+    ],
+)
+def test_mistake_in_the_file_of_a_recorded_robot_is_refused(tmp_path, old, new, said):
+    path = change_file(write_urdf(tmp_path), old, new)
+    assert said in refuse(load_robot, path, "flange", error=AffordanceError)
+
+
+def test_ends_of_a_recorded_robot_are_links_of_its_file(tmp_path):
+    path = write_urdf(tmp_path)
+    assert refuse(load_robot, path, "flanje") == f"--tip: is 'flanje', which {path} has not; nearest: flange"
+    assert refuse(load_robot, path, "flange", "bass") == f"--base: is 'bass', which {path} has not; nearest: base"

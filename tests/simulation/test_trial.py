@@ -286,7 +286,7 @@ def test_diagrams_are_freed(weight):
 
 
 def test_accuracy_chosen_is_that_of_a_far_tighter_reference(weight):
-    """Heights agree to 0.01 mm with an accuracy of 1e-10 in the largest drop (see studies/speed/convergence.py)."""
+    """Heights agree to 0.01 mm with an accuracy of 1e-10 in the largest drop (docs/decisions/0007-integration.md)."""
     tool = weight.tools[0]
     tight = dataclasses.replace(weight.settings, integrator=Integrator(scheme="runge_kutta5", accuracy=1e-10))
     heights = [

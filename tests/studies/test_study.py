@@ -13,16 +13,23 @@ from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.files.model_folder import import_study, list_studies
+from affordance.reporting.claims import Unit, check, claim
+from affordance.reporting.section import Section
 from studies.study import Findings, Study, Task, import_part, keep_result, print_table, read_kept, run_kept
 
-SECTION = """
-order: 99
-title: Invented
-summary: "Of {{ people }} people."
-claims:
-  - {key: many, source: ours, text: Many came., criteria: [{name: people, value: count, at_least: 3, digits: 0}]}
-  - {key: few, source: ours, text: Few came., criteria: [{name: people, value: count, at_most: 3, digits: 0}]}
-"""
+NUMBERS = {"count": 4}
+SECTION = Section(
+    order=99,
+    title="Invented",
+    summary="Of four people.",
+    figures=[],
+    claims=[
+        claim("many", "ours", "Many came.", check("people", 4, Unit(digits=0), at_least=3)),
+        claim("few", "ours", "Few came.", check("people", 4, Unit(digits=0), at_most=3)),
+    ],
+    tables=[],
+    remarks=["They left early."],
+)
 
 
 def add_arguments(parser):
@@ -30,52 +37,57 @@ def add_arguments(parser):
         add(parser)
 
 
-def build_study(path, plan):
-    section = path / "section.yaml"
-    section.write_text(SECTION, encoding="utf-8")
-    return Study("helps", add_arguments, plan, "invented", section, {("learner",): "nobody learns"})
+def build_study(plan, **options):
+    return Study("helps", add_arguments, plan, "invented", {("learner",): "nobody learns"}, **options)
+
+
+def find(*found):
+    """A study that finds something, once or more."""
+    return build_study(lambda arguments: lambda folder: found)
 
 
 def test_last_findings_are_written_and_their_claims_printed(tmp_path, capsys):
     out = tmp_path / "out"
-    study = build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4}, {"people": "four"})])
-    assert run_study(study, "--out", out) == 0
+    assert run_study(find(Findings({"count": 3}), Findings(NUMBERS, SECTION)), "--out", out) == 0
     numbers = read_numbers(out / "invented")
     assert numbers.keys() == {"count", *OF_STUDY}
     assert numbers["count"] == 4
     assert "Invented" in (out / "report.html").read_text(encoding="utf-8")
-    many, few, summary, report = capsys.readouterr().out.splitlines()
+    many, few, summary, remark, report = capsys.readouterr().out.splitlines()
     assert many.startswith("met     Many came. people 4")
     assert few.startswith("not met Few came.")
-    assert summary == "Of four people."
+    assert (summary, remark) == ("Of four people.", "They left early.")
     assert report == f"The report: {out / 'report.html'}"
 
 
 def test_without_a_section_only_the_numbers_are_written(tmp_path, capsys):
-    study = dataclasses.replace(
-        build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4})]), section=None
-    )
-    assert run_study(study, "--out", tmp_path / "out") == 0
+    assert run_study(find(Findings(NUMBERS)), "--out", tmp_path / "out") == 0
     assert [path.name for path in (tmp_path / "out").rglob("*")] == ["invented", "metrics.json"]
     assert capsys.readouterr().out == f"The numbers: {tmp_path / 'out' / 'invented' / 'metrics.json'}\n"
 
 
+@pytest.mark.parametrize(("folder", "place"), [("", "metrics.json"), (None, "studies/metrics.json")])
+def test_results_are_in_the_named_folder_or_in_one_of_the_name_of_the_study(tmp_path, folder, place):
+    study = dataclasses.replace(find(Findings(NUMBERS)), folder=folder)
+    run_study(study, "--out", tmp_path)
+    assert (tmp_path / place).is_file()
+
+
 def test_a_task_has_an_exit_status_and_no_folder(tmp_path):
-    study = build_study(tmp_path, lambda arguments: Task(lambda: 1))
+    study = build_study(lambda arguments: Task(lambda: 1))
     assert run_study(study, "--out", tmp_path / "out") == 1
     assert not (tmp_path / "out").exists()
 
 
 def test_versions_of_further_libraries_join_the_programs(tmp_path):
-    findings = Findings({"count": 4, "versions": {"peer": "1.0"}}, {"people": "four"})
-    run_study(build_study(tmp_path, lambda arguments: lambda folder: [findings]), "--out", tmp_path / "out")
+    run_study(find(Findings({**NUMBERS, "versions": {"peer": "1.0"}})), "--out", tmp_path / "out")
     assert {"peer", "drake"} <= read_numbers(tmp_path / "out" / "invented")["versions"].keys()
 
 
-def test_a_study_on_one_thread_starts_anew_unless_it_has_one(tmp_path, monkeypatch):
+def test_a_study_on_one_thread_starts_anew_unless_it_has_one(monkeypatch):
     started = []
     monkeypatch.setattr("os.execv", lambda path, words: started.append(words))
-    study = dataclasses.replace(build_study(tmp_path, lambda arguments: Task(lambda: 0)), on_one_thread=True)
+    study = build_study(lambda arguments: Task(lambda: 0), on_one_thread=True)
     run_study(study)
     assert not started
     monkeypatch.delenv("OMP_NUM_THREADS")
@@ -118,7 +130,7 @@ def refuse(arguments):
 )
 def test_what_cannot_be_run_leaves_nothing(tmp_path, words, message):
     with pytest.raises(BadValueError, match=message):
-        run_study(build_study(tmp_path, refuse), "--out", tmp_path / "out", *words)
+        run_study(build_study(refuse), "--out", tmp_path / "out", *words)
     assert not (tmp_path / "out").exists()
 
 
@@ -162,10 +174,9 @@ def test_every_study_is_a_command(name, capsys):
     assert import_study(name).HELP in " ".join(capsys.readouterr().out.split())
 
 
-@pytest.mark.parametrize("words", [["study", "tools"], ["run", "vision"]])
-def test_without_a_clone_one_line_says_that_studies_need_one(words, tmp_path, monkeypatch, capsys):
+def test_without_a_clone_one_line_says_that_studies_need_one(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("affordance.files.model_folder._CLONE", tmp_path)
-    assert main([*words, "--out", str(tmp_path / "out")]) == 2
+    assert main(["study", "tools", "--out", str(tmp_path / "out")]) == 2
     said = capsys.readouterr().err
     assert "unavailable here (studies need a clone of the repository)" in said
     assert said.count("\n") == 1

@@ -22,6 +22,7 @@ def list_without_encoding(text):
         if name not in CALLS or binary or any(keyword.arg == "encoding" for keyword in node.keywords):
             continue
         own = name == "write_text" and isinstance(node.func, ast.Name)  # files.atomic writes UTF-8
+        own |= ast.unparse(node.func) == "reader.open"  # of a bag, which has its own encoding
         if not own and len(node.args) < CALLS[name]:
             found.append(node.lineno)
     return found

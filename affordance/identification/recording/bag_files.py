@@ -242,7 +242,7 @@ def _adapt(reader: Any, bounds: _Bounds, *, is_ros1: bool) -> Storage:
 
 @contextmanager
 def _opened(reader: Any) -> Iterator[Any]:
-    reader.open()  # closes itself if it fails
+    reader.open()  # closes itself if it cannot be opened
     with closing(reader):
         yield reader
 
@@ -265,14 +265,14 @@ def _count_unpacked(opener: _Opener, bounds: _Bounds) -> Callable[..., bytes]:
 
 
 def _open_zstd(packed: IO[bytes]) -> IO[bytes]:
-    opened: IO[bytes] = importlib.import_module(_ZSTD_MODULE).open(packed)
+    opened: IO[bytes] = importlib.import_module(_ZSTD_MODULE).open(packed, "rb")
     return opened
 
 
 def _open_lz4(packed: IO[bytes]) -> IO[bytes]:
-    opened: IO[bytes] = importlib.import_module("lz4.frame").open(packed)
+    opened: IO[bytes] = importlib.import_module("lz4.frame").open(packed, "rb")
     return opened
 
 
 def _open_bz2(packed: IO[bytes]) -> IO[bytes]:
-    return bz2.open(packed)
+    return bz2.open(packed, "rb")

@@ -111,3 +111,36 @@ def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, 
 def test_friction_that_no_gear_makes_does_not_drift():
     nominal = build_nominal_gains(("a", "b"), SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     assert not nominal.with_drift(DEFAULT_SETTINGS).covariance[:, 1].any()
+
+
+GAINS = """
+source: 'the signal is a torque; gains good to 2 %'
+robot: ''
+signal: current
+common_sd: 0.0
+joints:
+  a:
+    gain: 1.0  # A per N m
+    load_friction: 0.05
+    covariance: [0.0004, 0.0, 0.0049]  # of g, of g and h = mu g, of h
+    noise_variance: 0.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("signal: current", "signal: amps", "signal: is 'amps', must be one of"),
+        ("gain: 1.0", "gain: 0", "joints.a.gain: is 0, must be another number"),
+        (
+            "covariance: [0.0004",
+            "covariance: [-1",
+            "joints.a.covariance: is [-1, 0, 0.0049], must be that of two numbers",
+        ),
+        ("common_sd: 0.0", "common_sd: 2", "common_sd: is 2, must be from 0 to 1"),
+    ],
+)
+def test_mistake_in_gains_is_refused(tmp_path, old, new, said):
+    path = tmp_path / "gains.yaml"
+    path.write_text(GAINS.replace(old, new))
+    assert said in refuse(read_gains, path)

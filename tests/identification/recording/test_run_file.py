@@ -204,3 +204,70 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
     expected = RigidTransform(RollPitchYaw(np.radians([30.0, -40.0, 50.0])), [0.1, 0.0, -0.2])
     assert_allclose(pose, expected.GetAsMatrix4(), atol=1e-12)
     assert_allclose(read_run(_write(tmp_path, _HEADER, columns, "")).description.object_pose, np.eye(4))
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (
+            "signal: torque",
+            "run.yaml: signal: is 'torque', must be one of joint_torque, motor_torque, current, wrench; did you mean"
+            " 'joint_torque' or 'motor_torque'?",
+        ),
+        ("signel: current", "run.yaml: signel: is not a key known here"),
+        ("units: {q: grad}", "units.q: is 'grad', must be rad or deg"),
+        (
+            "signal: current",
+            "run.csv: columns: has no columns of the signal, current, must have current_1 to current_2; has tau_1,"
+            " which signal: joint_torque or signal: motor_torque fits",
+        ),
+        (
+            "signal: wrench",
+            "columns: has no columns of the signal, wrench, must have fx, fy, fz, tx, ty, tz; has tau_1",
+        ),
+        ("columns: [time, q_1]", "run.yaml: columns: lists 2 names, must list the 5 columns of run.csv"),
+        ("columns: [time, 3]", "columns[1]: is 3, must be a non-empty text"),
+        ("columns: {tork: x}", "columns: is 'tork', must be one of time, q, v"),
+        ("columns: {q: [1, 2]}", "columns.q: is [1, 2], must be a name"),
+        ("columns: frankalib", "columns: is 'frankalib', must be a list of names, a mapping, or standard"),
+        ("drop_torn_rows: 2.5", "drop_torn_rows: is 2.5, must be a whole number"),
+        ("compensates: legs", "compensates: is 'legs', must be nothing or arm"),
+        ("force_on: [robot]", "force_on: is ['robot'], must be object or robot"),
+        ("object_pose: {rpy_deg: [0, 0, 1]}", "object_pose.position: is missing"),
+        ("compensated_payload: {mass: -1, com: [0, 0, 0]}", "compensated_payload.mass: is -1, must be from 0"),
+        ("gravity: [0, 0, -98.1]", "gravity[2]: is -98.1, must be from -20 to 20"),
+    ],
+)
+def test_mistake_in_a_description_is_refused(tmp_path, more, said):
+    assert said in refuse(read_run, _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], more))
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, while there are tau_1"),
+        ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; other names"),
+        (
+            "time,pos1,pos2,tau_1,tau_2",
+            "column q_1: is missing: has time, pos1, pos2, tau_1, tau_2; other names stand under columns, as in"
+            " 'columns: {q: \"pos{}\"}'",
+        ),
+        (
+            "stamp,q_1,q_2,tau_1,tau_2",
+            "column time: is missing: has stamp, q_1, q_2, tau_1, tau_2; another name stands under columns, as in"
+            " 'columns: {time: stamp}'",
+        ),
+        ("t,q_1,q_2,tau_1,tau_2", "column time: is missing"),
+        ("time,q_1,q_2,q_3,tau_1", "column q_3: has q_3, must have as many joints as the 2 of run.yaml"),
+        ("", "row 1: names no columns in its first row"),
+        ("time,q_1,q_2,x,y", "columns: has no signal"),
+    ],
+)
+def test_columns_that_are_missing_are_named(tmp_path, header, said):
+    assert said in refuse(read_run, _write(tmp_path, header, [_TIMES, _Q, _TAU], ""))
+
+
+def test_joints_of_a_table_must_be_listed(tmp_path):
+    path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
+    path.with_suffix(".yaml").write_text("signal: joint_torque\n")
+    assert "run.yaml: joints: is missing: must list the joints in the order of the columns" in refuse(read_run, path)

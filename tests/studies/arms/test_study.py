@@ -9,11 +9,11 @@ from helpers.answers import answer
 from helpers.refusals import refuse
 
 from affordance.files.model_folder import MODELS
-from affordance.reporting.section import Section
 from studies.arms import measure
-from studies.arms.command import STUDY, choose_robots, describe
+from studies.arms.command import choose_robots
 from studies.arms.figure import draw_study
 from studies.arms.measure import measure_sag
+from studies.arms.report import describe
 from studies.arms.robot_study import EXPERIMENTS
 from studies.arms.robots import ROBOTS
 
@@ -49,19 +49,14 @@ def invent(**changes: Any) -> dict[str, Any]:
     return found
 
 
-def describe_study(found: dict[str, Any], ours: dict[str, Any]) -> Section:
-    """Section of the report."""
-    return describe(found, ours).render(STUDY.section)
-
-
 def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
     ours = invent()
-    met = describe_study({"a": invent(), "b": invent()}, ours)
+    met = describe({"a": invent(), "b": invent()}, ours)
     assert all(claim.met for claim in met.claims)
     one = invent()
     one["metrics"] = {**one["metrics"], "parity_error": 1e-8, "real_time_factor": 4.9}
     one["metrics"]["experiments"] = {**one["metrics"]["experiments"], "hammer": "too weak"}
-    worse = describe_study({"a": invent(), "b": one}, ours)
+    worse = describe({"a": invent(), "b": one}, ours)
     assert [claim.met for claim in worse.claims] == [False, False, False]
     assert [claim.criteria[0].value for claim in worse.claims] == ["50 %", "1.0 × 10^-8", "4.9"]
 
@@ -69,14 +64,14 @@ def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
 def test_a_robot_that_is_not_required_may_lack_an_experiment() -> None:
     other = invent(required=False)
     other["metrics"] = {**other["metrics"], "experiments": dict.fromkeys(EXPERIMENTS, "too weak")}
-    assert describe_study({"a": invent(), "b": other}, invent()).claims[0].met
-    assert not describe_study({"b": other}, invent()).claims[0].met  # none that must have them was studied
+    assert describe({"a": invent(), "b": other}, invent()).claims[0].met
+    assert not describe({"b": other}, invent()).claims[0].met  # none that must have them was studied
 
 
 def test_a_joint_beyond_its_rate_is_named() -> None:
     over = invent(heavy={**invent()["heavy"], "rate": 2.17, "rate_joint": "wrist"})
-    assert "kinova 2.17 (wrist)" in describe_study({"kinova": over}, invent()).summary
-    assert "largest rates over their limits" not in describe_study({"a": invent()}, invent()).summary
+    assert "kinova 2.17 (wrist)" in describe({"kinova": over}, invent()).summary
+    assert "largest rates over their limits" not in describe({"a": invent()}, invent()).summary
 
 
 def test_summary_tells_falls_drops_and_costs_of_those_that_were_imported() -> None:
@@ -87,19 +82,19 @@ def test_summary_tells_falls_drops_and_costs_of_those_that_were_imported() -> No
     for one in found.values():
         del one["hammer"]
     found["c"]["weight"] = {"drop_m": [0.03, 0.01]}
-    summary = describe_study(found, invent()).summary
+    summary = describe(found, invent()).summary
     assert (
-        "On the 3 arms that meet no limit the first object falls 1.10 to 1.10 times as far as predicted so" in summary
+        "On the 3 arms that meet no limit the first object falls 1.10 to 1.10 times as far as predicted:" in summary
     )
-    assert "The first drop is 2.2 cm (a) to 3.0 cm (c), ours 2.2 cm." in summary
-    assert "In reaching the more costly grip costs 1.0 to 3.0 % more; its rank correlation" in summary
+    assert "The first drop is 2.2 cm (a) to 3.0 cm (c); for our own arm it is 2.2 cm." in summary
+    assert "In reaching the more costly grip costs 1.0 to 3.0 % more; the rank correlation" in summary
     assert "effective mass over the object's is -1.00." in summary
     assert "hammering" not in summary
-    assert describe_study({"odd": REFUSED}, invent()).summary.endswith("No robot was imported.")
+    assert describe({"odd": REFUSED}, invent()).summary.endswith("No robot was imported.")
 
 
 def test_tables_show_robots_that_were_refused_and_claims_by_robot() -> None:
-    robots, verdicts = describe_study({"panda": invent(), "odd": REFUSED}, invent()).tables
+    robots, verdicts = describe({"panda": invent(), "odd": REFUSED}, invent()).tables
     assert robots.rows[1][:2] == ["odd", "no such tip"]
     assert ["weight: the drop falls", "met"] in verdicts.rows
     assert ["weight: the decoy rises", "not met"] in verdicts.rows

@@ -17,6 +17,7 @@ from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import pseudo_inertia_from_parameters
 from affordance.robots.recorded_arm import load_robot
+from studies.recorded import clones
 from studies.recorded.clones import LBIPE_OBJECTS, PandaData, Ur10eData, load_weighed_objects
 from studies.recorded.command import STUDY, list_weighings
 from studies.recorded.figures import draw_injections, draw_masses, draw_peers
@@ -124,7 +125,7 @@ def test_random_payloads_are_possible_and_weigh_what_was_drawn():
 
 
 def test_the_panda_of_the_study_has_seven_joints_and_weighs_what_it_should():
-    panda = load_robot(STUDY.section.with_name("panda.urdf"), "panda_link8")
+    panda = load_robot(Path(clones.__file__).with_name("panda.urdf"), "panda_link8")
     assert panda.joint_names == tuple(f"panda_joint{k}" for k in range(1, 8))
     assert panda.link_parameters[:, 0].sum() == pytest.approx(16.06, abs=0.01)
 

@@ -10,7 +10,8 @@ from affordance.belief.density_belief import Prior
 from affordance.choice.hammer import load_hammer
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.timed_path import load_path
-from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments import com, weight
+from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -62,10 +63,8 @@ def test_defaults_are_the_simulations_to_the_last_bit():
     world = build()
     assert world.settings == DEFAULT_SETTINGS
     materials = load_materials(MODELS / "materials.yaml")
-    np.testing.assert_array_equal(parameters(world.rods), parameters(load_hold_experiment("weight").tools))
-    np.testing.assert_allclose(
-        parameters(world.learning), parameters(load_hold_experiment("com").tools), rtol=1e-14, atol=1e-18
-    )
+    np.testing.assert_array_equal(parameters(world.rods), parameters(weight.read(Setup())))
+    np.testing.assert_allclose(parameters(world.learning), parameters(com.read(Setup())), rtol=1e-14, atol=1e-18)
     stick = load_tools(MODELS / "tools" / "novel.yaml", materials)[0]
     for grip, held in stick.list_gripped().items():
         np.testing.assert_allclose(

@@ -7,16 +7,17 @@ import pytest
 from helpers.shared import compute_once
 from helpers.two_tools import REACH, STEEL, STICK, WOOD
 
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.listed_options import list_options
 from affordance.choice.motion_cost import Costs
-from affordance.experiments.shared.decisions import (
+from affordance.experiments.grips import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
 )
-from affordance.experiments.shared.experience import Experience
 from affordance.reporting.statistics import estimate_proportion
 from studies.robustness import choosing
 from studies.robustness.choosing import (
@@ -38,22 +39,20 @@ def choice(tmp_path_factory):
 @pytest.fixture(scope="module")
 def experience():
     """Thirty observers, unsure at first and sure at last, that steel is the denser one."""
-    rho = np.full((30, 7, 2), [2500.0, 4000.0])
-    precision = np.array([*[UNSURE] * 3, *[SURE] * 4])
-    return Experience(
-        (WOOD, STEEL),
-        np.broadcast_to(precision, (30, 7, 2, 2)),
-        np.einsum("kij,rkj->rki", precision, rho),
-        np.zeros((30, 6), dtype=np.intp),
-    )
+    rho = np.array([2500.0, 4000.0])
+    memories = [
+        MaterialMemory((WOOD, STEEL), DensityBelief(precision, precision @ rho))
+        for precision in (*[UNSURE] * 3, *[SURE] * 4)
+    ]
+    return [memories] * 30
 
 
 def test_choices_are_those_that_the_simulations_count(choice, experience):
     """Shares and intervals equal those of the simulations, with one choice of each observer at each moment."""
     numbers = measure_choices(choice, STICK, experience, 3, "one sample")
     correct = [option.grip for option in choice.options].index(numbers["correct_grip"])
-    every = np.array([choose_by_sample(choice, experience, 3, repeat) for repeat in range(30)])
-    before = choose_before_experience(choice, experience.colours, 3)
+    every = np.array([choose_by_sample(choice, each, (3, observer)) for observer, each in enumerate(experience)])
+    before = choose_before_experience(choice, (WOOD, STEEL), 3)
     assert len(before) == NUM_PRIOR_CHOICES
     counted = estimate_correct(every, before, correct)
     np.testing.assert_array_equal(numbers["p_correct"], counted.mean[list(MOMENTS)])

@@ -8,7 +8,7 @@ from affordance.reporting.statistics import estimate_proportion
 from studies.robustness import page
 from studies.robustness.assumptions import load_assumptions
 from studies.robustness.claims import list_claims
-from studies.robustness.experiment import DEFAULT_NUM_OBSERVERS, DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND
+from studies.robustness.study import DEFAULT_NUM_OBSERVERS, DEFAULT_NUM_SETTINGS, INTERPOLATION_BOUND
 
 KEPT = json.loads(page.KEPT.read_text(encoding="utf-8"))
 

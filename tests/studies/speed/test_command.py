@@ -1,15 +1,16 @@
-"""Tables of the study of speed: what their options select, and that folders of results are compared."""
+"""The study of speed: what its options select, and decisions compared both ways."""
 
-import json
-
+import numpy as np
 import pytest
 from helpers.answers import answer
 
-from studies.speed import command, convergence
+from affordance.choice.motion_cost import Costs
+from studies.speed import command, regressor
+from studies.speed.decision import Comparison
 from studies.study import import_part
 
 
-@pytest.mark.parametrize("name", [*command.MEASURED, *command.TABLES])
+@pytest.mark.parametrize("name", command.MEASURED)
 def test_every_part_makes_a_table(name):
     part = import_part(f"studies.speed.{name}")
     assert len(set(part.HEADER)) == len(part.HEADER)
@@ -17,24 +18,18 @@ def test_every_part_makes_a_table(name):
 
 
 def test_named_tables_are_printed_and_nothing_is_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(convergence, "measure", lambda: iter([["radau3", "1e-02", "5", "1", "2", "9.0"]]))
-    assert (
-        answer("study", "speed", "--only", "convergence", "--out", tmp_path / "out").lines[2]
-        == "| radau3 | 1e-02 | 5 | 1 | 2 | 9.0 |"
-    )
+    monkeypatch.setattr(regressor, "measure", lambda: ([["ours", "1.00", "0.9"]], {}))
+    said = answer("study", "speed", "--only", "regressor", "--out", tmp_path / "out")
+    assert said.lines[2] == "| ours | 1.00 | 0.9 |"
     assert not (tmp_path / "out").exists()
 
 
-def test_a_table_of_arms_needs_arms():
-    said = answer("study", "speed", "--only", "stiff_arms", status=2).err
-    assert "--arms: is missing, must be folders that import-arm wrote" in said
-
-
-def test_numbers_of_two_folders_are_compared(tmp_path):
-    for folder, numbers in {"a": {"old": 1.0, "wall_s": 1.0}, "b": {"new": 1.0, "wall_s": 2.0}}.items():
-        (tmp_path / folder / "run").mkdir(parents=True)
-        (tmp_path / folder / "run" / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
-    words = ["study", "speed", "--compare", tmp_path / "a", tmp_path / "b"]
-    assert "run: 0 numbers identical, 2 not" in answer(*words, status=1).out
-    answer(*words, "old=new")
-    assert "--compare: must be two folders of results" in answer(*words[:-1], status=2).err
+def test_choices_and_works_of_both_ways_are_compared_where_both_can_be_done():
+    nothing, work = np.zeros((2, 3)), np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]])
+    inner = Costs(work, nothing, np.ones((2, 3), dtype=bool), work)
+    executed = np.array([[1.1, 3.0, np.inf], [2.0, 2.0, 9.0]])
+    full = inner._replace(work=executed, cost=executed, feasible=np.array([[1, 1, 0], [1, 1, 1]], dtype=bool))
+    compared = Comparison(inner, full)
+    one, other = compared.choose()
+    assert (one.tolist(), other.tolist()) == ([0, 0, 0], [0, 1, 1])
+    np.testing.assert_allclose(np.sort(compared.differences), [0.0, 0.0, 0.1, 2.0, 3.5])

@@ -18,8 +18,9 @@ from affordance.settings import Settings
 from affordance.vision.pixels.looks import Look
 from studies.tools.data_set import LEARNING, DataSet, Deviation, Half
 from studies.tools.first_touch import Score
-from studies.tools.numbers import count_right, list_details, list_metrics
+from studies.tools.numbers import list_details, list_metrics
 from studies.tools.observer import ToolsConfig
+from studies.tools.report import count_right, describe
 from studies.tools.seen import Outcome, Source, list_candidates, paint
 from studies.tools.study import Choices, ToolsResult, Uncommon
 from studies.tools.uncommon import weigh
@@ -129,6 +130,17 @@ def test_without_the_data_set_its_numbers_are_missing(choices):
     assert metrics["parity"]["mass"] is None
     assert metrics["segmented"] is None
     assert metrics["first_touch"] == []
+
+
+def test_section_says_which_end_is_chosen(choices):
+    section = describe(make_result(choices))
+    assert section.finding.startswith(
+        "After experience with other objects, the right end of our own hammers is chosen"
+    )
+    assert "for driving a nail in 1 of 1 cases by drawing" in section.finding
+    assert "first choice the mallet, grip head (p = " in section.summary
+    assert [claim.key for claim in section.claims] == ["blows_force", "blows_work"]
+    assert not any(claim.met for claim in section.claims)  # without a blow
 
 
 def test_folder_that_is_no_clone_is_refused(tmp_path):

@@ -16,9 +16,8 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
 from studies.trust import calibration
-from studies.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw
+from studies.trust.calibration import COVERAGES, WHITE, assess, build_config, draw_truth, find_positions, run_draw
 from studies.trust.cramer_rao import compute_bound, feel_at_rest
-from studies.within_trial.study import WHITE
 
 NUM_DRAWS = 400
 

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from helpers.answers import answer
 
-from affordance.experiments.suite import load_experiment
+from affordance.named_settings import change_settings
 from affordance.proprioception.torque_noise import WhiteNoise
-from studies.study import Findings
+from affordance.settings import DEFAULT_SETTINGS
 from studies.trust import calibration, command, parts, scaling, sensing, soak
 from studies.trust.fault_costs import NO_FAULT
+from studies.trust.report import describe
 
 
 def test_soak_counts_its_trials_and_finds_no_growth(monkeypatch):
@@ -82,11 +83,6 @@ NUMBERS = {
 }
 
 
-def describe(numbers):
-    assert command.STUDY.section is not None
-    return Findings(numbers, command.list_facts(numbers)).render(command.STUDY.section)
-
-
 def change_fault(**changes):
     return {"faults": {NO_FAULT: COST, "bias": {**COST, **changes}}}
 
@@ -105,17 +101,21 @@ def test_section_meets_its_claims_where_all_is_well():
 @pytest.mark.parametrize(
     ("change", "unmet"),
     [
-        ({"sbc_p_value": 1e-3}, "calibrated"),
-        ({"efficiency_vs_cramer_rao": 0.9}, "efficient"),
+        ({"sbc_p_value": 0.01}, "calibrated"),
+        ({"efficiency_vs_cramer_rao": 0.94}, "efficient"),  # it wastes
+        ({"efficiency_vs_cramer_rao": 1.06}, "efficient"),  # narrower than it may be
         (change_fault(violation_rad=1e-4), "faults"),
         (change_fault(velocity_of_limit=1.1), "faults"),
         (change_fault(torque_of_limit=1.1), "faults"),
         (change_fault(beliefs_valid=False), "faults"),
         ({"bad_inputs_refused": 499}, "bad_input"),
+        ({"bad_inputs_tried": 3, "bad_inputs_refused": 3}, "bad_input"),
         ({"kills_identical": 19}, "kills"),
+        ({"kills": 2, "kills_identical": 2}, "kills"),
         ({"cluster_identical": False}, "cluster"),
         ({"soak_memory_growth_MB": 11.0}, "soak"),
         ({"soak_time_drift": 1.2}, "soak"),
+        ({"soak_trials": 100}, "soak"),
         ({"parallel_efficiency_2": 0.8}, "scaling"),
     ],
 )
@@ -144,7 +144,7 @@ def test_unknown_study_is_refused():
 
 
 def test_errors_of_measurement_are_those_that_the_study_names():
-    settings = {name: load_experiment("reach", changes=changes).settings for name, changes in sensing.CHANGES.items()}
+    settings = {name: change_settings(DEFAULT_SETTINGS, changes) for name, changes in sensing.CHANGES.items()}
     assert {name: round(3.0 / each.sample_period) for name, each in settings.items()} == {
         "independent_5": 5,
         "independent_30": 30,

@@ -1,0 +1,42 @@
+"""Rules by which an option is picked by its costs under samples of a belief."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.choice.demand import Criterion
+from affordance.choice.motion_cost import Costs
+
+type Chosen = NDArray[np.intp]
+
+# Costs within this fraction of each other count as equal: the difference is rounding.
+TIE = 1e-9
+NO_OPTION = -1
+# An option is usable if it is feasible with at least this probability, unless another is given: the risk of one in
+# twenty of the 95 % intervals used throughout.
+MIN_FEASIBILITY = 0.95
+
+
+def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
+    """Picks the feasible option of least cost under each sample, (S,), or NO_OPTION; ties are broken at random."""
+    cost = np.where(costs.feasible, costs.cost, np.inf)
+    least = cost.min(axis=0)
+    equal = costs.feasible & (cost <= least * (1.0 + TIE))
+    lots = np.where(equal, rng.random(cost.shape), -1.0)
+    picked: Chosen = np.where(equal.any(axis=0), lots.argmax(axis=0), NO_OPTION)
+    return picked
+
+
+def find_taken(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
+    """Finds the option that a ranking puts first, of k options with costs and feasibility under S samples, (k, S).
+
+    It is the first of those of least cost by the criterion among the usable ones; NO_OPTION if none is usable.
+    """
+    usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
+    if not usable.any():
+        return NO_OPTION
+    finite = np.isfinite(cost).all(axis=1, keepdims=True)
+    cost = np.where(finite, cost, 0.0)
+    amounts = np.quantile(cost, 0.95, axis=1) if criterion.is_peak else cost.mean(axis=1)
+    amounts = np.where(finite[:, 0], amounts, np.inf)
+    return int(np.flatnonzero(usable & (amounts <= amounts[usable].min() * (1.0 + TIE)))[0])

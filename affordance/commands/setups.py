@@ -1,0 +1,43 @@
+"""Setup of an experiment from the options of a command."""
+
+import argparse
+from collections.abc import Collection
+from pathlib import Path
+
+from affordance.commands.options import read_same_colours
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.experiments.lasting_memory import remember_in
+from affordance.experiments.observers import Setup
+from affordance.named_settings import Changes, change_settings
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.robots.robot import Robot
+from affordance.settings import Settings
+
+
+def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
+    """Raises a BadValueError for no such experiment; that of a former protocol says what has taken its place."""
+    if Path(arguments.experiment).suffix in (".yaml", ".yml"):
+        problem = f"is {arguments.experiment!r}: experiments are programs now, and protocols in YAML are gone"
+        raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); known are {', '.join(names)}")
+    if arguments.experiment not in names:
+        raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
+
+
+def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> Setup:
+    """Reads the setup of an experiment from the options of ``add_run_options``, with changed settings by name.
+
+    With ``--memory`` its one observer begins with a lasting memory.
+    """
+    setup = Setup(
+        observers=arguments.repeats,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+        models=robot.folder,
+        out=arguments.out,
+        settings=change_settings(Settings(arm=robot.directives), changes),
+    )
+    if not hasattr(arguments, "memory"):
+        return setup
+    materials = load_materials(robot.folder / MATERIALS.name) if arguments.same_colour else {}
+    pairs = read_same_colours(arguments, materials)
+    return remember_in(setup, arguments.memory, pairs) if arguments.memory else setup

@@ -1,0 +1,76 @@
+"""Blows on a nail as labelled curves, rendered pictures and a page in slow motion."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from affordance.arrays import about
+from affordance.objects.tool import Tool
+from affordance.reporting.blow_figures import draw_renderings
+from affordance.reporting.renderings import Pose, render_close_ups, render_poses
+from affordance.reporting.replay import Scene, write_replay
+from affordance.simulation.blow import Blow
+
+TOUCH = np.arange(-0.002, 0.012, 2e-5)  # time around the first touch that is kept, if the nail rests by then, [s]
+SLOWER, SLOW_BEFORE, SLOW_AFTER = 80.0, 0.01, 0.03  # factor of slow motion, and its span around the strike, [s]
+
+
+def label_nails(blows: Sequence[Blow]) -> xr.Dataset:
+    """Labels the force on the nail and its travel around the strike, with each grip."""
+    longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
+    times = np.arange(TOUCH[0], max(TOUCH[-1], longest - TOUCH[0]), TOUCH[1] - TOUCH[0])
+
+    def interpolate(name: str) -> list[Any]:
+        return [np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name)) for b in blows]
+
+    axes = ("grip", "time_since_touch")
+    return xr.Dataset(
+        {
+            "resistance": (axes, interpolate("resistance"), about("N", "resistance of the nail")),
+            "contact": (axes, interpolate("contact"), about("N", "force of the tool on the nail")),
+            "travel": (axes, interpolate("travel"), about("m", "distance by which the nail was driven")),
+        },
+        {"time_since_touch": (axes[1:], times, about("s", "time since the tool touched the nail"))},
+    )
+
+
+def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
+    """Draws figure 9, rendered: the start and the strike with each grip of a tool, and the nail."""
+    held = tool.list_gripped()
+    poses, close = [], []
+    for grip, blow in blows.items():
+        times, nail = blow.record.times, blow.nail
+        row = int(np.argmin(np.abs(times - nail.time_of_touch)))
+        start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
+        travel = float(np.interp(times[row], nail.times, nail.travel))
+        strike = start._replace(q=blow.record.q[row], travel=travel)
+        poses += [start, strike]
+        close.append(strike)
+    images = render_poses(arm, poses, width=1000, height=380)
+    close_ups = render_close_ups(arm, close, width=400, height=380)
+    rows = {f"held by {grip}": [*images[2 * i : 2 * i + 2], close_ups[i]] for i, grip in enumerate(blows)}
+    return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
+
+
+def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow], file: Path) -> None:
+    """Writes the blow with each grip as a page, in slow motion around the strike."""
+    held = tool.list_gripped()
+    scenes = []
+    for grip, blow in blows.items():
+        strike, times = blow.strike.time_of_strike, blow.record.times
+        scenes.append(
+            Scene(
+                held[grip],
+                times,
+                blow.record.q,
+                f"held by {grip}: absolute work {blow.work:.1f} J, {blow.force:.0f} N",
+                placement=blow.strike.placement,
+                travel=np.interp(times, blow.nail.times, blow.nail.travel),
+                slow=(strike - SLOW_BEFORE, strike + SLOW_AFTER, SLOWER),
+            )
+        )
+    write_replay(file, arm, scenes, title=f"Simulation IV: {tool.name}")

@@ -1,0 +1,181 @@
+"""Figures of labelled datasets of observers, and their motions, Diagram and replay."""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from affordance.arrays import about
+from affordance.belief.learners import label_learner
+from affordance.experiments.observers import OBSERVER_SHOWN
+from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
+from affordance.reporting import figures
+from affordance.reporting.formatting import label
+from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
+from affordance.reporting.object_drawings import Drawing, draw_objects
+from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.statistics import estimate_mean
+from affordance.settings import Settings
+from affordance.simulation.trial_record import TrialRecord
+
+
+class Simulated(Protocol):
+    """Simulation of a task with a gripped tool."""
+
+    @property
+    def record(self) -> TrialRecord:
+        """Record of the arm's motion."""
+
+
+def draw_density_and_drop(data: xr.Dataset, tools: Sequence[Tool]) -> Figure:
+    """Draws figure 3: the ``density`` believed at each moment, and the drop of ``height`` in each trial."""
+    return figures.draw_density_and_drop(
+        quartiles=data.density.median("observer").values,
+        mode=data.density_mode.median("observer").values,
+        density_true=tools[0].components[0].material.density,
+        drop=estimate_mean(np.maximum(0.0, -data.height.min("time")).values),
+        masses=np.array([tool.mass for tool in tools]),
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_heights(data: xr.Dataset, seed: int) -> Figure:
+    """Draws figure 4: the ``height`` of each object over time; the last object is the decoy."""
+    return figures.draw_heights(
+        times=data.time.values,
+        shown=data.height.values[OBSERVER_SHOWN],
+        mean=estimate_mean(data.height.values),
+        labels=data.trial.values.tolist(),
+        shown_label=f"seed {seed}, observer {OBSERVER_SHOWN}",
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_heights_of_points(data: xr.Dataset, points: Mapping[str, str], seed: int) -> Figure:
+    """Draws figure 6: the height of each object's centre over time, and of several points of the last, the decoy."""
+    centre, *_ = points
+    return figures.draw_heights_of_points(
+        times=data.time.values,
+        shown=data[centre].values[OBSERVER_SHOWN],
+        mean=estimate_mean(data[centre].values),
+        decoy={title: estimate_mean(data[name].values[:, -1]) for name, title in points.items()},
+        labels=[f"{number}: {name}" for number, name in enumerate(data.trial.values.tolist(), start=1)],
+        shown_label=f"seed {seed}, observer {OBSERVER_SHOWN}",
+        num_repeats=data.sizes["observer"],
+    )
+
+
+def draw_made_and_seen(tools: Sequence[Tool]) -> Figure:
+    """Draws figure 5: the objects, the last of which, the decoy, as it looks and as it is made."""
+    *honest, decoy = tools
+    drawings = [Drawing(tool, f"{number}: {label(tool.name)}") for number, tool in enumerate(honest, start=1)]
+    name = f"{len(tools)}: {label(decoy.name)}"
+    drawings += [Drawing(decoy, f"{name}, as it looks"), Drawing(decoy, f"{name}, as it is made", as_made=True)]
+    return draw_objects(drawings, columns=2)
+
+
+def add_motion(data: xr.Dataset, records: Sequence[TrialRecord], settings: Settings) -> xr.Dataset:
+    """Adds the motion of the observer that is shown to the data of all observers."""
+    whose = f"of observer {OBSERVER_SHOWN}"
+    axes = ("trial", "time", "joint")
+    return data.assign_coords(joint=load_arm(settings.arm).joint_names).assign(
+        q=(axes, np.stack([each.q for each in records]), about("rad", f"joint angles {whose}")),
+        v=(axes, np.stack([each.v for each in records]), about("rad/s", f"joint velocities {whose}")),
+        tau=(
+            axes,
+            np.stack([each.tau for each in records]),
+            about("N m", f"joint torques {whose} over the control period that ends at each time"),
+        ),
+    )
+
+
+def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Dataset:
+    """Labels the motions of a task that was simulated with each grip, one row for each control period."""
+    records = [each.record for each in done.values()]
+    axes = ("grip", "time", "joint")
+    return xr.Dataset(
+        {
+            "q": (
+                axes,
+                [each.q for each in records],
+                about("rad", "joint angles, simulated with the true densities"),
+            ),
+            "v": (axes, [each.v for each in records], about("rad/s", "joint velocities")),
+            "tau": (
+                axes,
+                [each.tau for each in records],
+                about("N m", "joint torques over the control period before"),
+            ),
+        },
+        {
+            "grip": list(done),
+            "time": ("time", records[0].times, about("s", "time since the start")),
+            "joint": load_arm(settings.arm).joint_names,
+        },
+    )
+
+
+def replay_holds(
+    tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str
+) -> Callable[[Path], None]:
+    """Returns a function that writes the holds of one observer as a page, one scene per object."""
+    pairs = zip(tools, records, strict=True)
+    scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in pairs]
+    return partial(_write_replay, settings.arm, scenes, title)
+
+
+def _write_replay(arm: Path, scenes: Sequence[Scene], title: str, path: Path) -> None:
+    write_replay(path, arm, scenes, title=title)
+
+
+def draw_forces(
+    lifts: pd.DataFrame,
+    objects: Sequence[str],
+    *,
+    title: str,
+    predicted_by: Sequence[str] = (),
+    people: Sequence[PeopleMark] = (),
+) -> Figure:
+    """Draws the forces of the lifts of some objects, one panel per learner; over the weights, where these differ.
+
+    Dashed is what other objects predict: a line through force and size over their lifts between one of the drawn
+    objects and the next.
+    """
+    chosen = lifts[lifts["object"].isin(objects)]
+    observers = lifts["observer"].nunique()
+    curves = []
+    for learner, own in lifts.groupby("learner", sort=False):
+        forces = own.loc[own["object"].isin(objects), "force"].to_numpy().reshape(observers, -1)
+        predicted = None
+        if predicted_by:
+            rows = [_predict(each, objects, predicted_by) for _, each in own.groupby("observer")]
+            predicted = np.array(rows)
+        curves.append(LiftCurve(label_learner(learner), forces, predicted))
+    weights = chosen["weight"].to_numpy()[: curves[0].forces.size].reshape(observers, -1)
+    if np.ptp(weights) and not people:
+        return draw_lifts([curve.divide(weights) for curve in curves], weights=None, people=(), title=title)
+    return draw_lifts(curves, weights=weights[0], people=people, title=title)
+
+
+def _predict(lifts: pd.DataFrame, objects: Sequence[str], others: Sequence[str]) -> list[float]:
+    """Predicts the force with each of some objects from the lifts of others until the next of them."""
+    places = [*np.flatnonzero(lifts["object"].isin(objects)), len(lifts)]
+    predicted = []
+    for start, end in itertools.pairwise(places):
+        between = lifts.iloc[start:end]
+        between = between[between["object"].isin(others)]
+        predicted.append(predict_by_size(between, float(lifts["size"].iloc[start])) if len(between) > 1 else np.nan)
+    return predicted
+
+
+def predict_by_size(lifts: pd.DataFrame, size: float) -> float:
+    """Predicts the force with an object of a size, [m^3], by a line through force and size of other lifts, [N]."""
+    slope, intercept = np.polyfit(lifts["size"].to_numpy(), lifts["force"].to_numpy(), 1)
+    return float(intercept + slope * size)

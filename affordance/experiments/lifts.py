@@ -1,0 +1,222 @@
+"""Lifts as a table with one row per lift, the same for simulated observers and for people.
+
+A design is a function that draws the trials of one observer, a table with the columns block, cycle and object; the
+order of its rows is the order of the lifts. ``run_lifts`` adds what each observer does: before a lift the hand is
+clamped, and pushes up with the weight that the observer believes in; then the object is felt at rest, in closed form.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from affordance.arguments import check_number
+from affordance.arrays import Array, about
+from affordance.belief.learner import Learner
+from affordance.belief.learners import list_learners
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds
+from affordance.experiments.objects import check_can_be_held
+from affordance.experiments.observers import Setup, run_observers
+from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
+from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.materials import Material
+from affordance.objects.primitives import Cylinder
+from affordance.objects.tool import Component, Tool
+from affordance.proprioception.faults import NO_FAULTS
+from affordance.reporting.claims import with_interval
+from affordance.runs.random_streams import Stream
+from affordance.settings import Settings
+from affordance.simulation.static_lifts import NOTHING, StaticLifter, check_closed_form
+from affordance.vision.features import FeatureSource
+
+# Most observers whose lifts are computed at once, so that an interruption loses little.
+AT_ONCE = 250
+# Function that draws the trials of an observer, given its number and a random generator.
+type Design = Callable[[int, np.random.Generator], pd.DataFrame]
+
+
+def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
+    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg.
+
+    A size, mass or density out of bounds, or a colour that is none, raises a BadArgumentError.
+    """
+    solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
+    density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume
+    check_number(f"density of {name}", density, DENSITY_MIN, DENSITY_MAX, "kg/m^3")
+    if not is_colour(colour):
+        raise BadArgumentError("colour", "", f"is {colour!r}, {COLOUR_FORM}")
+    material = Material(name, parse_colour(colour), density, source="ours")
+    return Tool(name, (Component(solid, np.eye(4), material, material),))
+
+
+def repeat(
+    objects: Sequence[str],
+    repetitions: int,
+    rng: np.random.Generator,
+    *,
+    block: str,
+    order: str = "shuffled",
+    first: Sequence[str] = (),
+    times: int = 1,
+    row: int = 0,
+) -> pd.DataFrame:
+    """Draws a block of trials: each repetition has all objects.
+
+    Args:
+        objects: Names of the objects.
+        repetitions: Number of repetitions.
+        rng: Random generator of the order.
+        block: Name of the block.
+        order: "shuffled", "fixed", or "latin square": each object is equally often in each place and after each
+            other.
+        first: Names of the objects that come first in each repetition, in this order.
+        times: Number of trials with an object in a row.
+        row: Row of the Latin square in the first repetition: the number of the observer.
+    """
+    others = [name for name in objects if name not in first]
+    rows = []
+    for cycle in range(repetitions):
+        names = [*first, *_order(others, order, rng, row + cycle)]
+        rows += [(block, cycle + 1, name) for name in names for _ in range(times)]
+    return pd.DataFrame(rows, columns=["block", "cycle", "object"])
+
+
+def _order(names: Sequence[str], order: str, rng: np.random.Generator, row: int) -> list[str]:
+    if order == "shuffled":
+        return [names[int(place)] for place in rng.permutation(len(names))]
+    if order == "latin square":
+        return [names[place] for place in build_row(len(names), row % count_rows(len(names)))] if names else []
+    if order == "fixed":
+        return list(names)
+    raise ValueError(f"order is {order!r}, must be 'shuffled', 'fixed' or 'latin square'")
+
+
+def count_rows(count: int) -> int:
+    """Counts the rows of the square for a number of objects: the same number if it is even, else twice as many."""
+    return count if count % 2 == 0 else 2 * count
+
+
+def build_row(count: int, row: int) -> list[int]:
+    """Builds a row of a square: each object is equally often in each place, and after each other (Williams 1949)."""
+    zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
+    places = [(place + row) % count for place in zigzag]
+    return places if row < count else places[::-1]
+
+
+def run_lifts(
+    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
+) -> pd.DataFrame:
+    """Lets observers of each learner lift objects, and returns a row per lift.
+
+    Args:
+        name: Name of the experiment.
+        setup: Setup of the experiment.
+        tools: Objects.
+        design: Function that draws the trials of an observer.
+        learners: Learners; those of the program and that of the settings if there are none.
+
+    Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
+        the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+    """
+    mass = {tool.name: tool.mass for tool in tools}
+    size = {tool.name: compute_volume(tool) for tool in tools}
+    tables = []
+    for learner in learners or list_learners(setup.settings.learner):
+        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design, at_once=AT_ONCE)
+        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.name)
+        table["lift"] += 1
+        table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)
+        table["kind"] = show_kinds(data.kind.values.ravel())
+        table["surprise"] = compute_surprise(data.p_value.values.ravel())
+        tables.append(table[[*COLUMNS, "weight"]])
+    return pd.concat(tables, ignore_index=True)
+
+
+def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) -> None:
+    """Checks the objects of an experiment, and that the closed form supports the settings.
+
+    A setting that it does not support raises a BadArgumentError or a BadValueError, an object that is too heavy for
+    the arm an InfeasibleError.
+    """
+    check_closed_form(settings)
+    if settings.feature_source is not FeatureSource.FEATURES:
+        raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {name}, in closed form")
+    if settings.faults != NO_FAULTS:
+        problem = f"is given, must be omitted for {name}, whose lifts in closed form support none"
+        raise BadValueError("--fault", "", problem)
+    check_can_be_held(Path(name), tools, settings)
+
+
+def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
+    """Lets observers lift the objects of their trials, one after the other, and learn from each."""
+    names = [tool.name for tool in tools]
+    trials = [
+        design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
+    ]
+    num_lifts = max(map(len, trials))
+    objects = np.full((num_lifts, len(observers)), NOTHING)
+    for row, table in enumerate(trials):
+        objects[: len(table), row] = [names.index(each) for each in table["object"]]
+    learner = setup.settings.learner.of_observers(observers)
+    lifter = StaticLifter(tools, setup.change(learner=learner).settings)
+    drawn, felt = (
+        [(setup.seed, observer, stream) for observer in observers] for stream in (Stream.KINDS, Stream.LIFT)
+    )
+    record = lifter.run(objects, lifter.start(drawn), lifter.draw_errors(felt, num_lifts), drawn)
+    found = []
+    for row, table in enumerate(trials):
+        variables = (
+            ("block", table["block"].to_numpy(dtype=str), "1", "block"),
+            ("cycle", table["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
+            ("object", table["object"].to_numpy(dtype=str), "1", "object"),
+            ("force", record.force, "N", "upward force before release"),
+            ("weight", record.weight, "N", "true weight"),
+            ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
+            ("believed_density", record.believed_density, "kg/m^3", "most probable density of the colour, before"),
+            ("kind", record.kind, "1", "kind of the object after the lift; 0 without kinds"),
+            ("p_value", record.p_value, "1", "p-value of what was felt, by the belief before the lift"),
+        )
+        found.append(
+            xr.Dataset(
+                {
+                    name: ("lift", values[: len(table), row] if values.ndim > 1 else values, about(unit, meaning))
+                    for name, values, unit, meaning in variables
+                }
+            )
+        )
+    return found
+
+
+def summarise_lifts(
+    lifts: pd.DataFrame,
+    measure: Callable[[pd.DataFrame], pd.Series],
+    setup: Setup,
+    *,
+    without_interval: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Computes means over observers with 95 % intervals, by learner, of the numbers that each has of its own lifts.
+
+    Returns: Numbers of the first learner, and those of all under ``learners``, as in metrics.json.
+    """
+    learners: dict[str, dict[str, Any]] = {}
+    for learner, found in measure_each(lifts, measure).items():
+        learners[learner] = {}
+        for name, values in found.items():
+            numbers = with_interval(name, values)
+            learners[learner] |= {name: numbers[name]} if name in without_interval else numbers
+    parameters = {each.name: each.parameters for each in list_learners(setup.settings.learner)}
+    kappa = {name: each.kappa for name, each in parameters.items() if hasattr(each, "kappa")}
+    return {**next(iter(learners.values())), "learners": learners, "people": {}, "kappa": kappa}
+
+
+def measure_each(lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series]) -> dict[str, dict[str, Array]]:
+    """Computes the numbers of each observer from its own lifts, (observers,), by learner and name."""
+    found = {}
+    for learner, of_one in lifts.groupby("learner", sort=False):
+        rows = pd.DataFrame([measure(own) for _, own in of_one.groupby("observer")])
+        found[str(learner)] = {str(name): rows[name].to_numpy() for name in rows}
+    return found

@@ -1,0 +1,300 @@
+"""What is lifted next after an odd object, and when is it enough? A design of ours that nobody has done yet.
+
+A rod of steel and one of beech become familiar. Then a rod is held that looks like steel and is made of beech; from
+then on observers hold what they like: another rod that looks like steel, another of beech, or a rod and a block of
+brass, of which no tool is made. They know that a stick and a hammer of steel and beech are to be gripped for reaching
+and for driving a nail. Expected: who chooses by what it is worth to these tasks doubts one of the two rods that look
+alike and differ, takes up the third, and then has enough. The first two claims were written before any of its numbers
+was seen; the third after the simulation, and before any people's data.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from affordance.arrays import about
+from affordance.belief.density_belief import Prior
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.learners import label_learner, list_learners
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.demand import Criterion
+from affordance.choice.next_hold import Question, advise_hold
+from affordance.choice.options import Option
+from affordance.choice.pricing import plan_options
+from affordance.choice.tasks import load_task
+from affordance.experiments.drawings import replay_holds
+from affordance.experiments.holds import describe_holds, tabulate_holds
+from affordance.experiments.objects import check_can_be_held, read_tools
+from affordance.experiments.observers import OBSERVER_SHOWN, Setup, run_observers
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool, list_colours
+from affordance.reporting.claims import ClaimResult, check, claim, with_interval
+from affordance.reporting.formatting import count_observers, label
+from affordance.reporting.object_drawings import Drawing, draw_objects
+from affordance.runs.random_streams import Stream
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
+from affordance.vision.eye import measure_drawing
+
+OBJECTS, TOOLS = (
+    "tools/next_lift.yaml",
+    "tools/novel.yaml",
+)  # in the folder of models; a stick and a hammer come first
+TASKS = ("reach", "hammer")
+FAMILIAR = ("rod of steel", "rod of beech")
+ODD, LIKE_IT, BRASS = "odd rod", "third rod of steel look", ("rod of brass", "block of brass")
+OBSERVERS = 40  # of each learner, unless another number is asked for
+EVERY_LEARNER = True  # observers of each are simulated
+NO_MEMORY = "whose observers differ in their learner"  # a lasting memory is of one
+DURATION = 1.0  # of each hold, [s]
+SAMPLES = 1000  # of a belief, by which an observer chooses
+CAPTION = (
+    "What is lifted, in the mean; of four in any order the third rod of steel look would come in lift 3.5 and next "
+    "in a quarter."
+)
+MEANINGS = {
+    "place_of_like": "lift in which it is the third rod of steel look, the odd one first",
+    "like_next": "share that lifts it next after the odd one; 0.25 by chance",
+    "place_of_brass": "mean lift of the two of brass, 3.5 by chance",
+    "stopped": "share that would rather stop, before each lift",
+    "lifts_until_stop": "lifts before it is enough, the odd one among them, at most 5",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    things, _ = read(setup)
+    data = collect(setup)
+    each = {learner: measure(data.sel(learner=learner), things) for learner in data.learner.values}
+    learners = {str(learner): summarise(numbers) for learner, numbers in each.items()}
+    first, *_ = learners.values()
+    numbers = {**first, "learners": learners}
+    shown, records = hold(setup.change(learner=list_learners(setup.settings.learner)[0]), things, OBSERVER_SHOWN)[::2]
+    free = shown[len(FAMILIAR) :]
+    shares = [f"{found['like_next']:.0%} ({label_learner(learner)})" for learner, found in learners.items()]
+    return Results(
+        order=52,
+        title="What is lifted next after an odd object?",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner held a rod of steel and one of beech, then one that"
+            " looks like steel and is of beech, and then chose what to hold next for the grips of a stick and a"
+            " hammer: another rod of each look, or two things of brass, of which no tool is made. Nobody has done it"
+            " yet."
+        ),
+        finding=f"After an odd rod, one that looks like it is lifted next by {', '.join(shares)}.",
+        data=data,
+        numbers=numbers,
+        claims=judge(learners),
+        figures={
+            "things": (
+                "Things that may be held; the first is made otherwise than it looks.",
+                partial(draw_things, things[len(FAMILIAR) :]),
+            )
+        },
+        tables={CAPTION: tabulate(learners)},
+        lifts=pd.concat([tabulate_lifts(data.sel(learner=learner), things) for learner in data.learner.values]),
+        diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
+        replay=replay_holds(
+            [things[index] for index in free],
+            records[len(FAMILIAR) :],
+            setup.settings,
+            f"next_lift, seed {setup.seed}",
+        ),
+        seen=things,
+        learners=[*learners],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    things, _ = read(setup)
+    data = collect(setup)
+    return ObserverNumbers(
+        {str(each): measure(data.sel(learner=each), things) for each in data.learner.values}, MEANINGS
+    )
+
+
+def read(setup: Setup) -> tuple[Sequence[Tool], Sequence[Tool]]:
+    """Reads the objects, and the tools whose grips are to be chosen."""
+    things, tools = read_tools(setup.models, OBJECTS), read_tools(setup.models, TOOLS)[:2]
+    check_can_be_held(setup.models / OBJECTS, things, setup.settings)
+    return things, tools
+
+
+def collect(setup: Setup) -> xr.Dataset:
+    """Runs the observers of each learner."""
+    things, _ = read(setup)
+    parts = [
+        run_observers("next_lift", setup.change(learner=learner), observe, things).assign_coords(learner=learner.name)
+        for learner in list_learners(setup.settings.learner)
+    ]
+    return xr.concat(parts, "learner", combine_attrs="override")
+
+
+def hold(
+    setup: Setup, things: Sequence[Tool], observer: int
+) -> tuple[list[int], list[MaterialMemory], list[TrialRecord], list[bool]]:
+    """Lets one observer hold the familiar rods, the odd one, and then one after the other what it chooses.
+
+    Returns: Index of the object in each trial, memories before the first and after each, records, and, for each of
+        the free trials, whether it would rather have stopped by then.
+    """
+    settings, runner = setup.settings, get_runner(setup.settings)
+    names = [thing.name for thing in things]
+    familiar = [things[names.index(name)] for name in FAMILIAR]
+    colours = list_colours(familiar)
+    memory = setup.start_memory(observer).add_colours(colours, settings.prior).restrict_to(colours)
+    hand = Observer(runner, memory, duration=DURATION, remembered=colours)
+    order: list[int] = []
+    memories, records = [memory], []
+    rng = np.random.default_rng([setup.seed, observer, Stream.ORDER])
+    for trial, place in enumerate(rng.permutation(len(familiar))):
+        order.append(names.index(FAMILIAR[place]))
+        records.append(hand.hold(familiar[place], (setup.seed, observer, trial)))
+        memories.append(hand.memory)
+    colours = list_colours(things)
+    memory = hand.memory.add_colours(colours, settings.prior).restrict_to(colours)
+    hand = Observer(runner, memory, duration=DURATION, remembered=colours)
+    left = [index for index, name in enumerate(names) if name not in FAMILIAR]
+    stopped: list[bool] = []
+    for number in range(len(left)):
+        offered = [names.index(ODD)] if number == 0 else left
+        seed = (setup.seed, observer, Stream.CHOSEN, number)
+        chosen, stops = choose([things[index] for index in offered], things, hand.memory, setup, seed)
+        stopped.append(stops or any(stopped))
+        order.append(offered[chosen])
+        left.remove(offered[chosen])
+        records.append(hand.hold(things[order[-1]], (setup.seed, observer, len(FAMILIAR) + number)))
+        memories.append(hand.memory)
+    return order, memories, records, stopped
+
+
+def choose(
+    offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
+) -> tuple[int, bool]:
+    """Chooses what to hold next by its worth for the tasks.
+
+    Returns: Place of the object among those offered, and True if none is worth holding.
+    """
+    _, tools = read(setup)
+    options = [
+        Option(tool.name, grip.name, measure_drawing(tool), grip.X_TG) for tool in tools for grip in tool.grips
+    ]
+    questions = [
+        Question(name, plan_options(options, load_task(setup.models, name), setup.settings)) for name in TASKS
+    ]
+    advice = advise_hold(
+        offered,
+        questions,
+        memory,
+        setup.settings,
+        criterion=Criterion.WORK,
+        felt=list_felt(things, memory, setup.settings.prior),
+        num_samples=SAMPLES,
+        seed=int(np.random.default_rng(seed).integers(2**31)),
+    )
+    return [thing.name for thing in offered].index(advice.next_name), bool(advice.stop)
+
+
+def list_felt(things: Sequence[Tool], memory: MaterialMemory, prior: Prior) -> dict[str, FeltObject]:
+    """Lists the evidence of a memory about each object, by name; objects that look alike are one."""
+    found: dict[str, FeltObject] = {}
+    for thing in things:
+        felt = memory.recall([part.appearance for part in measure_drawing(thing)], prior).felt
+        if felt is not None and all(felt.appearance != each.appearance for each in found.values()):
+            found[thing.name] = felt
+    return found
+
+
+def observe(setup: Setup, things: Sequence[Tool], observer: int) -> xr.Dataset:
+    """Runs one observer."""
+    order, memories, records, stopped = hold(setup, things, observer)
+    return xr.Dataset(
+        {
+            "object": ("trial", order, about("1", "index of the object")),
+            "stopped": (
+                "free",
+                stopped,
+                about("1", "whether the observer would rather have stopped before the lift"),
+            ),
+            **describe_holds([things[index] for index in order], memories, records, setup.settings),
+        }
+    )
+
+
+def measure(data: xr.Dataset, things: Sequence[Tool]) -> dict[str, xr.DataArray]:
+    """Computes the numbers of each observer; lifts count from that of the odd rod."""
+    names = [thing.name for thing in things]
+    objects = data.object.isel(trial=slice(len(FAMILIAR), None))
+    place = xr.DataArray(np.arange(1.0, objects.sizes["trial"] + 1.0), dims="trial")
+    like = place.where(objects == names.index(LIKE_IT)).max("trial")
+    return {
+        "place_of_like": like,
+        "like_next": like == 2.0,
+        "place_of_brass": place.where(objects.isin([names.index(name) for name in BRASS])).mean("trial"),
+        "stopped": data.stopped,
+        "lifts_until_stop": (1 - data.stopped).sum("free"),
+    }
+
+
+def summarise(each: Mapping[str, xr.DataArray]) -> dict[str, Any]:
+    """Summarises the numbers over observers, as in metrics.json."""
+    return {
+        **with_interval("place_of_like", each["place_of_like"]),
+        **with_interval("like_next", each["like_next"].astype(float)),
+        **with_interval("place_of_brass", each["place_of_brass"]),
+        "stopped": each["stopped"].mean("observer").values,
+        **with_interval("lifts_until_stop", each["lifts_until_stop"].astype(float)),
+        "lifts_median": float(each["lifts_until_stop"].median()),
+    }
+
+
+def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
+    """Judges what was expected."""
+    one, kinds = n["density"], n["kinds_map"]
+    return [
+        claim("like_next", "ours, a prediction", "After an odd rod, one that looks like it is lifted next.",
+              check("share, one density for each colour", one["like_next"], at_least=0.5)),
+        claim("brass_last", "ours, a prediction", "What no tool is made of is lifted last.",
+              check("mean lift, one density for each colour", one["place_of_brass"], at_least=4),
+              check("mean lift, kinds, most probable", kinds["place_of_brass"], at_least=4)),
+        claim("three_lifts", "ours, a prediction; written after simulation, before any people's data",
+              "Three lifts are enough, the odd one among them.",
+              check("median of lifts, one density for each colour", one["lifts_median"], at_least=3, at_most=3),
+              check("median of lifts, kinds, most probable", kinds["lifts_median"], at_least=3, at_most=3)),
+    ]  # fmt: skip
+
+
+def tabulate(learners: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """Tabulates what observers of each learner lift."""
+    rows = {
+        label_learner(learner): {
+            "lift of the third rod of steel look": f"{found['place_of_like']:.2f}",
+            "next after the odd one": f"{found['like_next']:.0%}",
+            "mean lift of brass": f"{found['place_of_brass']:.2f}",
+            "lifts until it is enough": f"{found['lifts_until_stop']:.2f}",
+        }
+        for learner, found in learners.items()
+    }
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("learner")
+
+
+def tabulate_lifts(data: xr.Dataset, things: Sequence[Tool]) -> pd.DataFrame:
+    """Tabulates all holds of observers of one learner."""
+    table = tabulate_holds(data, things, learner=str(data.learner.values), block="free", objects=data.object.values)
+    table.loc[table["lift"] <= len(FAMILIAR), "block"] = "familiar"
+    return table.assign(cycle=1)
+
+
+def draw_things(things: Sequence[Tool]) -> Any:
+    """Draws what may be held freely, the first of which, the odd rod, as it looks and as it is made."""
+    odd, *others = things
+    drawings = [Drawing(odd, f"1: {label(odd.name)}, as it looks")]
+    drawings += [Drawing(odd, f"1: {label(odd.name)}, as it is made", as_made=True)]
+    drawings += [Drawing(thing, f"{number}: {label(thing.name)}") for number, thing in enumerate(others, start=2)]
+    return draw_objects(drawings, columns=2)

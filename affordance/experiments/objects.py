@@ -1,0 +1,74 @@
+"""Objects in a user's folder of models, which may make no experiment: refusals in one line."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.systems.framework import DiagramBuilder
+
+from affordance.control.start_posture import Start
+from affordance.exceptions import BadValueError, InfeasibleError, ModelFileError
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, Material, load_materials
+from affordance.objects.tool import Tool
+from affordance.plant.arm import Arm
+from affordance.plant.load import load_arm, parse_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.settings import Settings
+
+
+def read_tools(models: Path, name: str) -> tuple[Tool, ...]:
+    """Reads a tools file of a folder of models, with the materials of that folder."""
+    return load_tools(models / name, load_materials(models / MATERIALS.name))
+
+
+def list_looks(tools: Sequence[Tool]) -> list[Material]:
+    """Lists the materials that tools look like, in the order of their parts."""
+    return list(dict.fromkeys(part.looks_like for tool in tools for part in tool.components))
+
+
+def check_no_grips(file: Path, tools: Sequence[Tool]) -> None:
+    """Raises a BadValueError for an object with grips to choose from."""
+    for tool in tools:
+        if tool.grips:
+            names = ", ".join(grip.name for grip in tool.grips)
+            raise BadValueError(file, f"tools: {tool.name}.grips", f"are {names}, must not be given here")
+
+
+def check_honest(file: Path, tools: Sequence[Tool]) -> None:
+    """Raises a BadValueError for an object with a part that looks like another material than it is made of."""
+    for tool in tools:
+        for i, part in enumerate(tool.components):
+            if part.looks_like != part.material:
+                problem = f"is {part.looks_like.name!r}, must be what it is made of, {part.material.name!r}"
+                raise BadValueError(file, f"tools: {tool.name}.components[{i}].looks_like", problem)
+
+
+def check_can_be_held(file: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
+    """Checks the static torque of each joint with each tool, in the start posture of a task or at home.
+
+    A tool that is too heavy for a joint raises an InfeasibleError, an arm that cannot be loaded or cannot hold itself
+    a ModelFileError, and a posture out of its reach an AffordanceError.
+    """
+    arm = load_arm(settings.arm)
+    _load_shapes(arm, settings.arm)
+    static = StaticHold(arm, arm.find_posture(dict(start)))
+    posture = "start" if start else "home"
+    for tool in tools:
+        # Otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool.
+        for joint, torque, bound in arm.find_overloads(static.tau_arm):
+            problem = f"loads {joint} with {torque:.3g} N m in the {posture} posture with an empty hand"
+            raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
+        overloads = arm.find_overloads(static.tau_arm + static.Y @ tool.parameters)
+        if overloads:
+            joint, torque, bound = max(overloads, key=lambda each: each.torque / each.bound)
+            problem = f"weighs {tool.mass:.3g} kg and loads {joint} with {torque:.3g} N m in the {posture} posture"
+            raise InfeasibleError(file, f"tools: {tool.name}", f"{problem}, must be at most {bound:.3g} N m")
+
+
+@lru_cache(maxsize=16)
+def _load_shapes(arm: Arm, directives: Path) -> None:
+    """Loads an arm's shapes, once for each version of its files, as else only the replay would fail for them."""
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    parse_arm(plant, directives)

@@ -1,0 +1,152 @@
+"""Does one odd member spoil a family? A design of ours that nobody has done yet.
+
+Four cylinders of one look become familiar. Then one of them that looks like the rest, of a size between theirs, and
+weighs a third of what it looks, is lifted six times in a row; then the family again. Expected: one density for each
+colour lifts the whole family as if it had become lighter; with kinds the odd one's second lift is right, and its
+family's next is as it was. Designed before any of its numbers was seen; then it was one of two that were kept of
+three, by the largest difference between learners.
+"""
+
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from affordance.belief.learners import label_learner
+from affordance.experiments.drawings import draw_forces
+from affordance.experiments.holds import COLUMNS
+from affordance.experiments.lifts import (
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
+from affordance.experiments.observers import Setup
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool
+from affordance.reporting.claims import ClaimResult, check, claim
+from affordance.reporting.formatting import count_observers
+from affordance.reporting.learner_predictions import PeopleSpread
+
+OBSERVERS = 50  # of each learner, unless another number is asked for
+EVERY_LEARNER = True  # observers of each are simulated
+NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+FAMILY = {"family_60mm": 0.06, "family_75mm": 0.075, "family_105mm": 0.105, "family_120mm": 0.12}  # heights, [m]
+RADIUS, DENSITY = 0.0461, 10.0  # radius of all cylinders, [m], and mass of the family by height, [kg/m]
+ODD_HEIGHT, ODD_MASS = 0.09, 0.3  # of the odd member, [m] and [kg]: its size predicts 0.9 kg
+SOURCE = "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals"
+SPREADS = {
+    "odd_first_N": PeopleSpread(1.95, f"{SOURCE}, first lift of one object"),
+    "odd_last_N": PeopleSpread(1.75, f"{SOURCE}, last 16 lifts of one object"),
+    "family_before_N": PeopleSpread(1.03, f"{SOURCE}, familiar objects, 64 lifts"),
+    "family_after_N": PeopleSpread(1.75, f"{SOURCE}, last 16 lifts of one object"),
+}
+MEANINGS = {
+    "odd_weight_N": "true weight of the odd one, N",
+    "odd_first_N": "first lift of the odd one, N",
+    "odd_last_N": "second to sixth lift of the odd one, N",
+    "family_before_N": "family before the odd one, N",
+    "family_after_N": "family after it, N",
+    "family_weight_N": "true weight of the family, N",
+    "spoilt": "share of its weight by which the family is lifted too lightly afterwards",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup, without_interval=["odd_weight_N", "family_weight_N"])
+    shares = [f"{found['spoilt']:.0%} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
+    return Results(
+        order=50,
+        title="Does one odd member spoil a family?",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted four objects of one look ten times each, then"
+            " six times one that weighs a third of what it looks, then the four once more. Nobody has done it yet."
+        ),
+        finding=(
+            "After a light odd one, its family is lifted too lightly by a share of its weight of "
+            f"{', '.join(shares)}."
+        ),
+        data=lifts,
+        numbers=numbers,
+        claims=judge(numbers["learners"]),
+        figures={
+            "odd": (
+                "Force before each lift of the odd one.",
+                partial(draw_forces, lifts, ["odd"], title="Six lifts of an odd one, a third as heavy as it looks"),
+            ),
+            "family": (
+                "Force before each lift of the family, over the true weight of its object.",
+                partial(draw_forces, lifts, [*FAMILY], title="Its family, the last four lifts after the odd one"),
+            ),
+        },
+        lifts=lifts[[*COLUMNS]],
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, with the spread between people."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+
+
+def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
+    """Lists the standard deviations between people; that of the share follows from that of the force."""
+    share = SPREADS["family_after_N"].sd / means["family_weight_N"]
+    return {**SPREADS, "spoilt": PeopleSpread(share, "calculated from the others")}
+
+
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
+    tools = [cylinder(name, radius=RADIUS, height=height, mass=DENSITY * height) for name, height in FAMILY.items()]
+    tools.append(cylinder("odd", radius=RADIUS, height=ODD_HEIGHT, mass=ODD_MASS))
+    check_can_be_lifted("spoilt_family", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects."""
+    return run_lifts("spoilt_family", setup, read(setup), design)
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer."""
+    return pd.concat(
+        [
+            repeat([*FAMILY], 10, rng, block="family"),
+            repeat(["odd"], 1, rng, block="odd member", times=6),
+            repeat([*FAMILY], 1, rng, block="family again", order="latin square", row=observer),
+        ]
+    )
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    odd, family = lifts[lifts["object"] == "odd"], lifts[lifts["object"] != "odd"]
+    after, weight = family["force"].tail(4).to_numpy().mean(), family["weight"].tail(4).to_numpy().mean()
+    return pd.Series(
+        {
+            "odd_weight_N": odd["weight"].iloc[0],
+            "odd_first_N": odd["force"].iloc[0],
+            "odd_last_N": odd["force"].tail(5).to_numpy().mean(),
+            "family_before_N": family["force"].head(40).to_numpy().mean(),
+            "family_after_N": after,
+            "family_weight_N": weight,
+            "spoilt": 1.0 - after / weight,
+        }
+    )
+
+
+def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
+    """Judges what was expected."""
+    difference = n["density"]["spoilt"] - n["kinds_map"]["spoilt"]
+    return [
+        claim("apart", "ours, a prediction", "The learners differ in how the family is lifted after the odd one.",
+              check("spoilt share, one density for each colour less kinds", difference, at_least=0.2)),
+    ]  # fmt: skip

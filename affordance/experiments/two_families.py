@@ -1,0 +1,143 @@
+"""Two families of one look: small cylinders are dense, large ones light, so that the small ones weigh more.
+
+A design of ours that nobody has done yet. Expected: one density for each colour lifts large objects too hard and
+small ones too lightly for ever; learners with kinds do not.
+"""
+
+import math
+from collections.abc import Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from affordance.belief.learners import label_learner
+from affordance.experiments.drawings import draw_forces
+from affordance.experiments.holds import COLUMNS
+from affordance.experiments.lifts import (
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
+from affordance.experiments.observers import Setup
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool
+from affordance.reporting.claims import ClaimResult, check, claim
+from affordance.reporting.formatting import count_observers
+from affordance.reporting.learner_predictions import PeopleSpread
+
+OBSERVERS = 50  # of each learner, unless another number is asked for
+EVERY_LEARNER = True  # observers of each are simulated
+NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+RADIUS = 0.0461  # of all cylinders, [m]
+SMALL = {"small_60mm": (0.06, 0.9), "small_70mm": (0.07, 1.05)}  # height, [m], and mass, [kg]: 15 kg/m
+LARGE = {"large_140mm": (0.14, 0.7), "large_160mm": (0.16, 0.8)}  # 5 kg/m
+REPETITIONS = 16
+SOURCE = (
+    "Cesanek and others 2021: SD of Linear+ and Linear++ pooled, by the published intervals, last 16 lifts of one"
+    " object"
+)
+SPREADS = {name: PeopleSpread(1.75, SOURCE) for name in ("small_N", "large_N")}
+MEANINGS = {
+    "small_weight_N": "true weight of the small ones, N",
+    "large_weight_N": "true weight of the large ones, N",
+    "small_N": "small ones, last 8 repetitions, N",
+    "large_N": "large ones, last 8 repetitions, N",
+    "illusion": "expected over true weight, large over small: 1 if both are right",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup, without_interval=["small_weight_N", "large_weight_N"])
+    ratios = [f"{found['illusion']:.2f} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
+    return Results(
+        order=51,
+        title="Two families of one look",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted two small dense and two large light objects"
+            " of one look sixteen times each. Nobody has done it yet."
+        ),
+        finding=(
+            f"Expected over true weight, of large objects over small ones of the same look: {', '.join(ratios)}; 1 if"
+            " both are right."
+        ),
+        data=lifts,
+        numbers=numbers,
+        claims=judge(numbers["learners"]),
+        figures={
+            "small": (
+                "Force before each lift of the small ones, over the true weight of the object.",
+                partial(draw_forces, lifts, [*SMALL], title="Small ones, 15 kg/m"),
+            ),
+            "large": (
+                "Force before each lift of the large ones, over the true weight of the object.",
+                partial(draw_forces, lifts, [*LARGE], title="Large ones, 5 kg/m"),
+            ),
+        },
+        lifts=lifts[[*COLUMNS]],
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, with the spread between people."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS, list_spreads)
+
+
+def list_spreads(means: Mapping[str, float]) -> dict[str, PeopleSpread]:
+    """Lists the standard deviations between people; that of the ratio follows to first order, as if independent."""
+    shares = [SPREADS[name].sd / means[name] for name in ("small_N", "large_N")]
+    ratio = (means["large_N"] / means["large_weight_N"]) / (means["small_N"] / means["small_weight_N"])
+    return {**SPREADS, "illusion": PeopleSpread(ratio * math.hypot(*shares), "calculated from the others")}
+
+
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
+    sizes = {**SMALL, **LARGE}
+    tools = [cylinder(name, radius=RADIUS, height=height, mass=mass) for name, (height, mass) in sizes.items()]
+    check_can_be_lifted("two_families", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects."""
+    return run_lifts("two_families", setup, read(setup), design)
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer."""
+    return repeat([*SMALL, *LARGE], REPETITIONS, rng, block="all")
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    small, large = (lifts[lifts["object"].isin(names)].tail(REPETITIONS) for names in (SMALL, LARGE))
+    forces = [each["force"].to_numpy().mean() for each in (small, large)]
+    weights = [each["weight"].to_numpy().mean() for each in (small, large)]
+    return pd.Series(
+        {
+            "small_weight_N": weights[0],
+            "large_weight_N": weights[1],
+            "small_N": forces[0],
+            "large_N": forces[1],
+            "illusion": (forces[1] / weights[1]) / (forces[0] / weights[0]),
+        }
+    )
+
+
+def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
+    """Judges what was expected."""
+    ratio = n["density"]["illusion"] / n["kinds_map"]["illusion"]
+    return [
+        claim("apart", "ours, a prediction",
+              "One density for each colour lifts large ones too hard and small ones too lightly for ever; "
+              "kinds do not.",
+              check("illusion, one density for each colour over kinds", ratio, at_least=1.5)),
+    ]  # fmt: skip

@@ -1,1 +1,0 @@
-"""Comparison of the learners in the paper's simulations."""

@@ -1,1 +1,0 @@
-"""Mutation testing: whether the tests notice the program broken in randomly drawn places."""

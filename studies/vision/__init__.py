@@ -1,1 +1,0 @@
-"""Accuracy of features from pictures."""

@@ -1,1 +1,0 @@
-"""Narrowing of the posterior within a trial, and an arm that uses it during the trial."""

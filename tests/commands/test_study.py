@@ -1,0 +1,31 @@
+"""Mistakes in the options of ``affordance study`` are refused before a study begins."""
+
+from pathlib import Path
+
+import pytest
+from helpers.refusals import refuse_command
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("robustness --set prior.sd=3", "--set: prior.sd: changes nothing here: the sample varies it"),
+        ("study people --set learner=density", "--set: learner: changes nothing here"),
+        ("study people --lowest 0.5", "--lowest: is 0.5, must be more than 0 and less than --highest, 0.48"),
+        ("study people --lowest 0", "--lowest: is 0, must be more than 0"),
+        ("study people --count 2", "--count: is 2, must be at least 3"),
+        ("study people --repeats 1", "--repeats: is 1, must be at least 2"),
+        ("fit-kappa --set noise.independent_samples=true", "noise.independent_samples: is true, must be false"),
+        ("study tools --repeats 0", "--repeats: is 0, must be from 1 to 100000"),
+        ("study tools --observers 0", "--repeats: is 0, must be from 1 to 100000"),
+        ("study tools --jobs -2", "--jobs: is -2, must be from 1 to "),
+        ("study tools --seed -1", "--seed: is -1, must be from 0 to 4294967295"),
+        ("study tools --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),
+        ("study arms --robots . --set prior.mode=-7", "settings: prior.mode: is -7, must be from 0 to 25000"),
+    ],
+)
+def test_mistake_is_refused_before_anything_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str, said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command(*words.split())
