@@ -1,8 +1,8 @@
 """Settings by name, as changed by ``--set prior.sd=8000``, and as listed.
 
-A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``, the learner
-by ``learner``; the names of their numbers are then those of that model and of that learner, as ``learner.kappa``. The
-arm is not set by name: it belongs to a folder of models.
+A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``, the
+learner by ``learner``; the names of their numbers are then those of that model and of that learner, as
+``learner.kappa``. The arm is not set by name: it belongs to a folder of models.
 """
 
 import enum

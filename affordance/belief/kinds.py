@@ -22,8 +22,8 @@ from affordance.belief.learner import Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, make_room, pad, start_felt
 
-# Arrays of K kinds, (B, K, ...): index of the colour, True if there is such a kind, precision and information vector of
-# the mean densities, and mean and SD of each before its first lift, [kg/m^3].
+# Arrays of K kinds, (B, K, ...): index of the colour, True if there is such a kind, precision and information vector
+# of the mean densities, and mean and SD of each before its first lift, [kg/m^3].
 OF_KINDS = ("kind_colour", "is_kind", "precision", "information", "kind_mean", "kind_sd")
 # Arrays of T things, (B, T, C, ...) with a column for each colour: index of the kind; number n of consecutive last
 # lifts in which the thing was of this kind; the kind's probability after the last of them; and for columns outside
@@ -186,7 +186,7 @@ def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: 
 
 
 def close_gaps(state: State) -> State:
-    """Returns the state with the kinds of each observer first, in their order, and without places that nobody uses."""
+    """Returns the state with the kinds of each observer first, in their order, without places that nobody uses."""
     is_kind = state["is_kind"]
     order = np.argsort(~is_kind, axis=1, kind="stable")
     rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
@@ -198,7 +198,7 @@ def close_gaps(state: State) -> State:
 
 
 def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
-    """Returns the state of some colours, renumbered in their order, and of some things, which have no other colour."""
+    """Returns the state of some colours, renumbered in their order, and of some things, of no other colour."""
     state = {**state, **{name: state[name][:, list(things)] for name in _OF_THINGS}}
     remains = mark_kinds(state, colours).any(axis=1)
     state = close_gaps(remove_kinds(state, state["is_kind"] & ~remains))

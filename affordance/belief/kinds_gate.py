@@ -188,7 +188,7 @@ def settle_breadth(
 
     Returns: Hypotheses with these breadths, likelihoods, and beliefs about the object's densities after the lift.
     """
-    observers, founded, (mean, m) = hypotheses.observers, hypotheses.founded, _measure(hypotheses.densities)
+    observers, founded, mean = hypotheses.observers, hypotheses.founded, hypotheses.densities.mean
     covariance, rho = hypotheses.densities.covariance.copy(), mean.copy()
     left = np.arange(len(mean))
     likelihood, posterior = None, Normals(np.zeros_like(mean), np.zeros_like(covariance))
@@ -196,7 +196,7 @@ def settle_breadth(
         belief = Normals(mean[left], covariance[left])
         found = find_likelihood(belief, observers[left])
         after = belief.condition(found)
-        likelihood = found if likelihood is None else _put(likelihood, left, found)
+        likelihood = found if likelihood is None else likelihood.put(left, found)
         posterior.mean[left], posterior.covariance[left] = after.mean, after.covariance
         previous, rho[left] = rho[left], np.maximum(after.mean, 0.0)
         is_settled = np.abs(rho[left] - previous) <= _SETTLED * belief.mean
@@ -205,7 +205,7 @@ def settle_breadth(
         if not unsettled.any():
             break
         left = left[unsettled]
-        covariance[left] += np.eye(m) * changes[unsettled][:, None, :]
+        covariance[left] += np.eye(mean.shape[1]) * changes[unsettled][:, None, :]
     assert likelihood is not None
     return hypotheses._replace(densities=Normals(mean, covariance)), likelihood, posterior
 
@@ -287,16 +287,4 @@ def _start_broadly(
     after = belief.take(rows).condition(found)
     posterior = Normals(posterior.mean.copy(), posterior.covariance.copy())
     posterior.mean[rows], posterior.covariance[rows] = after.mean, after.covariance
-    return belief, _put(likelihood, rows, found), posterior
-
-
-def _put(likelihood: Likelihood, rows: NDArray[np.intp], found: Likelihood) -> Likelihood:
-    """Returns likelihoods with some rows replaced."""
-    arrays = [np.array(each) for each in likelihood[:4]]
-    for array, new in zip(arrays, found[:4], strict=True):
-        array[rows] = new
-    return Likelihood(*arrays, found.num_values)
-
-
-def _measure(normals: Normals) -> tuple[Array, int]:
-    return normals.mean, normals.mean.shape[1]
+    return belief, likelihood.put(rows, found), posterior

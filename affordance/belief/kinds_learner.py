@@ -89,12 +89,12 @@ class Kinds(Learner):
     @property
     @override
     def name(self) -> str:
-        return f"kinds_{self.pick.value}"
+        return f"kinds_{self.pick.value}" if type(self) is Kinds else super().name
 
     @property
     @override
     def label(self) -> str:
-        return _LABELS[self.pick]
+        return _LABELS[self.pick] if type(self) is Kinds else super().label
 
     @property
     @override

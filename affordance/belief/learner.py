@@ -8,7 +8,7 @@ is, and rows of it are observers. What is of another length for each observer is
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, NamedTuple, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,9 +90,10 @@ class Learner(ABC):
     class Parameters:
         """Parameters of a learner that has none."""
 
-    # True if what is believed of means is the prior and the sum of what was felt of each thing, so that a thing can be
-    # left out.
-    sums_evidence = False
+    def __init_subclass__(cls) -> None:
+        """Reads annotations that are texts, as in a file that postpones them, for processes without that file."""
+        super().__init_subclass__()
+        cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
 
     def __init__(self, **parameters: Any) -> None:
         """Checks the parameters, given by name; any other name or value raises a BadArgumentError."""
@@ -107,6 +108,14 @@ class Learner(ABC):
     def label(self) -> str:
         """Name in words, for figures and tables."""
         return self.name
+
+    @property
+    def sums_evidence(self) -> bool:
+        """True if what is believed of means is the prior and the sum of what was felt of each thing.
+
+        A thing can then be left out.
+        """
+        return False
 
     def change(self, **parameters: Any) -> Self:
         """Returns the learner with other values of some parameters."""
@@ -205,10 +214,10 @@ def describe_prior(prior: Prior, size: int) -> State:
 
 
 def _check_parameters(learner: Learner, given: Mapping[str, Any]) -> Any:
-    kind: Any = learner.Parameters
+    kind = learner.Parameters
     if not is_dataclass(kind):
         raise BadArgumentError(learner.name, "Parameters", "is no dataclass, must be a frozen one")
-    parameters = kind()
+    parameters: Any = kind()
     for name, value in given.items():
         if name not in _list_values(parameters):
             known = ", ".join(_list_values(parameters)) or "none"

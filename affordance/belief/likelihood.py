@@ -30,12 +30,22 @@ class Likelihood(NamedTuple):
     @classmethod
     def stack(cls, likelihoods: "Sequence[Likelihood]") -> "Likelihood":
         """Stacks likelihoods along a new first dimension; each is of as many values as the first."""
-        arrays = (np.array(each) for each in zip(*(each[:4] for each in likelihoods), strict=True))
-        return cls(*arrays, likelihoods[0].num_values)
+        P, q, log_constant, log_peak = (
+            np.array(each) for each in zip(*(one[:4] for one in likelihoods), strict=True)
+        )
+        return cls(P, q, log_constant, log_peak, likelihoods[0].num_values)
 
     def take(self, rows: Any) -> "Likelihood":
         """Returns the entries of an index, or of several, along the first dimension."""
-        return Likelihood(*(np.asarray(each)[rows] for each in self[:4]), self.num_values)
+        P, q, log_constant, log_peak = (np.asarray(each)[rows] for each in self[:4])
+        return Likelihood(P, q, log_constant, log_peak, self.num_values)
+
+    def put(self, rows: NDArray[np.intp], other: "Likelihood") -> "Likelihood":
+        """Returns the likelihoods with others in some rows of the first dimension."""
+        P, q, log_constant, log_peak = (np.array(each) for each in self[:4])
+        for array, new in zip((P, q, log_constant, log_peak), other[:4], strict=True):
+            array[rows] = new
+        return Likelihood(P, q, log_constant, log_peak, other.num_values)
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
         """Returns the likelihood of some of the densities, where the others do not matter."""

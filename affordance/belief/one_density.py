@@ -25,17 +25,20 @@ class OneDensity(Learner):
     vector, (B, M), of the mean densities of M colours.
     """
 
-    sums_evidence = True
-
     @property
     @override
     def name(self) -> str:
-        return "density"
+        return "density" if type(self) is OneDensity else super().name
 
     @property
     @override
     def label(self) -> str:
-        return "one density for each colour"
+        return "one density for each colour" if type(self) is OneDensity else super().label
+
+    @property
+    @override
+    def sums_evidence(self) -> bool:
+        return type(self).learn is OneDensity.learn
 
     @override
     def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:

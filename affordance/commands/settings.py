@@ -3,7 +3,7 @@
 import argparse
 import textwrap
 
-from affordance.commands.options import add_set, change_by_name
+from affordance.commands.options import add_learner, add_set, change_by_name
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.named_settings import NamedSetting, list_settings, list_usual, show_setting
 
@@ -14,6 +14,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="settings, or groups of them (default: all)")
     add_set(parser)
+    add_learner(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

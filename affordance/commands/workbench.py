@@ -78,6 +78,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     options.add_robot(parser)
     options.add_seed(parser)
     options.add_set(parser)
+    options.add_learner(parser)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
@@ -168,6 +169,6 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
 def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
-        return MaterialMemory()
+        return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)

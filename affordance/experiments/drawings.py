@@ -157,7 +157,7 @@ def draw_forces(
         if predicted_by:
             rows = [_predict(each, objects, predicted_by) for _, each in own.groupby("observer")]
             predicted = np.array(rows)
-        curves.append(LiftCurve(label_learner(learner), forces, predicted))
+        curves.append(LiftCurve(label_learner(str(learner)), forces, predicted))
     weights = chosen["weight"].to_numpy()[: curves[0].forces.size].reshape(observers, -1)
     if np.ptp(weights) and not people:
         return draw_lifts([curve.divide(weights) for curve in curves], weights=None, people=(), title=title)

@@ -10,6 +10,7 @@ converges in tens of steps; for very surprising ones it may take hundreds, or ne
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,8 +81,12 @@ def find_fixed_points(
     found = [compute_likelihoods(evaluated[[row]], observers[[row]]).take(0) for row in range(len(rho))]
     for row in left:
         belief = DensityBelief.from_moments(start[row], beliefs.covariance[row])
-        found[row] = descend(belief, lambda each, row=row: compute_likelihoods(each[None], observers[[row]]).take(0))
+        found[row] = descend(belief, partial(_compute_one, compute_likelihoods, observers[[row]]))
     return Likelihood.stack(found)
+
+
+def _compute_one(compute_likelihoods: ComputeLikelihoods, observer: NDArray[np.intp], rho: Array) -> Likelihood:
+    return compute_likelihoods(rho[None], observer).take(0)
 
 
 def descend(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:

@@ -229,7 +229,7 @@ def _run_each(
 def _run(
     run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]], repeats: Sequence[int]
 ) -> list[tuple[int, dict[str, NDArray[Any]] | AffordanceError]]:
-    """Runs a batch of repeats, one by one if it failed; returns the error of a failed one, so that others continue."""
+    """Runs a batch of repeats, one by one if it failed; returns the error of a failed repeat."""
     try:
         return [(repeat, dict(arrays)) for repeat, arrays in zip(repeats, run_batch(repeats), strict=True)]
     except AffordanceError as error:
