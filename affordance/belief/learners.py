@@ -23,10 +23,9 @@ def check_learner(name: str, value: Any) -> Learner:
         return value()
     if isinstance(value, str) and value in LEARNERS:
         return LEARNERS[value]
-    what = "a Learner" if not isinstance(value, str) else ""
-    raise BadArgumentError(
-        name, "", f"is {show_value(value)}, must be {what}" if what else describe_choice(value, LEARNERS)
-    )
+    if isinstance(value, str):
+        raise BadArgumentError(name, "", describe_choice(value, LEARNERS))
+    raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
 
 
 def label_learner(name: str) -> str:

@@ -37,7 +37,9 @@ class Likelihood(NamedTuple):
 
     def take(self, rows: Any) -> "Likelihood":
         """Returns the entries of an index, or of several, along the first dimension."""
-        P, q, log_constant, log_peak = (np.asarray(each)[rows] for each in self[:4])
+        shape = self.information_vector.shape[:-1]
+        log_constant, log_peak = (np.broadcast_to(each, shape)[rows] for each in self[2:4])
+        P, q = self.precision[rows], self.information_vector[rows]
         return Likelihood(P, q, log_constant, log_peak, self.num_values)
 
     def put(self, rows: NDArray[np.intp], other: "Likelihood") -> "Likelihood":
