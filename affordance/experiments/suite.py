@@ -9,7 +9,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError, describe_choice
+from affordance.arguments import check_kind
+from affordance.exceptions import (
+    AffordanceError,
+    BadArgumentError,
+    BadValueError,
+    InfeasibleError,
+    SeeingError,
+    describe_choice,
+)
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results, write_results
@@ -63,9 +71,8 @@ class SuiteResult(NamedTuple):
 
 
 def find_experiment(name: str) -> Experiment:
-    """Finds an experiment by its name; raises a BadValueError for another one."""
-    if name not in NAMES:
-        raise BadValueError("experiment", "", describe_choice(name, NAMES))
+    """Finds an experiment by its name; raises a BadArgumentError for another one."""
+    check_name(name)
     module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
     return Experiment(
         module.run,
@@ -78,26 +85,40 @@ def find_experiment(name: str) -> Experiment:
     )
 
 
+def check_name(name: str) -> None:
+    """Raises a BadArgumentError for an experiment that there is not."""
+    if name not in NAMES:
+        raise BadArgumentError("experiment", "", describe_choice(name, NAMES))
+
+
 def run_suite(
-    names: Sequence[str], setup: Setup, *, cluster: str | None = None, announce: Callable[[Path], None] | None = None
+    names: Sequence[str] | str,
+    setup: Setup,
+    *,
+    cluster: str | None = None,
+    announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder of results holds.
 
     If several experiments are run, those that cannot be done are left out and named in the log and the report.
 
     Args:
-        names: Names of experiments, one or more.
+        names: Name of an experiment, or several.
         setup: Setup of all of them; each has a subfolder of its name in the folder of results.
         cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
-        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written.
+        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
+            the cluster is not usable; nothing was written.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
     """
+    names = (names,) if isinstance(names, str) else names
+    check_kind("setup", setup, Setup)
+    for name in names:
+        check_name(name)
     check_folder(setup.out)  # before planning, which takes minutes
     find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
