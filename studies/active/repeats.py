@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import DENSITY, LEARNERS
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.trial_evidence import TrialEvidence
@@ -73,7 +73,7 @@ def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
         for name, values in found.items()
     }
-    observers = {learner.value: z[learner.value] for learner in Learner}
+    observers = {learner.name: z[learner.name] for learner in LEARNERS.values()}
     values = [value for each in (z["repeat_z"], *observers.values()) for value in each.values()]
     return {
         "repeat_z": z["repeat_z"],
@@ -146,6 +146,6 @@ def _observe(
 
 _LEARNERS: Mapping[str, _Learn] = {
     "repeat_z": _sum_up,
-    **{learner.value: partial(_observe, learner, True) for learner in Learner},
-    "repeat_z_anew": partial(_observe, Learner.DENSITY, False),
+    **{learner.name: partial(_observe, learner, True) for learner in LEARNERS.values()},
+    "repeat_z_anew": partial(_observe, DENSITY, False),
 }

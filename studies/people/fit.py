@@ -20,7 +20,7 @@ from scipy.stats import chi2
 from scipy.stats import t as student_t
 
 from affordance.arrays import Array
-from affordance.belief.kind_memory import start_memory
+from affordance.belief.material_memory import start_memory
 from affordance.experiments import linear
 from affordance.experiments.holds import compute_volume
 from affordance.experiments.linear import Group

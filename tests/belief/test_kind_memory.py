@@ -2,11 +2,11 @@ import itertools
 
 import numpy as np
 import pytest
+from affordance.belief.kind_memory import KAPPA, KindMemory, find_kind, start_memory
 from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, judge
 from scipy.stats import chisquare
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KAPPA, KindMemory, find_kind, start_memory
 from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Learner, Pick
 from affordance.belief.likelihood import Likelihood

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from affordance.belief.kind_memory import KindMemory
 from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds_gate import GateSettings, KindSettings
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood

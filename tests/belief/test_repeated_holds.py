@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from affordance.belief.kind_memory import KindMemory, start_memory
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory

@@ -9,10 +9,9 @@ from helpers.refusals import refuse
 from helpers.workshop import BLANKS
 from scipy.stats import norm
 
-from affordance.belief.kind_memory import start_memory
+from affordance.belief.felt_object import FeltObject
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import FeltObject
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.choice import next_hold
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import ODD, HoldSamples
@@ -59,7 +58,9 @@ def remember(felt):
         column = memory.colours.index(each.colours[0])
         precision, vector = np.zeros((len(memory.colours),) * 2), np.zeros(len(memory.colours))
         precision[column, column], vector[column] = each.shared.precision[0, 0], each.shared.information_vector[0]
-        memory = MaterialMemory(memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0)))
+        memory = MaterialMemory.from_belief(
+            memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0))
+        )
     return memory
 
 

@@ -6,7 +6,7 @@ import logging
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory
 from affordance.experiments import experience
@@ -81,7 +81,7 @@ def test_experience_narrows_the_belief_about_both_materials(setup):
     assert (np.diff(determinants) > 0.0).all()
 
 
-@pytest.mark.parametrize("learner", [Learner.KINDS_MAP, Learner.KINDS_DRAWN])
+@pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN])
 def test_memory_of_a_learner_with_kinds_is_kept_whole(setup, learner):
     setup = setup.change(learner=learner)
     _, memories, _ = hold(setup, TOOLS, 1)

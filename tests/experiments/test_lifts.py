@@ -10,7 +10,7 @@ import xarray as xr
 from helpers.refusals import refuse
 from pydrake.multibody.tree import SpatialInertia
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds, tabulate_holds
 from affordance.experiments.lifts import (
@@ -191,10 +191,10 @@ def test_surprise_is_a_logarithm_that_ends(lifts):
 
 
 def test_numbers_are_those_of_the_seed(lifts, setup, tmp_path):
-    again = run_lifts("mine", dataclasses.replace(setup, out=tmp_path), TOOLS, design, [Learner.KINDS_DRAWN])
+    again = run_lifts("mine", dataclasses.replace(setup, out=tmp_path), TOOLS, design, [KINDS_DRAWN])
     own = lifts[lifts["learner"] == "kinds_drawn"].reset_index(drop=True)
     pd.testing.assert_frame_equal(again, own)
-    other = run_lifts("mine", dataclasses.replace(setup, out=tmp_path, seed=5), TOOLS, design, [Learner.KINDS_DRAWN])
+    other = run_lifts("mine", dataclasses.replace(setup, out=tmp_path, seed=5), TOOLS, design, [KINDS_DRAWN])
     assert (other["force"].to_numpy() != own["force"].to_numpy()).any()
 
 

@@ -17,7 +17,8 @@ from helpers.refusals import refuse
 
 from affordance.arrays import about
 from affordance.belief import kind_memory
-from affordance.belief.learner import Learner, Pick
+from affordance.belief.kinds_learner import Pick
+from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup, find_excursion, run_observers
 from affordance.proprioception.torque_noise import WeberNoise
@@ -263,8 +264,8 @@ def test_noise_of_ones_own_is_known_by_its_source(folder):
         np.array([1, None], dtype=object),
         xr.Dataset({"x": ("y", [1, 2])}),
         xr.Dataset({"x": ("y", [1, 3])}),
-        Learner.DENSITY,
-        Learner.KINDS_MAP,
+        DENSITY,
+        KINDS_MAP,
         WeberNoise(),
         WeberNoise(threshold=1.0),
         None,
@@ -286,7 +287,7 @@ def test_inputs_of_any_type_count_by_type_and_value(folder, others):
 def test_seed_and_settings_count_and_number_jobs_and_folder_of_models_do_not(folder, models):
     assert ran(folder, look_up, 0)
     assert ran(folder, look_up, 0, setup=Setup(seed=1))
-    assert ran(folder, look_up, 0, setup=Setup().change(learner=Learner.KINDS_MAP))
+    assert ran(folder, look_up, 0, setup=Setup().change(learner=KINDS_MAP))
     assert not ran(folder, look_up, 0, setup=Setup(observers=7, jobs=3, models=models))
     setup = Setup().change(arm=models / "arm.dmd.yaml")
     assert not ran(folder, look_up, 0, setup=setup)

@@ -67,7 +67,7 @@ def _remember(number, precision):
     belief = EMPTY_BELIEF.extend(Prior(), number)
     likelihood = Likelihood(precision * np.eye(number), np.zeros(number), 0.0)
     colours = tuple((i / number, 0.5, 0.5) for i in range(number))
-    return json.loads(format_memory(MaterialMemory(colours, belief.condition(likelihood))))
+    return json.loads(format_memory(MaterialMemory.from_belief(colours, belief.condition(likelihood))))
 
 
 @pytest.mark.parametrize(

@@ -173,7 +173,7 @@ def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_trunc
     covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
     densities = DensityBelief.from_moments(mean, covariance)
     belief = ObjectBelief(
-        MaterialMemory((RED, BLUE), densities), densities, detect_parts(TWO_MATERIALS, PRIOR).geometry
+        MaterialMemory.from_belief((RED, BLUE), densities), densities, detect_parts(TWO_MATERIALS, PRIOR).geometry
     )
     statistics = hold.measure(belief, np.array([400.0, 3500.0]), noise, (8,))
     inference = learn(belief, statistics, noise)

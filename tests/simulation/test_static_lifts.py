@@ -4,8 +4,8 @@ import time
 import numpy as np
 import pytest
 
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_MAP, LEARNERS
+from affordance.belief.material_memory import start_memory
 from affordance.experiments.lifts import cylinder
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
@@ -29,7 +29,7 @@ def tools():
     )
 
 
-@pytest.mark.parametrize("learner", list(Learner))
+@pytest.mark.parametrize("learner", list(LEARNERS.values()))
 def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(tools, learner, hold):
     """Forces agree to 1e-9 with the visual prior's, and memories to 1e-6 with the estimator's of the Diagram."""
     settings, seed = DEFAULT_SETTINGS, (3, 7)
@@ -55,7 +55,7 @@ def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(tools, learn
 
 def test_a_lift_that_does_not_teach_changes_nothing(tools):
     lifter = StaticLifter(tools, DEFAULT_SETTINGS)
-    memory = start_memory(Learner.KINDS_MAP, (0,))
+    memory = start_memory(KINDS_MAP, (0,))
     record = lifter.run([Lift(0), Lift(1, teaches=False), Lift(1)], memory, (0,))
     assert record.memories[0] is memory
     assert record.memories[2] is record.memories[1]
@@ -72,7 +72,7 @@ def test_closed_form_wants_exact_features_and_the_noise_it_is_of(tools):
 def test_time_of_a_lift_does_not_grow_with_how_many_there_were(tools):
     """Later hundreds of lifts take less than twice the time of the second, as kinds and objects are as many."""
     lifter = StaticLifter(tools, DEFAULT_SETTINGS)
-    memory, times = start_memory(Learner.KINDS_MAP, (0,)), []
+    memory, times = start_memory(KINDS_MAP, (0,)), []
     for hundred in range(6):
         start = time.process_time()
         memory = lifter.run([Lift(3)] * 100, memory, (hundred,)).memories[-1]
@@ -94,7 +94,7 @@ def test_large_surprise_is_lifted_right_the_second_time(family, odd, volume):
     cylinders = [build_cylinder(f"family {k}", family, 0.05 + 0.01 * k, volume) for k in range(4)]
     lifter = StaticLifter([*cylinders, build_cylinder("odd", odd, 0.1, volume)], DEFAULT_SETTINGS)
     lifts = [Lift(k) for k in range(4)] * 5 + [Lift(4)] * 2
-    records = [lifter.run(lifts, start_memory(Learner.KINDS_MAP, (seed,)), (seed, 2)) for seed in range(8)]
+    records = [lifter.run(lifts, start_memory(KINDS_MAP, (seed,)), (seed, 2)) for seed in range(8)]
     errors = np.median([np.abs(record.force - record.weight)[-2:] for record in records], axis=0)
     assert errors[0] > 7.0
     assert errors[1] < 1.2

@@ -14,7 +14,6 @@ from affordance import (
     BadArgumentError,
     ImportOptions,
     KindMemory,
-    Learner,
     Material,
     MaterialMemory,
     Prior,
@@ -86,7 +85,7 @@ def test_a_whole_number_and_a_tuple_of_it_are_one_seed(record):
     np.testing.assert_array_equal(again.q, record.q)
     other = RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=(4, 1))
     assert other.memory.density("brass").mean != record.memory.density("brass").mean
-    assert start_memory(Learner.KINDS_DRAWN, 3) == start_memory("kinds_drawn", (3,))
+    assert start_memory(KINDS_DRAWN, 3) == start_memory("kinds_drawn", (3,))
 
 
 def test_paths_may_be_texts(tmp_path):
@@ -128,7 +127,7 @@ def test_memory_of_kinds_has_densities_by_name_too(record):
 def test_lasting_memory_serves_every_learner(record, tmp_path):
     with open_memory(tmp_path / "memory.sqlite") as ledger:
         assert ledger.append([describe_trial(record)]) == 1
-        for learner in Learner:
+        for learner in LEARNERS.values():
             recalled = ledger.recall(learner)
             assert type(recalled) is type(start_memory(learner))
             again = RUNNER.run_hold(RODS[1], recalled, duration=1.0).memory
@@ -207,7 +206,10 @@ def build_load(size):
         (lambda: make_belief([[1.0]]), r"precision: has the shape \(1, 1\), must have \(2, 2\)"),
         (lambda: make_belief(np.eye(2), [NAN, 0.0]), r"information_vector\[0\]: is nan, must be finite"),
         (lambda: DensityBelief.from_moments([1.0], [[0.0]]), "covariance: is singular, must be positive definite"),
-        (lambda: MaterialMemory((GREY.colour,)), "belief: is about 0 densities, must be about 1, one for each"),
+        (
+            lambda: MaterialMemory.from_belief((GREY.colour,)),
+            "belief: is about 0 densities, must be about 1, one for each",
+        ),
         (lambda: NOVICE.belief.compute_percentiles([25, 50, 75]), r"fractions\[0\]: is 25, must be from 0 to 1; 25"),
         (lambda: expect({"brass": -8500}), r"densities\['brass'\]: is -8500, must be from 0.001"),
         (lambda: expect({"bras": 8500}), "densities: is 'bras', must be one of .*did you mean"),

@@ -3,11 +3,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from affordance.belief.kind_memory import KAPPA, start_memory
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
-from affordance.belief.kind_memory import KAPPA, start_memory
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.experiments import lifts, linear
 from affordance.experiments.holds import compute_volume
 from affordance.experiments.linear import GROUPS
@@ -119,11 +119,11 @@ def few(monkeypatch):
 
 @pytest.mark.parametrize(("kappa", "fraction"), [(8.0, 0.0), (0.12, 1.0)])
 def test_a_broad_category_never_learns_the_odd_object_and_a_narrow_one_does_at_once(kappa, fraction):
-    setup = Setup().change(learner=Learner.KINDS_MAP)
+    setup = Setup().change(learner=KINDS_MAP)
     assert fit.find_fraction(setup, TOOLS["linear_plus_plus"], kappa, 0) == pytest.approx(fraction, abs=0.1)
 
 
-@pytest.mark.parametrize("learner", [Learner.KINDS_MAP, Learner.KINDS_DRAWN])
+@pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN])
 def test_observers_are_those_of_the_experiment(few, learner):
     """With the fitted kappa the fraction of an observer is that of ``affordance run``, to the last bit."""
     setup, tools = Setup().change(learner=learner), TOOLS["linear_plus_plus"]
@@ -160,7 +160,7 @@ def test_learned_fraction_does_not_depend_on_the_scale_of_densities():
         prior = replace(DEFAULT_SETTINGS.prior, deviation_sd=factor * DEFAULT_SETTINGS.prior.deviation_sd)
         lifter = StaticLifter(multiply_densities(tools, factor), replace(DEFAULT_SETTINGS, prior=prior))
         forces = [
-            lifter.run(some, start_memory(Learner.KINDS_MAP, (seed,), 0.22), (seed, 1)).force[last].mean()
+            lifter.run(some, start_memory(KINDS_MAP, (seed,), 0.22), (seed, 1)).force[last].mean()
             for seed in range(8)
         ]
         fractions[factor] = np.mean(np.array(forces) / 9.81 - 0.9) / 0.6
