@@ -8,7 +8,7 @@ observer who forgets each object after its hold, and so counts its deviation fro
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -139,8 +139,8 @@ def _observe(
         deviation_sd = settings.prior.deviation_sd
         posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)
         memory = posterior.memory
-        if isinstance(memory, MaterialMemory) and not remembers_objects:
-            memory = replace(memory, objects=())
+        if not remembers_objects:
+            memory = MaterialMemory.from_belief(memory.colours, memory.belief)
     return memory.belief
 
 
