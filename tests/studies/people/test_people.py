@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from affordance.belief.kind_memory import KAPPA
+from affordance.belief.kinds_learner import KAPPA
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
