@@ -16,7 +16,7 @@ from helpers.children import ROOT
 from helpers.refusals import refuse
 
 from affordance.arrays import about
-from affordance.belief import kind_memory
+from affordance.belief import kinds_learner
 from affordance.belief.kinds_learner import Pick
 from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments.lasting_memory import remember_in
@@ -26,7 +26,7 @@ from affordance.runs.repeats import end_processes
 
 # Program of a user in two files, with knobs of several types.
 HELPER = """
-import affordance.belief.kind_memory as kinds
+import affordance.belief.kinds_learner as kinds
 
 FACTOR = 2.0
 WIDE = 5.0
@@ -156,7 +156,7 @@ def test_knob_of_any_type_runs_observers_anew(folder, change):
 def test_table_of_the_library_runs_observers_anew(folder, monkeypatch):
     program = load()
     first, _ = run(folder, partial(program.observe, shift=1.0))
-    monkeypatch.setitem(kind_memory.KAPPA, Pick.MAP, 8.0)
+    monkeypatch.setitem(kinds_learner.KAPPA, Pick.MAP, 8.0)
     second, is_new = run(folder, partial(program.observe, shift=1.0))
     assert is_new
     assert (first.value != second.value).all()

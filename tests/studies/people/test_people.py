@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from affordance.belief.kinds_learner import KAPPA
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
+from affordance.belief.kinds_learner import KAPPA
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.experiments import lifts, linear
 from affordance.experiments.holds import compute_volume
