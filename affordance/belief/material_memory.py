@@ -342,4 +342,6 @@ def start_memory(learner: Learner | str = DENSITY, seed: Seed = 0) -> MaterialMe
 
 def _get_only(normals: Normals) -> DensityBelief:
     """Returns the belief of the only observer."""
+    if normals.information is not None:
+        return DensityBelief(normals.precision[0], normals.information_vector[0])
     return DensityBelief.from_moments(normals.mean[0], normals.covariance[0])

@@ -23,24 +23,25 @@ class Normals:
 
     mean: Array  # (N, M)
     covariance: Array  # (N, M, M), positive definite
+    # Precision and information vector, if the distributions were built of these, so that they lose no digit.
+    information: tuple[Array, Array] | None = None
 
     @classmethod
     def from_information(cls, precision: Array, information_vector: Array) -> "Normals":
         """Builds the distributions of precisions, (N, M, M), and information vectors, (N, M)."""
         covariance = invert(precision)
-        found = cls(np.matvec(covariance, information_vector), covariance)
-        found.__dict__["precision"] = precision  # known exactly
-        found.__dict__["information_vector"] = information_vector
-        return found
+        return cls(np.matvec(covariance, information_vector), covariance, (precision, information_vector))
 
     @cached_property
     def precision(self) -> Array:
         """Inverse of the covariance, (N, M, M)."""
-        return invert(self.covariance)
+        return invert(self.covariance) if self.information is None else self.information[0]
 
     @cached_property
     def information_vector(self) -> Array:
         """Precision times mean, (N, M)."""
+        if self.information is not None:
+            return self.information[1]
         information_vector: Array = np.matvec(self.precision, self.mean)
         return information_vector
 

@@ -138,9 +138,10 @@ def test_colours_that_may_be_of_several_materials_are_ranked(memory, colours):
     assert sum(entry.p_best for entry in ranked) == pytest.approx(1.0)
     belief = predict_object(options[0].features, memory, DEFAULT_SETTINGS.prior)
     assert met.colours == belief.memory.colours
-    rho = belief.densities.compute_mode()[None]
+    rho = belief.memory.belief.compute_mode()[None]
+    own = rho[:, list(belief.memory.at_hand.thing.colours)]
     np.testing.assert_allclose(
-        choice.compute_parameters(memory, rho)[:, 0, 0], belief.compute_parameters(rho)[0, 0], rtol=1e-12
+        choice.compute_parameters(memory, rho)[:, 0, 0], belief.compute_parameters(own)[0, 0], rtol=1e-12
     )
 
 

@@ -203,7 +203,7 @@ def measure_by_hand(lifts):
 
 
 def test_numbers_are_means_over_observers_with_students_intervals(lifts):
-    found = summarise_lifts(lifts, measure_by_hand, without_interval=["weight_N"])
+    found = summarise_lifts(lifts, measure_by_hand, Setup(), without_interval=["weight_N"])
     assert list(found["learners"]) == ["density", "kinds_map", "kinds_drawn"]
     assert found["people"] == {}
     assert set(found["kappa"]) == {"kinds_map", "kinds_drawn"}

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
+from helpers.seen_objects import ONE_MATERIAL, TWO_MATERIALS, detect_parts
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm, truncnorm
 
@@ -172,9 +172,8 @@ def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_trunc
     mean, sd = np.array([1000.0, 3000.0]), np.array([1500.0, 2500.0])
     covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
     densities = DensityBelief.from_moments(mean, covariance)
-    belief = ObjectBelief(
-        MaterialMemory.from_belief((RED, BLUE), densities), densities, detect_parts(TWO_MATERIALS, PRIOR).geometry
-    )
+    seen = detect_parts(TWO_MATERIALS, PRIOR)
+    belief = ObjectBelief(seen.memory, densities, seen.geometry)
     statistics = hold.measure(belief, np.array([400.0, 3500.0]), noise, (8,))
     inference = learn(belief, statistics, noise)
 

@@ -17,9 +17,10 @@ def test_likelihood_is_that_of_the_estimator(noise, num_materials, hold):
     belief = detect_parts(TWO_MATERIALS[:num_materials], PRIOR)
     narrow = DensityBelief.from_moments(np.full(num_materials, 3000.0), 500.0**2 * np.eye(num_materials))
     statistics = hold.measure(belief, np.array([5000.0, 700.0])[:num_materials], noise, (3, 1))
-    percept = StaticPercept(hold.tau_arm, hold.Y @ belief.geometry.Phi, statistics.features[:7] - hold.tau_arm, noise)
+    residual = statistics.features[:7] - hold.tau_arm
+    percept = StaticPercept(hold.tau_arm, (hold.Y @ belief.geometry.Phi)[None], residual[None], noise)
     for densities in (belief.densities, narrow):
-        found = percept.find_likelihood(densities)
+        found = percept.find_likelihood(densities.normals).take(0)
         seen = ObjectBelief(belief.memory, densities, belief.geometry)
         _, expected = condition_on_torques(seen, statistics, 7, noise, PRIOR.deviation_sd)
         for one, other in zip(found, expected, strict=True):

@@ -58,7 +58,7 @@ def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
     assert record.samples.accepted in (round(1.0 / period), round(1.0 / period) + 1)
     assert record.samples.rejected == 0
     assert record.memory.belief.untruncated_mean[0] == pytest.approx(2500.0, rel=0.25)
-    assert record.memory.kinds.objects[0].memberships[0].num_lifts == 1
+    assert record.memory.state["num_lifts"].tolist() == [[[1]]]
 
 
 def test_an_open_clamp_changes_no_hold(lifted, weight):

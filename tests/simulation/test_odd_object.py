@@ -57,13 +57,13 @@ def test_decoys_are_surprising_once_and_then_known(observed):
 
 def test_the_decoy_is_remembered_with_a_density_of_its_own(observed):
     memories, _ = observed[KINDS_MAP]
-    kinds = memories[-1].kinds
-    brass, other = kinds.list_of(0)
-    assert kinds.find_most_populous(0) == brass
-    mean, sd = kinds.belief.untruncated_mean, np.sqrt(np.diag(kinds.belief.covariance))
+    groups, state = memories[-1].group(), memories[-1].state
+    brass, other = np.flatnonzero(groups.colours[0] == 0)
+    assert groups.common[0, 0] == brass
+    mean, sd = groups.means.mean[0], np.sqrt(np.diag(groups.means.covariance[0]))
     assert mean[brass] == pytest.approx(8500.0, rel=0.2)
-    of_kind = {kind: [each for each in kinds.objects if each.memberships[0].kind == kind] for kind in (brass, other)}
-    assert len(of_kind[brass]) == 3
-    (decoy,) = of_kind[other]
-    assert 0.9 < decoy.memberships[0].probability <= 1.0
+    kinds = state["thing_kind"][0, :, 0]
+    assert (kinds == brass).sum() == 3
+    (decoy,) = np.flatnonzero(kinds == other)
+    assert 0.9 < state["probability"][0, decoy, 0] <= 1.0
     assert mean[other] == pytest.approx(720.0, abs=4.0 * sd[other])

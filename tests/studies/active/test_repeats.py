@@ -57,7 +57,7 @@ def test_all_agree_after_one_hold() -> None:
     np.testing.assert_allclose(z, list(once["repeat_z_anew"].values()), rtol=1e-6)
     for learner, found in once["repeat_z_observers"].items():
         # With kinds, errors that grow with torque are evaluated at the breadth of a category.
-        rtol = 1e-6 if learner == DENSITY.value else 1e-3
+        rtol = 1e-6 if learner == DENSITY.name else 1e-3
         np.testing.assert_allclose(z, list(found.values()), rtol=rtol)
 
 
