@@ -76,7 +76,7 @@ def test_number_of_observers_is_that_of_the_command_line_then_of_the_experiment(
     [
         (["vision"], "experiment: is 'vision', whose observers are of one learner; run it with --learner for each"),
         (["two_families", "--repeats", 1], "--repeats: is 1, must be at least 2"),
-        (["two_families", "--set", "learner=density"], "--set: learner: changes nothing here: observers of every"),
+        (["two_families", "--set", "learner=density"], "--learner: has no effect on predict, which simulates"),
         (["mine.yaml"], "experiment: is 'mine.yaml': experiments are programs now"),
     ],
 )
