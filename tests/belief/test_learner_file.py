@@ -16,6 +16,7 @@ from affordance.belief.learners import LEARNERS, check_learner, list_learners
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
+from affordance.exceptions import AffordanceError
 from affordance.experiments import weight
 from affordance.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.experiments.observers import Setup
@@ -110,11 +111,10 @@ def test_observers_of_a_changed_file_or_helper_are_run_anew(tmp_path, mine):
         return len([*(tmp_path / "out" / "mine" / "repeats").iterdir()])
 
     assert count() == count() == 1
-    mine.write_text(
-        MINE.replace("super().expect", "OneDensity.expect").replace("expect(state", "expect(self, state", 1)
-    )
     mine.write_text(MINE + "\n# a remark\n")
     assert count() == 2
+    (mine.parent / "my_helper.py").write_text("FACTOR = 200.0\n")
+    assert count() == 3
 
 
 def test_own_learner_holds_in_the_diagram_of_the_arm_and_forgets(tmp_path):
@@ -228,11 +228,11 @@ class Bare(Learner):
 
 def test_a_learner_without_colours_met_later_says_so():
     memory = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3)], Prior())
-    assert refuse(memory.add_colours, [(0.9, 0.2, 0.3)], Prior()) == (
-        "Bare met a colour after its start, which takes a method 'meet'"
-    )
+    with pytest.raises(AffordanceError, match="^Bare met a colour after its start, which takes a method 'meet'$"):
+        memory.add_colours([(0.9, 0.2, 0.3)], Prior())
     both = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3), (0.9, 0.2, 0.3)], Prior())
-    assert "takes a method 'select'" in refuse(both.restrict_to, [(0.9, 0.2, 0.3)])
+    with pytest.raises(AffordanceError, match="^Bare has to forget a colour, which takes a method 'select'$"):
+        both.restrict_to([(0.9, 0.2, 0.3)])
 
 
 def test_own_learner_is_compared_with_those_of_the_program():
