@@ -228,10 +228,10 @@ class Bare(Learner):
 
 def test_a_learner_without_colours_met_later_says_so():
     memory = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3)], Prior())
-    with pytest.raises(AffordanceError, match="^Bare met a colour after its start, which takes a method 'meet'$"):
+    with pytest.raises(AffordanceError, match="Bare met a colour after its start, which takes a method 'meet'"):
         memory.add_colours([(0.9, 0.2, 0.3)], Prior())
     both = start_memory(Bare()).add_colours([(0.1, 0.2, 0.3), (0.9, 0.2, 0.3)], Prior())
-    with pytest.raises(AffordanceError, match="^Bare has to forget a colour, which takes a method 'select'$"):
+    with pytest.raises(AffordanceError, match="Bare has to forget a colour, which takes a method 'select'"):
         both.restrict_to([(0.9, 0.2, 0.3)])
 
 
