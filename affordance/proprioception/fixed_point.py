@@ -78,11 +78,11 @@ def find_fixed_points(
         left = left[np.abs(following - previous).max(axis=1) > TOLERANCE * np.abs(following).max(axis=1)]
         if not len(left):
             return compute_likelihoods(evaluated, observers)
-    found = [compute_likelihoods(evaluated[[row]], observers[[row]]).take(0) for row in range(len(rho))]
+    descended = []
     for row in left:
         belief = DensityBelief.from_moments(start[row], beliefs.covariance[row])
-        found[row] = descend(belief, partial(_compute_one, compute_likelihoods, observers[[row]]))
-    return Likelihood.stack(found)
+        descended.append(descend(belief, partial(_compute_one, compute_likelihoods, observers[[row]])))
+    return compute_likelihoods(evaluated, observers).put(left, Likelihood.stack(descended))
 
 
 def _compute_one(compute_likelihoods: ComputeLikelihoods, observer: NDArray[np.intp], rho: Array) -> Likelihood:
