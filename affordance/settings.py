@@ -14,8 +14,7 @@ from typing import Annotated
 from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
-from affordance.belief.learner import Learner
-from affordance.belief.learners import DENSITY, check_learner
+from affordance.belief.learner import Learner, check_learner
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
@@ -128,7 +127,7 @@ class Settings:
     arm: Path = ARM
     prior: Prior = Prior()
     learner: Annotated[Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = (
-        DENSITY
+        "density"  # type: ignore[assignment]  # replaced by the learner of this name
     )
     noise: NoiseModel = WeberNoise()
     acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0

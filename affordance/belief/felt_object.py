@@ -1,11 +1,33 @@
-"""What was felt of one thing, for choices that doubt whether it is what it looks like."""
+"""Things that were lifted, the one at hand, and what was felt of one."""
 
 from typing import NamedTuple
 
-from affordance.belief.density_belief import Prior
+import numpy as np
+
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.prior import Prior
+from affordance.belief.rows import Seen
 from affordance.objects.appearance import Appearance
 from affordance.objects.colour import Colour
+
+
+class Thing(NamedTuple):
+    """Thing that was lifted."""
+
+    appearance: Appearance  # with the colours of the memory
+    colours: tuple[int, ...]  # indices of its m colours
+
+
+class AtHand(NamedTuple):
+    """Object that was recalled last: as a thing, and its number, which is the next one if it was never lifted."""
+
+    thing: Thing
+    number: int
+
+    @property
+    def seen(self) -> Seen:
+        """The object as a learner sees it."""
+        return Seen(self.thing.colours, np.array([self.number]))
 
 
 class FeltObject(NamedTuple):

@@ -5,6 +5,7 @@ with a leading dimension of B observers (or particles; the arm is one observer).
 is, and rows of it are observers. What is of another length for each observer is padded with zeros.
 """
 
+import importlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
@@ -14,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
-from affordance.exceptions import AffordanceError, BadArgumentError
+from affordance.belief.prior import Prior
+from affordance.belief.rows import Seen as Seen
+from affordance.belief.rows import State as State
+from affordance.exceptions import AffordanceError, BadArgumentError, describe_choice, show_value
 from affordance.files.constraints import check_fields
-
-type State = dict[str, NDArray[Any]]
 
 
 class Draws(Protocol):
@@ -31,13 +32,6 @@ class Draws(Protocol):
 
     def standard_normal(self, size: tuple[int, ...], /) -> Array:
         """Draws standard normal numbers, the first dimension that of observers."""
-
-
-class Seen(NamedTuple):
-    """Object that is seen: its m colours, the same for all observers, and which thing it is for each of them."""
-
-    colours: tuple[int, ...]  # indices of its colours, m of them
-    things: NDArray[np.intp]  # number of the thing, from 0, by observer, (B,); perhaps one that was never lifted
 
 
 class FindLikelihood(Protocol):
@@ -200,6 +194,20 @@ class Learner(ABC):
     def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
         """Finds the group of an object in each of its colours, (B, m)."""
         return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
+
+
+def check_learner(name: str, value: Any) -> Learner:
+    """Returns a learner, or that of a name; anything else raises a BadArgumentError."""
+    if isinstance(value, Learner):
+        return value
+    if isinstance(value, type) and issubclass(value, Learner):
+        return value()
+    if not isinstance(value, str):
+        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
+    known: Mapping[str, Learner] = importlib.import_module("affordance.belief.learners").LEARNERS  # which need this
+    if value not in known:
+        raise BadArgumentError(name, "", describe_choice(value, known))
+    return known[value]
 
 
 def describe_start(parameters: Any, prior: Prior, size: int) -> State:

@@ -1,31 +1,16 @@
 """Learners that the program has, by their names in files and on the command line."""
 
 from collections.abc import Mapping
-from typing import Any
 
 from affordance.belief.kinds_learner import Kinds, Pick
 from affordance.belief.learner import Learner
 from affordance.belief.one_density import OneDensity
-from affordance.exceptions import BadArgumentError, describe_choice, show_value
 
 DENSITY, KINDS_MAP, KINDS_DRAWN = OneDensity(), Kinds(Pick.MAP), Kinds(Pick.DRAWN)
 LEARNERS: Mapping[str, Learner] = {each.name: each for each in (DENSITY, KINDS_MAP, KINDS_DRAWN)}
 # The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
 # it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
 ARM_LEARNER = KINDS_MAP
-
-
-def check_learner(name: str, value: Any) -> Learner:
-    """Returns a learner, or that of a name; anything else raises a BadArgumentError."""
-    if isinstance(value, Learner):
-        return value
-    if isinstance(value, type) and issubclass(value, Learner):
-        return value()
-    if isinstance(value, str) and value in LEARNERS:
-        return LEARNERS[value]
-    if isinstance(value, str):
-        raise BadArgumentError(name, "", describe_choice(value, LEARNERS))
-    raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
 
 
 def label_learner(name: str) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.objects.inertia import NUM_PARAMETERS
 
 # Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
 SEEN = 1e-12
@@ -102,7 +101,7 @@ class Quadratic:
 
     def widen(self, covariance: Array) -> "Quadratic":
         """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
-        A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
+        A = np.linalg.inv(np.eye(len(self.information)) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 

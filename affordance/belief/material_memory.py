@@ -15,41 +15,28 @@ import numpy as np
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
-from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
-from affordance.belief.density_summary import Density, summarise_density
-from affordance.belief.felt_object import FeltObject
-from affordance.belief.learner import Groups, Learner, Seen, State, describe_prior
-from affordance.belief.learners import DENSITY, check_learner
+from affordance.belief.density_belief import (
+    EMPTY_BELIEF,
+    Density,
+    DensityBelief,
+    FindLikelihood,
+    Prior,
+    summarise_density,
+)
+from affordance.belief.felt_object import AtHand, FeltObject
+from affordance.belief.felt_object import Thing as Thing
+from affordance.belief.learner import Groups, Learner, Seen, State, check_learner, describe_prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.normals import Normals
 from affordance.belief.rows import set_felt
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
-from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
+from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
-
-
-class Thing(NamedTuple):
-    """Thing that was lifted."""
-
-    appearance: Appearance  # with the colours of the memory
-    colours: tuple[int, ...]  # indices of its m colours
-
-
-class AtHand(NamedTuple):
-    """Object that was recalled last: as a thing, and its number, which is the next one if it was never lifted."""
-
-    thing: Thing
-    number: int
-
-    @property
-    def seen(self) -> Seen:
-        """The object as a learner sees it."""
-        return Seen(self.thing.colours, np.array([self.number]))
 
 
 class Recollection(NamedTuple):
@@ -84,7 +71,7 @@ class MaterialMemory:
         at_hand: Object that was recalled last, until its lift is learned from.
     """
 
-    learner: Learner = DENSITY
+    learner: Learner = "density"  # type: ignore[assignment]  # replaced by the learner of this name
     seed: tuple[int, ...] = (0,)
     colours: tuple[Colour, ...] = ()
     state: State = field(default_factory=dict)
@@ -100,7 +87,7 @@ class MaterialMemory:
             array.setflags(write=False)
 
     def __repr__(self) -> str:
-        learner = "" if self.learner == DENSITY else f"{self.learner.name}, "
+        learner = "" if self.learner.name == "density" else f"{self.learner.name}, "
         colours = ", ".join(map(show_colour, self.colours)) or "no colour"
         return f"MaterialMemory({learner}{colours}: {self.belief.describe()})"
 
@@ -327,7 +314,7 @@ class MaterialMemory:
         return next((i for i in same if set(self.things[i].colours) == set(colours)), None)
 
 
-def start_memory(learner: Learner | str = DENSITY, seed: Seed = 0) -> MaterialMemory:
+def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> MaterialMemory:
     """Builds the memory of an observer without experience.
 
     Args:

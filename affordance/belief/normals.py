@@ -10,10 +10,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy  # it imports its parts where they are used
 from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
 
 from affordance.arrays import Array
-from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
 
 
@@ -93,8 +93,17 @@ class Normals:
         """Computes the most probable densities not below a floor, (N, M)."""
         modes = self.mean.copy()
         for row in np.flatnonzero((modes < floor).any(axis=1)):
-            modes[row] = positive_gaussian.compute_mode(modes[row], self.precision[row], floor)
+            modes[row] = compute_mode(modes[row], self.precision[row], floor)
         return modes
+
+
+def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
+    """Computes the most probable point of a distribution with every coordinate at least ``floor``, shape (M,)."""
+    if (mean >= floor).all():
+        return mean.copy()
+    # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
+    root = np.linalg.cholesky(precision).T
+    return floor + scipy.optimize.nnls(root, root @ (mean - floor))[0]
 
 
 def invert(matrices: Array) -> Array:

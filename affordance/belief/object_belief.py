@@ -1,12 +1,12 @@
 """Belief about the object at hand: its densities and geometry, with the memory of all materials."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Geometry
 
 
@@ -17,7 +17,7 @@ class ObjectBelief:
     Densities are in the order of Phi's columns.
     """
 
-    memory: MaterialMemory
+    memory: Any  # a MaterialMemory, which is not named here as its module imports much
     densities: DensityBelief
     geometry: Geometry
 

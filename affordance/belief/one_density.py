@@ -21,7 +21,7 @@ from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, p
 class OneDensity(Learner):
     """Learner with one density for each colour.
 
-    Its state has, besides prior and what was felt of each thing, the precision, (B, M, M), and the information
+    Its state has, with prior and what was felt of each thing, the precision, (B, M, M), and the information
     vector, (B, M), of the mean densities of M colours.
     """
 

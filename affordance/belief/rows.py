@@ -1,17 +1,25 @@
 """States as arrays whose rows are observers: rows that are taken and put back, and room for more things."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.learner import Seen, State
 from affordance.belief.likelihood import Likelihood
+
+type State = dict[str, NDArray[Any]]
 
 # Names of arrays in the state: precision, (B, T, C, C), and information vector, (B, T, C), of what was felt of each
 # of T things of at most C colours; zero for a thing that was never lifted.
 FELT_PRECISION, FELT_INFORMATION = "felt_precision", "felt_information"
+
+
+class Seen(NamedTuple):
+    """Object that is seen: its m colours, the same for all observers, and which thing it is for each of them."""
+
+    colours: tuple[int, ...]  # indices of its colours, m of them
+    things: NDArray[np.intp]  # number of the thing, from 0, by observer, (B,); perhaps one that was never lifted
 
 
 def take_rows(state: State, rows: NDArray[np.intp]) -> State:

@@ -18,8 +18,7 @@ import numpy as np
 
 from affordance.arguments import Seed, check_kind
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner
-from affordance.belief.learners import DENSITY, check_learner
+from affordance.belief.learner import Learner, check_learner
 from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory.evidence_sums import EvidenceSums, gather
@@ -109,7 +108,7 @@ class Ledger:
 
     def recall(
         self,
-        learner: Learner | str = DENSITY,
+        learner: Learner | str = "density",
         prior: Prior = Prior(),
         *,
         seed: Seed = 0,
@@ -130,7 +129,7 @@ class Ledger:
         """
         learner = check_learner("learner", learner)
         check_kind("prior", prior, Prior)
-        if learner == DENSITY:
+        if learner.name == "density":
             sums = self.sum(prior, same_colours)
             with blame(self.place):
                 return MaterialMemory.from_belief(sums.colours, sums.build_belief())

@@ -9,7 +9,6 @@ from affordance.arguments import Seed
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.felt_object import FeltObject
 from affordance.belief.learner import Learner
-from affordance.belief.learners import DENSITY
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.memory.evidence_sums import EvidenceSums, FeltThing
@@ -96,7 +95,7 @@ def recall_with_objects(
     Arguments and errors are those of ``Ledger.recall``, whose memory of one density for each colour has no objects.
     """
     memory = ledger.recall(learner, prior, seed=seed, same_colours=same_colours)
-    if learner != DENSITY:
+    if learner.name != "density":
         return memory
     felt = [each for each in recall_felt(ledger, prior, same_colours).values() if each.own.precision.any()]
     return MaterialMemory.from_belief(memory.colours, memory.belief, felt)

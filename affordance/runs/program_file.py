@@ -20,7 +20,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     """Runs a Python file that an option names, and returns its module.
 
     What it defines is sent to other processes as it is, also to those of a cluster, which need no such file; so are
-    modules beside the file that it imports. The same file is run once.
+    modules of its folder that it imports. The same file is run once.
 
     Raises:
         BadValueError: The path is not a Python file, or running it fails.

@@ -71,4 +71,5 @@ def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
     posterior, _ = condition_on_torques(
         prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
     )
-    return posterior.memory
+    memory: MaterialMemory = posterior.memory
+    return memory

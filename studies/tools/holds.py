@@ -102,7 +102,8 @@ def _teach(
     belief = predict_object(features, memory, settings.prior)
     num_joints = _count_joints(felt, noise)
     posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation_sd)
-    return posterior.memory
+    learned: MaterialMemory = posterior.memory
+    return learned
 
 
 def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:

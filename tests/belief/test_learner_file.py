@@ -10,9 +10,9 @@ from helpers.children import ROOT
 from helpers.refusals import refuse
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner, Seen
+from affordance.belief.learner import Learner, Seen, check_learner
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import LEARNERS, check_learner, list_learners
+from affordance.belief.learners import LEARNERS, list_learners
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory, parse_memory
