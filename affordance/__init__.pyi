@@ -1,8 +1,7 @@
 # What the package offers at its top; __init__.py reads it. What else there is lies one level down (docs/python.md).
 from .belief.density_belief import Prior
-from .belief.kind_memory import KindMemory, start_memory
 from .belief.learner import Learner
-from .belief.material_memory import MaterialMemory
+from .belief.material_memory import MaterialMemory, start_memory
 from .choice.hammer import Hammer, load_hammer
 from .choice.hold_advice import HoldAdvice
 from .choice.listed_options import list_options
@@ -46,7 +45,6 @@ __all__ = [
     "Hammer",
     "HoldAdvice",
     "ImportOptions",
-    "KindMemory",
     "Learner",
     "Ledger",
     "Material",

@@ -1,19 +1,21 @@
 """Settings by name, as changed by ``--set prior.sd=8000``, and as listed.
 
-A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``; the names
-of its numbers are then those of that model. The arm is not set by name: it belongs to a folder of models.
+A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``, the
+learner by ``learner``; the names of their numbers are then those of that model and of that learner, as
+``learner.kappa``. The arm is not set by name: it belongs to a folder of models.
 """
 
-import dataclasses
 import enum
 import inspect
 import re
 import typing
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.files.bounded import parse_yaml
 from affordance.files.constraints import Setting, list_field_types
@@ -36,7 +38,7 @@ FORMER = {
     "contact_accuracy": "integrator.contact_accuracy",
     "contact_max_step_size": "integrator.contact_max_step",
 }
-_NOISE, _MODEL = "noise", "model"
+_NOISE, _MODEL, _LEARNER = "noise", "model", "learner"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = (
     "the just noticeable difference of a force on hand and arm is a fraction of it (docs/decisions/0004-noise.md)"
@@ -76,14 +78,16 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     check_kind("changes", changes, Mapping, "such as {'prior.sd': 8000}")
     prefix = "settings." if isinstance(source, Path) else ""
     flat = dict(_flatten(changes, ""))
+    if _LEARNER in flat:
+        flat = {_LEARNER: flat.pop(_LEARNER), **flat}  # parameters are of the chosen one
     if _NOISE_MODEL in flat:
         model = flat.pop(_NOISE_MODEL)
         if model not in list(NOISE_MODELS):  # a list: what YAML gives may have no hash
             raise BadValueError(source, f"{prefix}{_NOISE_MODEL}", describe_choice(model, NOISE_MODELS))
         if not isinstance(settings.noise, NOISE_MODELS[model]):
-            settings = dataclasses.replace(settings, noise=NOISE_MODELS[model]())
-    known = [each.name for each in list_settings(settings)]
+            settings = replace(settings, noise=NOISE_MODELS[model]())
     for name, value in flat.items():
+        known = [each.name for each in list_settings(settings)]
         if name not in known:
             raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, known))
         try:
@@ -119,8 +123,18 @@ def parse_value(text: str) -> Any:
 
 def describe_changes(settings: Settings) -> dict[str, Any]:
     """Lists names and values of the settings that differ from their defaults."""
-    default = {each.name: each.value for each in list_settings()}
+    default = {each.name: each.value for each in list_usual(settings)}
     return {each.name: each.value for each in list_settings(settings) if default.get(each.name, ...) != each.value}
+
+
+def list_usual(settings: Settings) -> list[NamedSetting]:
+    """Lists the default of every setting, and the usual parameters of the learner."""
+    learner = [
+        each
+        for each in list_settings(replace(settings, learner=settings.learner.usual))
+        if each.name.startswith(f"{_LEARNER}.")
+    ]
+    return [*list_settings(), *learner]
 
 
 def show_setting(value: float | str | bool | None) -> str:
@@ -138,8 +152,11 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
         notes = [each for each in typing.get_args(hint)[1:] if isinstance(each, Setting)]
         if notes:
             shown = value.value if isinstance(value, enum.Enum) else value
+            shown = shown.name if isinstance(shown, Learner) else shown
             yield NamedSetting(path, shown, notes[0].unit, notes[0].source, meanings.get(name, ""))
-        elif dataclasses.is_dataclass(value):
+            if isinstance(value, Learner):
+                yield from _walk(value.parameters, f"{path}.")
+        elif is_dataclass(value):
             for model, kind in NOISE_MODELS.items():
                 if path == _NOISE and isinstance(value, kind):
                     yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of the errors of torques.")
@@ -167,9 +184,9 @@ def _flatten(changes: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any
 
 def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
     first, *others = path
-    return dataclasses.replace(
-        holder, **{first: _replace(getattr(holder, first), others, value) if others else value}
-    )
+    if isinstance(holder, Learner):
+        return holder.change(**{first: value})
+    return replace(holder, **{first: _replace(getattr(holder, first), others, value) if others else value})
 
 
 def read_meanings(kind: type) -> dict[str, str]:

@@ -14,11 +14,11 @@ from typing import Annotated
 from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
-from affordance.belief.learner import Learner
+from affordance.belief.learner import Learner, check_learner
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import OneOf, Setting, Within, check_fields
+from affordance.files.constraints import Checked, OneOf, Setting, Within, check_fields
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
@@ -101,8 +101,8 @@ class Settings:
     Attributes:
         arm: Drake model directives of the arm.
         prior: Prior of the density of a material that was never held.
-        learner: Learner of all observers; the paper's has one density for each colour, and ``ARM_LEARNER`` of
-            ``belief.kind_memory`` is recommended for robots.
+        learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's has one
+            density for each colour, and ``ARM_LEARNER`` of ``belief.learners`` is recommended for robots.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.
@@ -126,7 +126,9 @@ class Settings:
 
     arm: Path = ARM
     prior: Prior = Prior()
-    learner: Annotated[Learner, Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = Learner.DENSITY
+    learner: Annotated[Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = (
+        "density"  # type: ignore[assignment]  # replaced by the learner of this name
+    )
     noise: NoiseModel = WeberNoise()
     acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0
     cost_measure: Annotated[CostMeasure, Setting("", "paper, eq. 4")] = CostMeasure.WORK

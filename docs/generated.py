@@ -18,9 +18,7 @@ import yaml
 from pydantic import BaseModel
 
 import affordance
-from affordance.belief.kind_memory import KAPPA
-from affordance.belief.kinds_gate import GateSettings
-from affordance.belief.learner import Pick
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.cli import COMMANDS, Command, OneLineParser, load_command
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Setting
@@ -172,9 +170,8 @@ def list_identification() -> str:
 
 def list_learners() -> str:
     """Every assumption of learners with kinds, and of what pictures and drawings are off by, with unit and source."""
-    kinds = GateSettings(KAPPA[Pick.MAP])
-    rows = [*_list_fields("kinds, most probable: ", kinds)]
-    rows += [row for row in _list_fields("kinds, drawn: ", GateSettings(KAPPA[Pick.DRAWN])) if "kappa" in row[0]]
+    rows = [*_list_fields("kinds, most probable: ", KINDS_MAP.parameters)]
+    rows += [row for row in _list_fields("kinds, drawn: ", KINDS_DRAWN.parameters) if "kappa" in row[0]]
     return format_rows(_OF_FIELDS, [*rows, *_list_fields("solids seen from two sides: ", ERROR)])
 
 

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 from helpers.refusals import refuse
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_MAP
 from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -50,7 +50,7 @@ def test_words_change_what_they_name_and_nothing_else():
     expected = dataclasses.replace(
         DEFAULT_SETTINGS,
         prior=dataclasses.replace(DEFAULT_SETTINGS.prior, sd=8000.0),
-        learner=Learner.KINDS_MAP,
+        learner=KINDS_MAP,
         mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, num_steps=24),
         posterior_log_period=0.5,
     )
@@ -79,7 +79,7 @@ def test_values_are_read_as_in_yaml():
 
 def test_texts_of_choices_and_paths_serve_in_python_too(tmp_path):
     settings = Settings(learner="kinds_map", feature_source="pixels", arm=str(tmp_path / "arm.dmd.yaml"))
-    assert settings.learner is Learner.KINDS_MAP
+    assert settings.learner is KINDS_MAP
     assert settings.feature_source.value == "pixels"
     assert settings.arm == tmp_path / "arm.dmd.yaml"
 

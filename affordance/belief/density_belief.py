@@ -9,52 +9,26 @@ import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc  # scipy.stats takes a second to import
+from scipy.special import ndtr
 
 from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals, compute_mode
+from affordance.belief.prior import Prior as Prior
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import CheckedFields, Setting, Within
-from affordance.objects.inertia import DENSITY_MAX
 
 # Largest number of densities that a line shows.
 _MOST_SHOWN = 8
+_FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
+# Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.
+_NUM_NODES = 12
 # Least density that is shown without decimals, [kg/m^3].
 _WHOLE = 10.0
-# Far above any density, to permit flat priors, [kg/m^3].
-_SD_MAX = 1e12
-
-
-@dataclass(frozen=True)
-class Prior(CheckedFields):
-    """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
-
-    Attributes:
-        mode: Most probable density, [kg/m^3].
-        sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
-        deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
-    """
-
-    mode: Annotated[
-        float,
-        Within(0.0, DENSITY_MAX),
-        Setting("kg/m^3", "the density of water is about the average density of objects (Ross & Gregory 1970)"),
-    ] = 1000.0
-    sd: Annotated[
-        float,
-        Within(1e-3, _SD_MAX),
-        Setting("kg/m^3", "broad: copper, the densest metal in common use, lies two standard deviations above"),
-    ] = 4000.0
-    deviation_sd: Annotated[
-        float,
-        Within(0.0, _SD_MAX),
-        Setting("kg/m^3", "spread within woods, brasses and steels, 60 to 90 kg/m^3 (docs/decisions/0003-prior.md)"),
-    ] = 100.0
 
 
 class PointEstimate(enum.Enum):
@@ -136,6 +110,11 @@ class DensityBelief:
         untruncated_mean: Array = self.covariance @ self.information_vector
         return untruncated_mean
 
+    @cached_property
+    def normals(self) -> Normals:
+        """Unrestricted normal distribution, as the only one of an array."""
+        return Normals.from_information(self.precision[None], self.information_vector[None])
+
     def select(self, indices: Sequence[int]) -> "DensityBelief":
         """Returns the belief about some of the densities, in the order of their indices, the others marginalised."""
         chosen = list(indices)
@@ -201,7 +180,7 @@ class DensityBelief:
 
     def compute_mode(self) -> Array:
         """Computes the most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
-        return positive_gaussian.compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
+        return compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
 
     def compute_mean(self) -> Array:
         """Computes the mean densities, shape (M,), [kg/m^3]."""
@@ -232,32 +211,14 @@ class DensityBelief:
 
         The posterior is this belief conditioned on the data.
         """
-        return float(
-            likelihood.log_constant
-            + 0.5
-            * (
-                posterior.information_vector @ posterior.untruncated_mean
-                - self.information_vector @ self.untruncated_mean
-            )
-            + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
-        )
+        return float(self.normals.compute_log_evidence(likelihood, posterior.normals)[0])
 
     def compute_p_value(self, likelihood: Likelihood, dof: float = np.inf) -> float:
         """Computes the probability, under this belief, of data with at most the evidence of these.
 
-        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared variable
-        with one degree of freedom per measured number, or of that number times an F variable if variances of the
-        errors were estimated, with dof degrees of freedom. The restriction to positive densities is ignored here.
+        The restriction to positive densities is ignored here; see ``Normals.compute_p_value``.
         """
-        posterior = self.condition(likelihood)
-        distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
-        distance += float(
-            self.information_vector @ self.untruncated_mean
-            - posterior.information_vector @ posterior.untruncated_mean
-        )
-        if np.isinf(dof) or likelihood.num_values == 0:
-            return float(chdtrc(likelihood.num_values, max(0.0, distance)))
-        return float(fdtrc(likelihood.num_values, dof, max(0.0, distance) / likelihood.num_values))
+        return float(self.normals.compute_p_value(likelihood, dof)[0])
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
@@ -270,3 +231,30 @@ type FindLikelihood = Callable[[DensityBelief], Likelihood]
 def show_density(density: float) -> str:
     """Formats a density in kg/m^3 without decimals, or with two digits if it is small."""
     return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
+
+
+class Density(NamedTuple):
+    """Mean, SD and percentiles of the belief about the mean density of objects of one colour, [kg/m^3]."""
+
+    mean: float
+    sd: float
+    p05: float
+    p25: float
+    median: float
+    p75: float
+    p95: float
+
+    def __repr__(self) -> str:
+        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
+        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
+
+
+def summarise_density(belief: DensityBelief, index: int) -> Density:
+    """Summarises the belief about one of several densities, [kg/m^3]."""
+    nodes, weights = np.polynomial.hermite_e.hermegauss(_NUM_NODES)
+    percentiles = belief.compute_percentiles([*_FRACTIONS, *ndtr(nodes)])[:, index]
+    mean = float(belief.compute_mean()[index])
+    squares = (percentiles[len(_FRACTIONS) :] - mean) ** 2
+    sd = float(np.sqrt(weights @ squares / weights.sum()))
+    p05, p25, median, p75, p95 = (float(value) for value in percentiles[: len(_FRACTIONS)])
+    return Density(mean, sd, p05, p25, median, p75, p95)

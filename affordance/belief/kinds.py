@@ -1,241 +1,236 @@
-"""Kinds of objects within a colour, as a learner with kinds remembers them.
+"""Kinds of objects within a colour, as a learner with kinds remembers them, for B observers at once.
 
 A colour has one or more kinds, each with a mean density; the means of all kinds share one normal distribution in
-information form. An object is identified by its appearance, and has one kind for each of its colours.
+information form. A thing is of one kind for each of its colours.
 
-After a lift a kind without objects is removed. Two kinds of a colour are twins, and are merged, if their mean
+After a lift a kind without things is removed. Two kinds of a colour are twins, and are merged, if their mean
 densities more probably than not differ by less than ``deviation_sd``, the scatter of objects within a material.
+
+Kinds of an observer come first in its row, the oldest first; what lies beyond is zero, as are things that were never
+lifted. A further kind is given a place at the end of all rows, and ``tidy`` closes the gaps.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from affordance.arrays import Array
-from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.likelihood import Likelihood
-from affordance.objects.appearance import Appearance
+from affordance.arrays import Array, Mask
+from affordance.belief.learner import Seen, State
+from affordance.belief.normals import Normals
+from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, make_room, pad, start_felt
+
+# Arrays of K kinds, (B, K, ...): index of the colour, True if there is such a kind, precision and information vector
+# of the mean densities, and mean and SD of each before its first lift, [kg/m^3].
+OF_KINDS = ("kind_colour", "is_kind", "precision", "information", "kind_mean", "kind_sd")
+# Arrays of T things, (B, T, C, ...) with a column for each colour: index of the kind; number n of consecutive last
+# lifts in which the thing was of this kind; the kind's probability after the last of them; and for columns outside
+# the most populous kind the belief about the thing's own densities, [kg/m^3].
+OF_THINGS = ("thing_kind", "num_lifts", "probability", "is_own", "own_mean", "own_covariance")
+_OF_THINGS = (*OF_THINGS, FELT_PRECISION, FELT_INFORMATION)
 
 
 class KindPrior(NamedTuple):
-    """Normal distribution of the mean density of a kind before its first lift: mean and SD, [kg/m^3]."""
+    """Normal distribution of the mean density of a kind before its first lift, (B,) each, [kg/m^3]."""
 
-    mean: float
-    sd: float
-
-
-class Membership(NamedTuple):
-    """Membership of an object in a kind, for one of its colours."""
-
-    kind: int  # index of the kind
-    num_lifts: int  # number n of consecutive last lifts in which the object was of this kind
-    probability: float  # probability of this kind after the last of these lifts
+    mean: Array
+    sd: Array
 
 
-class OwnDensities(NamedTuple):
-    """Belief about own densities of an object, for its columns outside the most populous kind, increasing."""
-
-    columns: tuple[int, ...] = ()
-    belief: DensityBelief = EMPTY_BELIEF
-
-    def restrict_to(self, columns: tuple[int, ...]) -> "OwnDensities":
-        """Returns the densities of some of the columns."""
-        return OwnDensities(columns, self.belief.select([self.columns.index(column) for column in columns]))
-
-
-class KnownObject(NamedTuple):
-    """Object that was lifted before."""
-
-    appearance: Appearance  # with the colours of the memory
-    colours: tuple[int, ...]  # indices of its colours, in the order of its columns
-    memberships: tuple[Membership, ...]  # one for each of these colours
-    own: OwnDensities = OwnDensities()
-    # Sum of the likelihoods of its own densities, over the lifts since it has been of these kinds; None if it was
-    # never lifted.
-    felt: Likelihood | None = None
-
-
-@dataclass(frozen=True)
-class Kinds:
-    """Kinds and their objects."""
-
-    colours: tuple[int, ...] = ()  # index of the colour of each of K kinds
-    belief: DensityBelief = EMPTY_BELIEF  # about the kinds' mean densities, of size K
-    objects: tuple[KnownObject, ...] = ()  # those that were lifted
-    priors: tuple[KindPrior, ...] = ()  # one for each of K kinds
-
-    def list_of(self, colour: int) -> list[int]:
-        """Lists the indices of the kinds of a colour, the oldest first."""
-        return [kind for kind, of in enumerate(self.colours) if of == colour]
-
-    def count_objects(self, excluded: int | None = None) -> NDArray[np.intp]:
-        """Counts the objects of each kind, shape (K,); the object of an index can be excluded."""
-        counts = np.zeros(len(self.colours), dtype=np.intp)
-        for index, known in enumerate(self.objects):
-            if index != excluded:
-                counts[[membership.kind for membership in known.memberships]] += 1
-        return counts
-
-    def find_most_populous(self, colour: int) -> int:
-        """Finds the index of the kind of a colour with the most objects; the oldest among equals."""
-        candidates = self.list_of(colour)
-        counts = self.count_objects()
-        return max(candidates, key=lambda kind: (counts[kind], -kind))
-
-    def find_reference(self, colour: int) -> float | None:
-        """Finds the scale of the densities of a colour's further kinds, [kg/m^3]; None if no such object was lifted.
-
-        It is the root mean square of the mean density of the most populous kind, which equals the mean if that is
-        well known. The mean alone gives no scale for a kind that was hardly felt: errors may bring it near zero.
-        """
-        if not self.count_objects()[self.list_of(colour)].any():
-            return None
-        kind = self.find_most_populous(colour)
-        return float(np.sqrt(self.belief.untruncated_mean[kind] ** 2 + self.belief.covariance[kind, kind]))
-
-    def predict_new(self, colour: int, prior: Prior, spread: float) -> KindPrior:
-        """Predicts the density of a new kind of a colour, for which the prior holds if it is the first one.
-
-        The spread is the ratio of the SD of a further kind's density to the scale of the most populous kind's.
-        """
-        reference = self.find_reference(colour)
-        return KindPrior(prior.mode, prior.sd) if reference is None else KindPrior(reference, spread * reference)
-
-    def add(self, colours: tuple[int, ...], priors: Sequence[KindPrior]) -> "Kinds":
-        """Returns the kinds with new ones, each with a colour and a prior, and without objects."""
-        return replace(
-            self,
-            colours=(*self.colours, *colours),
-            belief=self.belief.extend_by([each.mean for each in priors], [each.sd for each in priors]),
-            priors=(*self.priors, *priors),
-        )
-
-    def compute_category_sd(self, kappa: float) -> Array:
-        """Computes the breadth of each kind as a category, kappa times its mean density, shape (K,), [kg/m^3]."""
-        breadth: Array = kappa * np.maximum(self.belief.untruncated_mean, DENSITY_FLOOR)
-        return breadth
+def start_kinds(num_colours: int, prior: KindPrior) -> State:
+    """Returns the part of a state with kinds: one for each colour, without things."""
+    size, K = len(prior.mean), num_colours
+    of_kinds: State = {
+        "kind_colour": np.tile(np.arange(K), (size, 1)),
+        "is_kind": np.ones((size, K), dtype=bool),
+        "precision": prior.sd[:, None, None] ** -2.0 * np.eye(K),
+        "information": np.tile((prior.mean / prior.sd**2)[:, None], (1, K)),
+        "kind_mean": np.tile(prior.mean[:, None], (1, K)),
+        "kind_sd": np.tile(prior.sd[:, None], (1, K)),
+    }
+    of_things: State = {
+        "thing_kind": np.zeros((size, 0, 0), dtype=np.intp),
+        "num_lifts": np.zeros((size, 0, 0), dtype=np.intp),
+        "probability": np.zeros((size, 0, 0)),
+        "is_own": np.zeros((size, 0, 0), dtype=bool),
+        "own_mean": np.zeros((size, 0, 0)),
+        "own_covariance": np.zeros((size, 0, 0, 0)),
+    }
+    return {**of_kinds, **of_things, **start_felt(size)}
 
 
-NO_KINDS = Kinds()
+def make_room_for_thing(state: State, seen: Seen) -> State:
+    """Returns the state with room for a thing in all arrays of things."""
+    return make_room(state, _OF_THINGS, seen)
 
 
-def teach(
-    belief: DensityBelief,
-    chosen: Sequence[int],
-    likelihood: Likelihood,
-    deviation_sd: float,
-    earlier: Likelihood | None = None,
-) -> DensityBelief:
-    """Updates the mean densities of some of K kinds by a lift: Lambda += S^T P S, eta += S^T q.
+def believe_kinds(state: State) -> Normals:
+    """Returns the belief about the mean densities of K kinds, (B, K); that of a place without a kind is N(0, 1)."""
+    absent = np.eye(state["is_kind"].shape[1]) * ~state["is_kind"][:, None, :]
+    return Normals.from_information(state["precision"] + absent, state["information"])
 
-    (P, q) is what the likelihood adds after the object's own deviation is marginalised. The cost is O(m^3 + K^3). The
-    likelihood is of the object's m densities, whose kinds are chosen; earlier is the sum of those of its earlier
-    lifts as one of these kinds, None if there was none.
+
+def count_things(state: State, excluded: NDArray[np.intp] | None = None) -> NDArray[np.intp]:
+    """Counts the things of each kind, (B, K); the thing of a number, by observer, can be excluded."""
+    counted = state["num_lifts"] > 0
+    if excluded is not None:
+        counted = counted & (np.arange(counted.shape[1]) != excluded[:, None])[:, :, None]
+    kinds = np.arange(state["is_kind"].shape[1])
+    counts: NDArray[np.intp] = (counted[..., None] & (state["thing_kind"][..., None] == kinds)).sum(axis=(1, 2))
+    return counts
+
+
+def find_most_populous(state: State, colours: Sequence[int]) -> NDArray[np.intp]:
+    """Finds the kind of each colour with the most things, the oldest among equals, (B, colours)."""
+    counts = count_things(state)[:, None, :]
+    candidates = mark_kinds(state, colours)
+    return np.where(candidates, counts, -1).argmax(axis=2)
+
+
+def mark_kinds(state: State, colours: Sequence[int]) -> Mask:
+    """Marks the kinds of each colour, (B, colours, K)."""
+    of_colour = state["kind_colour"][:, None, :] == np.asarray(colours, dtype=np.intp)[:, None]
+    marked: Mask = of_colour & state["is_kind"][:, None, :]
+    return marked
+
+
+def add_kinds(state: State, colours: Sequence[int], priors: Sequence[KindPrior], is_kind: Mask) -> State:
+    """Returns the state with a further kind at the end for each colour, where ``is_kind``, (B, colours), is true."""
+    K, count = state["is_kind"].shape[1], len(colours)
+    shapes = {name: (K + count,) * (state[name].ndim - 1) for name in OF_KINDS}
+    state = {**state, **{name: pad(state[name], shape).copy() for name, shape in shapes.items()}}
+    state["kind_colour"][:, K:] = np.where(is_kind, colours, 0)
+    state["is_kind"][:, K:] = is_kind
+    for place, prior in enumerate(priors):
+        there = is_kind[:, place]
+        values = {"information": prior.mean / prior.sd**2, "kind_mean": prior.mean, "kind_sd": prior.sd}
+        for name, value in values.items():
+            state[name][:, K + place] = np.where(there, value, 0.0)
+        state["precision"][:, K + place, K + place] = np.where(there, prior.sd**-2, 0.0)
+    return state
+
+
+def tidy(state: State) -> State:
+    """Removes kinds without things, merges twins, and keeps own densities of odd things only; O(K^3) in all."""
+    counts, same = count_things(state), _mark_same_colours(state)
+    # A colour that was seen and never lifted keeps its kind without things.
+    is_lifted = (same & (counts > 0)[:, None, :]).any(axis=2)
+    state = remove_kinds(state, state["is_kind"] & is_lifted & (counts == 0))
+    left = np.flatnonzero(_mark_same_colours(state).sum(axis=(1, 2)) > state["is_kind"].sum(axis=1))
+    while len(left):
+        one, other, are_twins = find_twins({name: state[name][left] for name in (*OF_KINDS, "deviation_sd")})
+        left = left[are_twins]
+        state = merge(state, left, one[are_twins], other[are_twins])
+    state = close_gaps(state)
+    counts = count_things(state)
+    is_larger = counts[:, None, :] > counts[:, :, None]
+    is_older = (counts[:, None, :] == counts[:, :, None]) & np.tri(counts.shape[1], k=-1, dtype=bool)
+    is_second = (_mark_same_colours(state) & (is_larger | is_older)).any(axis=2)
+    return _forget_own(state, np.take_along_axis(is_second[:, None, :], state["thing_kind"], axis=2))
+
+
+def remove_kinds(state: State, removed: Mask) -> State:
+    """Returns the state without some kinds, (B, K), marginalised; no thing may be of one of them."""
+    if not removed.any():
+        return state
+    state = _copy_kinds(state)
+    precision, information = state["precision"], state["information"]
+    for kind in np.flatnonzero(removed.any(axis=0)):
+        rows = np.flatnonzero(removed[:, kind])
+        column, own = precision[rows, :, kind], precision[rows, kind, kind][:, None]
+        information[rows] -= column * information[rows, kind][:, None] / own
+        precision[rows] -= column[:, :, None] * (column / own)[:, None, :]
+        _clear(state, rows, np.full(len(rows), kind))
+    return state
+
+
+def find_twins(state: State) -> tuple[NDArray[np.intp], NDArray[np.intp], Mask]:
+    """Finds two kinds of a colour that are more probably than not within ``deviation_sd`` of each other.
+
+    Returns: Index of one and of the other, a later one, and True where there are twins, (B,) each.
     """
-    return belief.condition(likelihood.marginalise_deviation(deviation_sd, earlier).embed(chosen, belief.size))
+    believed = believe_kinds(state)
+    mean, covariance = believed.mean, believed.covariance
+    K = mean.shape[1]
+    pairs = _mark_same_colours(state) & np.triu(np.ones((K, K), dtype=bool), k=1)
+    rows, one, other = np.nonzero(pairs)
+    variance = covariance[rows, one, one] + covariance[rows, other, other] - 2.0 * covariance[rows, one, other]
+    difference, sd, bound = mean[rows, one] - mean[rows, other], np.sqrt(variance), state["deviation_sd"][rows]
+    pairs[rows, one, other] = ndtr((bound - difference) / sd) - ndtr((-bound - difference) / sd) > 0.5
+    first = pairs.reshape(len(pairs), K * K).argmax(axis=1) if K else np.zeros(len(pairs), dtype=np.intp)
+    return first // max(K, 1), first % max(K, 1), pairs.any(axis=(1, 2))
 
 
-def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:
-    """Assigns a lifted object, with its index or None if it is new, to a kind and its probability for each colour."""
-    memberships = []
-    for before, (kind, probability) in zip(known.memberships, chosen, strict=True):
-        stays = place is not None and before.kind == kind
-        memberships.append(Membership(kind, before.num_lifts + 1 if stays else 1, probability))
-    lifted = known._replace(memberships=tuple(memberships))
-    if place is None:
-        return replace(kinds, objects=(*kinds.objects, lifted))
-    return replace(kinds, objects=(*kinds.objects[:place], lifted, *kinds.objects[place + 1 :]))
+def merge(state: State, rows: NDArray[np.intp], kept: NDArray[np.intp], merged: NDArray[np.intp]) -> State:
+    """Merges two kinds of some observers into the older one.
+
+    The belief is that of one kind with all their things from the start.
+    """
+    if not len(rows):
+        return state
+    state = _copy_kinds(state)
+    precision, information, mean, sd = (state[name] for name in ("precision", "information", "kind_mean", "kind_sd"))
+    # Both densities become one. That adds both priors, so that of the merged kind is subtracted.
+    precision[rows, kept] += precision[rows, merged]
+    precision[rows, :, kept] += precision[rows, :, merged]
+    information[rows, kept] += information[rows, merged]
+    precision[rows, kept, kept] -= sd[rows, merged] ** -2
+    information[rows, kept] -= mean[rows, merged] / sd[rows, merged] ** 2
+    _clear(state, rows, merged)
+    of_merged = state["thing_kind"][rows] == merged[:, None, None]
+    state["thing_kind"] = state["thing_kind"].copy()
+    state["thing_kind"][rows] = np.where(of_merged, kept[:, None, None], state["thing_kind"][rows])
+    return state
 
 
-def tidy(kinds: Kinds, prior: Prior) -> Kinds:
-    """Removes kinds without objects, merges twins, and keeps own densities for odd objects only; O(K^3) in all."""
-    counts = kinds.count_objects()
-    # A colour that was seen and never lifted keeps its kind without objects.
-    lifted = {colour for colour, count in zip(kinds.colours, counts, strict=True) if count}
-    remains = [bool(count) or colour not in lifted for colour, count in zip(kinds.colours, counts, strict=True)]
-    kinds = _renumber(kinds, np.flatnonzero(remains))
-    while (twins := find_twins(kinds, prior.deviation_sd)) is not None:
-        kinds = merge(kinds, *twins)
-    return replace(kinds, objects=tuple(_forget_members(kinds, known) for known in kinds.objects))
+def close_gaps(state: State) -> State:
+    """Returns the state with the kinds of each observer first, in their order, without places that nobody uses."""
+    is_kind = state["is_kind"]
+    order = np.argsort(~is_kind, axis=1, kind="stable")
+    rows, places = np.arange(len(order))[:, None], np.argsort(order, axis=1)
+    order = order[:, : int(is_kind.sum(axis=1).max(initial=0))]
+    closed = {name: state[name][rows, order] for name in OF_KINDS if name != "precision"}
+    closed["precision"] = state["precision"][rows[:, :, None], order[:, :, None], order[:, None, :]]
+    kinds = places[rows[:, :, None], state["thing_kind"]] if places.shape[1] else state["thing_kind"]
+    return {**state, **closed, "thing_kind": np.where(state["num_lifts"] > 0, kinds, 0)}
 
 
-def find_twins(kinds: Kinds, deviation_sd: float) -> tuple[int, int] | None:
-    """Finds two kinds of a colour that are more probably than not within ``deviation_sd`` of each other, [kg/m^3]."""
-    mean, covariance = kinds.belief.untruncated_mean, kinds.belief.covariance
-    for one in range(len(kinds.colours)):
-        for other in range(one + 1, len(kinds.colours)):
-            if kinds.colours[one] == kinds.colours[other]:
-                difference = mean[one] - mean[other]
-                sd = np.sqrt(covariance[one, one] + covariance[other, other] - 2.0 * covariance[one, other])
-                if ndtr((deviation_sd - difference) / sd) - ndtr((-deviation_sd - difference) / sd) > 0.5:
-                    return one, other
-    return None
+def select_colours(state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+    """Returns the state of some colours, renumbered in their order, and of some things, of no other colour."""
+    state = {**state, **{name: state[name][:, list(things)] for name in _OF_THINGS}}
+    remains = mark_kinds(state, colours).any(axis=1)
+    state = close_gaps(remove_kinds(state, state["is_kind"] & ~remains))
+    numbers = np.zeros(max([*colours, -1]) + 1, dtype=np.intp)
+    numbers[list(colours)] = np.arange(len(colours))
+    return {**state, "kind_colour": np.where(state["is_kind"], numbers[state["kind_colour"]], 0)}
 
 
-def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
-    """Merges two kinds into the older one; the belief is that of one kind with all their objects from the start."""
-    # Both densities become one, rho = T rho'. That adds both priors, so that of the merged kind is subtracted.
-    T = np.delete(np.eye(len(kinds.colours)), merged, axis=1)
-    T[merged, kept] = 1.0
-    precision = T.T @ kinds.belief.precision @ T
-    information_vector = T.T @ kinds.belief.information_vector
-    prior = kinds.priors[merged]
-    precision[kept, kept] -= prior.sd**-2
-    information_vector[kept] -= prior.mean / prior.sd**2
-    objects = tuple(_rename(known, {merged: kept}) for known in kinds.objects)
-    remaining = np.delete(np.arange(len(kinds.colours)), merged)
-    return _select(replace(kinds, belief=DensityBelief(precision, information_vector), objects=objects), remaining)
+def _forget_own(state: State, is_odd: Mask) -> State:
+    """Forgets own densities of things that are of the most populous kind of a colour, (B, T, C)."""
+    is_own = state["is_own"] & is_odd
+    both = is_own[..., :, None] & is_own[..., None, :]
+    own = {"own_mean": np.where(is_own, state["own_mean"], 0.0)}
+    own["own_covariance"] = np.where(both, state["own_covariance"], 0.0)
+    return {**state, **own, "is_own": is_own}
 
 
-def restrict_colours(kinds: Kinds, numbers: Mapping[int, int]) -> Kinds:
-    """Returns the kinds of some colours, whose new numbers are given by old, and objects without other colours."""
-    objects = tuple(known for known in kinds.objects if set(known.colours) <= numbers.keys())
-    remaining = np.array([kind for kind, colour in enumerate(kinds.colours) if colour in numbers], dtype=np.intp)
-    restricted = _renumber(replace(kinds, objects=objects), remaining)
-    return replace(
-        restricted,
-        colours=tuple(numbers[colour] for colour in restricted.colours),
-        objects=tuple(
-            known._replace(colours=tuple(numbers[colour] for colour in known.colours)) for known in restricted.objects
-        ),
-    )
+def _mark_same_colours(state: State) -> Mask:
+    """Marks pairs of kinds of one colour, (B, K, K)."""
+    colour, is_kind = state["kind_colour"], state["is_kind"]
+    same: Mask = (colour[:, :, None] == colour[:, None, :]) & is_kind[:, :, None] & is_kind[:, None, :]
+    return same
 
 
-def _renumber(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
-    """Returns the remaining kinds only; no object may be of another kind."""
-    if len(remaining) == len(kinds.colours):
-        return kinds
-    return _select(replace(kinds, belief=kinds.belief.select(remaining.tolist())), remaining)
+def _copy_kinds(state: State) -> State:
+    return {**state, **{name: state[name].copy() for name in OF_KINDS}}
 
 
-def _select(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
-    """Selects the remaining kinds, to which the belief already refers, and renumbers them in all objects."""
-    numbers = {int(old): new for new, old in enumerate(remaining)}
-    return replace(
-        kinds,
-        colours=tuple(kinds.colours[kind] for kind in remaining),
-        objects=tuple(_rename(known, numbers) for known in kinds.objects),
-        priors=tuple(kinds.priors[kind] for kind in remaining),
-    )
-
-
-def _rename(known: KnownObject, numbers: dict[int, int]) -> KnownObject:
-    """Renumbers the kinds of an object; kinds without a new number keep theirs."""
-    memberships = tuple(
-        membership._replace(kind=numbers.get(membership.kind, membership.kind)) for membership in known.memberships
-    )
-    return known._replace(memberships=memberships)
-
-
-def _forget_members(kinds: Kinds, known: KnownObject) -> KnownObject:
-    """Keeps own densities of an object only for colours in which it is outside the most populous kind."""
-    odd = tuple(
-        column
-        for column in known.own.columns
-        if known.memberships[column].kind != kinds.find_most_populous(known.colours[column])
-    )
-    return known._replace(own=known.own.restrict_to(odd))
+def _clear(state: State, rows: NDArray[np.intp], kinds: NDArray[Any]) -> None:
+    """Sets the place of a kind to zero in some rows."""
+    state["precision"][rows, kinds] = 0.0
+    state["precision"][rows, :, kinds] = 0.0
+    for name in OF_KINDS:
+        if name != "precision":
+            state[name][rows, kinds] = 0

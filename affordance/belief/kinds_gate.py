@@ -21,225 +21,270 @@ scatter of objects within a material (``Prior.deviation_sd``). They are two numb
 """
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arguments import check_member, check_number, check_seed
-from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief, FindLikelihood
-from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
-from affordance.belief.learner import Pick
+from affordance.arrays import Array, Mask
+from affordance.belief.density_belief import DENSITY_FLOOR
+from affordance.belief.kinds import (
+    KindPrior,
+    add_kinds,
+    believe_kinds,
+    count_things,
+    find_most_populous,
+    mark_kinds,
+    tidy,
+)
+from affordance.belief.learner import FindLikelihood, Lesson, Seen, State
 from affordance.belief.likelihood import Likelihood
-from affordance.files.constraints import Setting
+from affordance.belief.normals import Normals
+from affordance.belief.rows import get_felt, set_felt
 
 # Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
-# Bounds of the numbers in the gate's settings, dimensionless.
-_LEAST, _MOST = 1e-9, 1e9
 
 
-class GateSettings(NamedTuple):
-    """Settings of the gate.
+class Hypotheses(NamedTuple):
+    """Hypotheses of positive probability about the kinds of an object with m colours, N of all observers.
 
-    Attributes:
-        kappa: Breadth of a category over its mean density.
-        concentration: Concentration alpha of new kinds, in objects.
-        switching: Readiness c of an object to change its kind, in lifts.
-        spread: Ratio s of the SD of a further kind's density to the root mean square of the most populous kind's.
+    Those of an observer follow each other, and are a product over its colours.
     """
 
-    kappa: Annotated[
-        float,
-        Setting("1", "fitted to two groups of people, once for each way to pick (docs/decisions/0026-kinds.md)"),
-    ]
-    concentration: Annotated[
-        float, Setting("1", "Laplace's rule of succession: as if one more object had been seen")
-    ] = 1.0
-    switching: Annotated[float, Setting("1", "Laplace's rule of succession: as if one more lift had been seen")] = 1.0
-    spread: Annotated[float, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")] = (
-        2.0
-    )
+    observers: NDArray[np.intp]  # number of the observer of each, (N,)
+    kinds: NDArray[np.intp]  # index of the kind of each colour, (N, m); K and more, one per colour, are new
+    probability: Array  # probability before the lift, (N,)
+    densities: Normals  # of the object under the hypothesis, (N, m)
+    founded: Mask  # columns whose kind is new and not the first of its colour, (N, m)
 
 
-class Hypothesis(NamedTuple):
-    """Hypothesis about the kinds of an object with m colours."""
+class Verdicts(NamedTuple):
+    """Hypotheses after a lift."""
 
-    kinds: tuple[int, ...]  # index of the kind of each colour
-    probability: float  # probability before the lift
-    densities: DensityBelief  # of the object under the hypothesis, of size m
-    founded: tuple[int, ...] = ()  # columns whose kind is new and not the first of its colour
-
-
-class Verdict(NamedTuple):
-    """Verdict on a hypothesis after a lift."""
-
-    hypothesis: Hypothesis  # with the breadth of new kinds evaluated after the lift
-    probability: float  # probability after the lift
-    log_evidence: float  # log probability density of the measured torques under the hypothesis
-    # Likelihood of the object's densities, with the size of errors evaluated under the hypothesis.
-    likelihood: Likelihood
-    posterior: DensityBelief  # belief about the object's densities after the lift
+    hypotheses: Hypotheses  # with the breadth of new kinds evaluated after the lift
+    probability: Array  # probability after the lift, (N,)
+    log_evidence: Array  # log probability density of what was felt under the hypothesis, (N,)
+    likelihood: Likelihood  # of the object's densities, with the size of errors evaluated under the hypothesis
+    posterior: Normals  # belief about the object's densities after the lift, (N, m)
 
 
-@dataclass(frozen=True)
-class KindSettings:
-    """Settings of a learner with kinds; the seed of random choices is different for each observer."""
+def compute_kind_probabilities(counts: Array, concentration: Array, switching: Array, num_lifts: Array) -> Array:
+    """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, (B, K + 1).
 
-    gate: GateSettings
-    pick: Pick = Pick.MAP
-    seed: tuple[int, ...] = (0,)
-
-    def __post_init__(self) -> None:
-        """Checks the fields; a number of the gate that is not finite and positive raises a BadArgumentError."""
-        for name, value in self.gate._asdict().items():
-            check_number(name, value, _LEAST, _MOST)
-        object.__setattr__(self, "pick", check_member("pick", self.pick, Pick))
-        object.__setattr__(self, "seed", check_seed(self.seed))
-
-    def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
-        """Picks a verdict; the number of the lift, from 1, and the seed determine random choices."""
-        probabilities = np.array([verdict.probability for verdict in verdicts])
-        if self.pick is Pick.MAP:
-            return verdicts[int(probabilities.argmax())]
-        rng = np.random.default_rng([*self.seed, lift])
-        return verdicts[int(rng.choice(len(verdicts), p=probabilities))]
-
-
-def compute_kind_probabilities(
-    counts: NDArray[np.intp], settings: GateSettings, *, current: int | None = None, num_lifts: int = 0
-) -> Array:
-    """Computes the probabilities of K kinds of a colour and, last, of a new one, before a lift, shape (K + 1,).
-
-    Counts, (K,), are of the other objects of each kind; the object itself was of the current one in its last
-    num_lifts lifts, or was never lifted (None).
+    Counts, (B, K), are of the other objects of each kind. The object was in its last ``num_lifts``, (B, K), of a
+    kind, which is zero for all but one kind, or for all if it was never lifted.
     """
-    shares = np.append(counts, settings.concentration) / (counts.sum() + settings.concentration)
-    weights: Array = settings.switching * shares
-    if current is None:
-        return weights / settings.switching
-    weights[current] += num_lifts
-    return weights / (num_lifts + settings.switching)
+    guests = np.column_stack([counts, concentration])
+    shares = guests / guests.sum(axis=1)[:, None]
+    weights = switching[:, None] * shares
+    weights[:, :-1] += num_lifts
+    weights /= (num_lifts.sum(axis=1) + switching)[:, None]
+    return weights
 
 
-def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, settings: GateSettings) -> list[Hypothesis]:
-    """Lists hypotheses of positive probability on an object: a product of K_i + 1 over its colours, K_i kinds each.
+def predict_new(state: State, colours: tuple[int, ...]) -> tuple[list[KindPrior], Mask]:
+    """Predicts the density of a new kind of each colour.
 
-    The last kinds are new, one for each of the object's colours. The place is the object's index, or None if it was
-    never lifted; its memberships are then ignored.
+    The prior holds for the first kind of a colour. The scale of a further one is the root mean square of the mean
+    density of the most populous kind, which equals the mean if that is well known: the mean alone gives no scale for
+    a kind that was hardly felt, as errors may bring it near zero.
+
+    Returns: Prior of each colour's new kind; and True where it is a further one, (B, colours).
     """
-    counts = kinds.count_objects(excluded=place)
-    first_new = len(kinds.colours) - len(known.colours)
-    columns: list[list[tuple[int, float]]] = []
-    for column, colour in enumerate(known.colours):
-        *there, new = kinds.list_of(colour)
-        assert new == first_new + column
-        membership = known.memberships[column]
-        probabilities = (
-            compute_kind_probabilities(counts[there], settings)
-            if place is None
-            else compute_kind_probabilities(
-                counts[there], settings, current=there.index(membership.kind), num_lifts=membership.num_lifts
-            )
-        )
-        pairs = zip([*there, new], probabilities.tolist(), strict=True)
-        columns.append([(kind, probability) for kind, probability in pairs if probability > 0.0])
-    breadth = kinds.compute_category_sd(settings.kappa)
-    has_reference = [kinds.find_reference(colour) is not None for colour in known.colours]
-    hypotheses = []
-    for chosen in itertools.product(*columns):
-        chosen_kinds = tuple(kind for kind, _ in chosen)
-        probability = float(np.prod([probability for _, probability in chosen]))
-        densities = predict_densities(kinds, chosen_kinds, breadth, find_stable(known, chosen_kinds))
-        founded = tuple(
-            column for column, kind in enumerate(chosen_kinds) if kind >= first_new and has_reference[column]
-        )
-        hypotheses.append(Hypothesis(chosen_kinds, probability, densities, founded))
-    return hypotheses
+    believed, populous = believe_kinds(state), find_most_populous(state, colours)
+    is_further = (mark_kinds(state, colours) & (count_things(state) > 0)[:, None, :]).any(axis=2)
+    priors = []
+    for column in range(len(colours)):
+        rows, kind = np.arange(len(populous)), populous[:, column]
+        scale = np.sqrt(believed.mean[rows, kind] ** 2 + believed.covariance[rows, kind, kind])
+        further, spread = is_further[:, column], state["spread"]
+        mean, sd = np.where(further, scale, state["prior_mode"]), np.where(further, spread * scale, state["prior_sd"])
+        priors.append(KindPrior(mean, sd))
+    return priors, is_further
 
 
-def find_stable(known: KnownObject, chosen: Sequence[int]) -> OwnDensities:
-    """Finds the own densities of an object that a hypothesis keeps, as the object remains of its kind."""
-    stays = [column for column in known.own.columns if known.memberships[column].kind == chosen[column]]
-    return known.own.restrict_to(tuple(stays))
-
-
-def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, own: OwnDensities) -> DensityBelief:
+def predict_densities(
+    state: State, seen: Seen, observers: NDArray[np.intp], kinds: NDArray[np.intp], scatter_sd: Array
+) -> Normals:
     """Predicts m densities of an object of given kinds, S rho + delta, or its own densities where it has these.
 
-    Each of the m colours has the index of its kind; scatter_sd is the SD of delta for each of K kinds, (K,),
-    [kg/m^3].
+    Kinds are of N observers, (N, m), and so is the SD of delta, (N, m), [kg/m^3].
     """
-    indices = np.array(chosen)
-    mean = kinds.belief.untruncated_mean[indices]
-    covariance = kinds.belief.covariance[np.ix_(indices, indices)] + np.diag(scatter_sd[indices] ** 2)
-    if own.columns:
-        columns = list(own.columns)
-        mean[columns] = own.belief.untruncated_mean
-        covariance[columns, :] = covariance[:, columns] = 0.0
-        covariance[np.ix_(columns, columns)] = own.belief.covariance
-    return DensityBelief.from_moments(mean, covariance)
+    believed, m = believe_kinds(state), len(seen.colours)
+    rows = observers[:, None]
+    covariance = believed.covariance[rows[:, :, None], kinds[:, :, None], kinds[:, None, :]]
+    covariance = covariance + np.eye(m) * scatter_sd[:, None, :] ** 2
+    thing = observers, seen.things[observers]
+    stays = state["is_own"][thing][:, :m] & (state["thing_kind"][thing][:, :m] == kinds)
+    mean = np.where(stays, state["own_mean"][thing][:, :m], believed.mean[rows, kinds])
+    own = np.where(stays[:, :, None] & stays[:, None, :], state["own_covariance"][thing][:, :m, :m], 0.0)
+    return Normals(mean, np.where(stays[:, :, None] | stays[:, None, :], own, covariance))
 
 
-def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, settings: GateSettings) -> list[Verdict]:
-    """Weighs hypotheses by the evidence of the measured torques.
+def list_hypotheses(state: State, seen: Seen) -> Hypotheses:
+    """Lists hypotheses about an object: for K_i kinds of each of its colours a product of K_i + 1.
+
+    The state has room for the thing, and at its end a new kind for each of the object's colours.
+    """
+    rows, m = np.arange(len(seen.things)), len(seen.colours)
+    first_new = state["is_kind"].shape[1] - m
+    counts, further = count_things(state, seen.things), predict_new(state, seen.colours)[1]
+    candidates: list[NDArray[np.intp]] = []
+    columns: list[Array] = []
+    for column, marked in enumerate(np.moveaxis(mark_kinds(state, seen.colours)[:, :, :first_new], 1, 0)):
+        kinds = np.argsort(~marked, axis=1, kind="stable")[:, : int(marked.sum(axis=1).max())]
+        is_there = np.take_along_axis(marked, kinds, axis=1)
+        current = state["thing_kind"][rows, seen.things, column][:, None]
+        num_lifts = state["num_lifts"][rows, seen.things, column][:, None]
+        columns.append(
+            compute_kind_probabilities(
+                np.where(is_there, np.take_along_axis(counts, kinds, axis=1), 0),
+                state["concentration"],
+                state["switching"],
+                np.where(is_there & (kinds == current), num_lifts, 0),
+            )
+        )
+        candidates.append(np.column_stack([kinds, np.full(len(rows), first_new + column)]))
+    places = np.array(list(itertools.product(*(range(each.shape[1]) for each in columns))))
+    probability = np.prod([each[:, places[:, i]] for i, each in enumerate(columns)], axis=0)
+    observers, chosen = np.nonzero(probability > 0.0)
+    kinds = np.column_stack([each[observers, places[chosen, i]] for i, each in enumerate(candidates)])
+    means = believe_kinds(state).mean[observers[:, None], kinds]
+    breadth = state["kappa"][observers, None] * np.maximum(means, DENSITY_FLOOR)
+    densities = predict_densities(state, seen, observers, kinds, breadth)
+    founded = (kinds >= first_new) & further[observers]
+    return Hypotheses(observers, kinds, probability[observers, chosen], densities, founded)
+
+
+def weigh(state: State, seen: Seen, find_likelihood: FindLikelihood) -> Verdicts:
+    """Weighs all hypotheses about an object by the evidence of what is felt; the last of each colour is new.
 
     The evidence is that of unrestricted normal distributions, as in a trial's p-value. The cost is a search for the
     likelihood and O(m^3) for each hypothesis about m colours, and some more searches for each with a further kind.
     """
-    verdicts = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
-    log_evidences = [verdict.log_evidence for verdict in verdicts]
-    log_weights = np.log([hypothesis.probability for hypothesis in hypotheses]) + log_evidences
-    weights = np.exp(log_weights - log_weights.max())
-    probabilities = (weights / weights.sum()).tolist()
-    return [each._replace(probability=value) for each, value in zip(verdicts, probabilities, strict=True)]
+    new, _ = predict_new(state, seen.colours)
+    everywhere = np.ones((len(seen.things), len(seen.colours)), dtype=bool)
+    hypotheses = list_hypotheses(add_kinds(state, seen.colours, new, everywhere), seen)
+    hypotheses, likelihood, posterior = settle_breadth(
+        hypotheses, find_likelihood, state["kappa"][hypotheses.observers]
+    )
+    log_evidence = hypotheses.densities.compute_log_evidence(likelihood, posterior)
+    log_weights = np.log(hypotheses.probability) + log_evidence
+    first = np.searchsorted(hypotheses.observers, np.arange(len(seen.things)))
+    weights = np.exp(log_weights - np.maximum.reduceat(log_weights, first)[hypotheses.observers])
+    probability = weights / np.add.reduceat(weights, first)[hypotheses.observers]
+    return Verdicts(hypotheses, probability, log_evidence, likelihood, posterior)
 
 
-def settle_breadth(hypothesis: Hypothesis, find_likelihood: FindLikelihood, kappa: float) -> Verdict:
-    """Evaluates the breadth of new kinds at the posterior density under a hypothesis, by iteration.
+def settle_breadth(
+    hypotheses: Hypotheses, find_likelihood: FindLikelihood, kappa: Array
+) -> tuple[Hypotheses, Likelihood, Normals]:
+    """Evaluates the breadth of new kinds at the posterior density under each hypothesis, by iteration.
 
     Each pass uses the density of the pass before, the first that before the lift. If the object is denser than the
     reference, the passes rise towards the measured density without exceeding it; if it is less dense they converge
-    within a few, as the breadth is a small part of the spread. Without a further kind one pass suffices. The verdict
-    has the probability before the lift.
+    within a few, as the breadth is a small part of the spread. Without a further kind one pass suffices.
+
+    Returns: Hypotheses with these breadths, likelihoods, and beliefs about the object's densities after the lift.
     """
-    columns = list(hypothesis.founded)
-    belief = hypothesis.densities
-    rho = belief.untruncated_mean[columns]
+    observers, founded, mean = hypotheses.observers, hypotheses.founded, hypotheses.densities.mean
+    covariance, rho = hypotheses.densities.covariance.copy(), mean.copy()
+    left = np.arange(len(mean))
+    likelihood, posterior = None, Normals(np.zeros_like(mean), np.zeros_like(covariance))
     for _ in range(_MAX_PASSES):
-        likelihood = find_likelihood(belief)
-        posterior = belief.condition(likelihood)
-        previous, rho = rho, np.maximum(posterior.untruncated_mean[columns], 0.0)
-        if np.all(np.abs(rho - previous) <= _SETTLED * belief.untruncated_mean[columns]):
+        belief = Normals(mean[left], covariance[left])
+        found = find_likelihood(belief, observers[left])
+        after = belief.condition(found)
+        likelihood = found if likelihood is None else likelihood.put(left, found)
+        posterior.mean[left], posterior.covariance[left] = after.mean, after.covariance
+        previous, rho[left] = rho[left], np.maximum(after.mean, 0.0)
+        is_settled = np.abs(rho[left] - previous) <= _SETTLED * belief.mean
+        changes = kappa[left, None] ** 2 * (rho[left] ** 2 - previous**2) * founded[left]
+        unsettled = (founded[left] & ~is_settled).any(axis=1)
+        if not unsettled.any():
             break
-        belief = _change_variances(belief, columns, kappa**2 * (rho**2 - previous**2))
-    log_evidence = belief.compute_untruncated_log_evidence(likelihood, posterior)
-    judged = hypothesis._replace(densities=belief)
-    return Verdict(judged, hypothesis.probability, log_evidence, likelihood, posterior)
+        left = left[unsettled]
+        covariance[left] += np.eye(mean.shape[1]) * changes[unsettled][:, None, :]
+    assert likelihood is not None
+    return hypotheses._replace(densities=Normals(mean, covariance)), likelihood, posterior
 
 
-def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float) -> Verdict:
-    """Returns the verdict with the SD of further kinds set to s times the larger of reference and posterior.
+def adopt(
+    state: State, seen: Seen, verdicts: Verdicts, chosen: NDArray[np.intp], find_likelihood: FindLikelihood
+) -> Lesson:
+    """Adopts a verdict of ``weigh`` for each observer, by its number, (B,), and learns from the lift."""
+    hypotheses, rows, m = verdicts.hypotheses, np.arange(len(chosen)), len(seen.colours)
+    kinds, founded, belief = hypotheses.kinds[chosen], hypotheses.founded[chosen], hypotheses.densities.take(chosen)
+    likelihood, posterior = verdicts.likelihood.take(chosen), verdicts.posterior.take(chosen)
+    belief, likelihood, posterior = _start_broadly(
+        belief, likelihood, posterior, founded, find_likelihood, state["spread"]
+    )
+    first_new = state["is_kind"].shape[1]
+    is_adopted = hypotheses.kinds == kinds[hypotheses.observers]
+    first = np.searchsorted(hypotheses.observers, rows)
+    probability = np.add.reduceat(np.where(is_adopted, verdicts.probability[:, None], 0.0), first, axis=0)
+    variances = np.diagonal(belief.covariance, axis1=1, axis2=2)
+    starts = [
+        KindPrior(
+            np.where(founded[:, i], belief.mean[:, i], state["prior_mode"]),
+            np.where(founded[:, i], np.sqrt(variances[:, i]), state["prior_sd"]),
+        )
+        for i in range(m)
+    ]
+    state = add_kinds(state, seen.colours, starts, kinds >= first_new)
+    thing = rows, seen.things
+    lifts = state["num_lifts"][thing][:, :m]
+    same = (lifts > 0) & (state["thing_kind"][thing][:, :m] == kinds)
+    # The deviation from other kinds is another.
+    stays = same.all(axis=1).astype(float)
+    felt = get_felt(state, seen)
+    felt = felt._replace(
+        precision=felt.precision * stays[:, None, None], information_vector=felt.information_vector * stays[:, None]
+    )
+    added = likelihood.marginalise_deviation(state["deviation_sd"], felt).embed(kinds, state["is_kind"].shape[1])
+    state = set_felt(state, seen, likelihood.add(felt))
+    state["precision"] = state["precision"] + added.precision
+    state["information"] = state["information"] + added.information_vector
+    values = {
+        "thing_kind": kinds,
+        "num_lifts": np.where(same, lifts, 0) + 1,
+        "probability": probability,
+        "is_own": True,
+        "own_mean": posterior.mean,
+    }
+    for name, value in values.items():
+        state[name] = state[name].copy()
+        state[name][*thing, :m] = value
+    state["own_covariance"] = state["own_covariance"].copy()
+    state["own_covariance"][*thing, :m, :m] = posterior.covariance
+    return Lesson(tidy(state), posterior, likelihood)
+
+
+def _start_broadly(
+    belief: Normals,
+    likelihood: Likelihood,
+    posterior: Normals,
+    founded: Mask,
+    find_likelihood: FindLikelihood,
+    spread: Array,
+) -> tuple[Normals, Likelihood, Normals]:
+    """Sets the SD of further kinds to s times the larger of reference and posterior, and conditions anew.
 
     The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
     would be underestimated lift after lift.
     """
-    columns = list(verdict.hypothesis.founded)
-    if not columns:
-        return verdict
-    belief = verdict.hypothesis.densities
-    largest = np.maximum(belief.untruncated_mean, verdict.posterior.untruncated_mean)[columns]
-    belief = _change_variances(belief, columns, (spread * largest) ** 2 - np.diag(belief.covariance)[columns])
-    likelihood = find_likelihood(belief)
-    hypothesis = verdict.hypothesis._replace(densities=belief)
-    return verdict._replace(hypothesis=hypothesis, likelihood=likelihood, posterior=belief.condition(likelihood))
-
-
-def _change_variances(belief: DensityBelief, columns: Sequence[int], changes: Array) -> DensityBelief:
-    """Returns the belief with some variances changed, of densities that are independent of the others."""
-    covariance = np.array(belief.covariance)
-    covariance[columns, columns] += changes
-    return DensityBelief.from_moments(belief.untruncated_mean, covariance)
+    rows = np.flatnonzero(founded.any(axis=1))
+    if not len(rows):
+        return belief, likelihood, posterior
+    mean, covariance = belief.mean, belief.covariance.copy()
+    largest = spread[rows, None] * np.maximum(mean, posterior.mean)[rows]
+    diagonal = np.diagonal(covariance, axis1=1, axis2=2)[rows]
+    changes = np.where(founded[rows], largest**2 - diagonal, 0.0)
+    covariance[rows] += np.eye(mean.shape[1]) * changes[:, None, :]
+    belief = Normals(mean, covariance)
+    found = find_likelihood(belief.take(rows), rows)
+    after = belief.take(rows).condition(found)
+    posterior = Normals(posterior.mean.copy(), posterior.covariance.copy())
+    posterior.mean[rows], posterior.covariance[rows] = after.mean, after.covariance
+    return belief, likelihood.put(rows, found), posterior

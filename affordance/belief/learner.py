@@ -1,32 +1,246 @@
-"""Names of the learners."""
+"""Learner of densities: what it must do, for many observers at once.
 
-import enum
+A learner is an object without state. Everything that an observer remembers is in a ``State``, arrays by name, each
+with a leading dimension of B observers (or particles; the arm is one observer). So a state is kept and restored as it
+is, and rows of it are observers. What is of another length for each observer is padded with zeros.
+"""
+
+import importlib
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any, NamedTuple, Protocol, Self, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals
+from affordance.belief.prior import Prior
+from affordance.belief.rows import Seen as Seen
+from affordance.belief.rows import State as State
+from affordance.exceptions import AffordanceError, BadArgumentError, describe_choice, show_value
+from affordance.files.constraints import check_fields
 
 
-class Pick(enum.Enum):
-    """Rule by which a hypothesis about an object's kinds is adopted."""
+class Draws(Protocol):
+    """Random numbers, as of ``numpy.random.Generator``, of which row b is of observer b."""
 
-    MAP = "map"  # the most probable one, for a working arm
-    DRAWN = "drawn"  # one drawn by its probability, to simulate people
+    def random(self, size: tuple[int, ...], /) -> Array:
+        """Draws uniform numbers in [0, 1), the first dimension that of observers."""
+
+    def standard_normal(self, size: tuple[int, ...], /) -> Array:
+        """Draws standard normal numbers, the first dimension that of observers."""
 
 
-class Learner(enum.Enum):
-    """Learner of densities."""
+class FindLikelihood(Protocol):
+    """Function that finds the likelihood of what is felt of an object.
 
-    DENSITY = "density"  # one density for each colour (paper)
-    KINDS_MAP = "kinds_map"  # kinds within a colour, with the most probable hypothesis
-    KINDS_DRAWN = "kinds_drawn"  # kinds within a colour, with a hypothesis drawn by its probability
+    Errors that grow with torque are evaluated at the densities believed after it, so that it depends on the belief
+    before it.
+    """
+
+    def __call__(self, normals: Normals, observers: NDArray[np.intp] | None = None) -> Likelihood:
+        """Finds the likelihoods for N beliefs about an object's m densities.
+
+        Each belief is of the observer with its number in ``observers``, (N,); None for each observer in order.
+        """
+
+
+class Lesson(NamedTuple):
+    """What was learned from a lift: state, and belief about the object's own densities with their likelihood."""
+
+    state: State
+    densities: Normals  # (B, m)
+    likelihood: Likelihood  # of m densities, for B observers
+
+
+class Groups(NamedTuple):
+    """Groups of objects, K at most for an observer, of which a learner believes a mean density each.
+
+    A learner with one density for each colour has a group for each colour.
+    """
+
+    means: Normals  # of the mean densities, (B, K)
+    colours: NDArray[np.intp]  # index of the colour of each group, (B, K)
+    common: NDArray[np.intp]  # index of the group of new objects of each of M colours, (B, M)
+    # What a learner knows that judges itself whether an object is odd: numbers of objects, and each group's mean and
+    # SD before its first lift, (B, K) each; None for any other learner.
+    counts: NDArray[np.intp] | None = None
+    prior_mean: Array | None = None
+    prior_sd: Array | None = None
+
+
+class Learner(ABC):
+    """Learner of densities.
+
+    A subclass declares its parameters once, as fields of a frozen dataclass ``Parameters`` inside of it, such as
+    ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of each is a number, or a
+    sequence with one for each observer.
+    """
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Parameters of a learner that has none."""
+
+    def __init_subclass__(cls) -> None:
+        """Reads annotations that are texts, as in a file that postpones them, for processes without that file."""
+        super().__init_subclass__()
+        cls.Parameters.__annotations__ = get_type_hints(cls.Parameters, include_extras=True)
+
+    def __init__(self, **parameters: Any) -> None:
+        """Checks the parameters, given by name; any other name or value raises a BadArgumentError."""
+        self.parameters: Any = _check_parameters(self, parameters)
 
     @property
-    def pick(self) -> Pick | None:
-        """Rule by which it adopts a hypothesis about an object's kinds; None if it has no kinds."""
-        return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)
+    def name(self) -> str:
+        """Name in files and on the command line."""
+        return type(self).__name__
 
     @property
     def label(self) -> str:
         """Name in words, for figures and tables."""
-        return {
-            Learner.DENSITY: "one density for each colour",
-            Learner.KINDS_MAP: "kinds, most probable",
-            Learner.KINDS_DRAWN: "kinds, drawn",
-        }[self]
+        return self.name
+
+    @property
+    def sums_evidence(self) -> bool:
+        """True if what is believed of means is the prior and the sum of what was felt of each thing.
+
+        A thing can then be left out.
+        """
+        return False
+
+    def change(self, **parameters: Any) -> Self:
+        """Returns the learner with other values of some parameters."""
+        return type(self)(**{**_list_values(self.parameters), **parameters})
+
+    def of_observers(self, observers: Sequence[int]) -> Self:
+        """Returns the learner of some observers, by number: of each parameter with a value by observer, theirs."""
+        values = _list_values(self.parameters)
+        own = {name: each for name, each in values.items() if isinstance(each, tuple)}
+        for name, each in own.items():
+            if max(observers) >= len(each):
+                problem = f"has {len(each)} values, must have at least {max(observers) + 1}, one for each observer"
+                raise BadArgumentError("learner", name, problem)
+        return self.change(**{name: tuple(each[i] for i in observers) for name, each in own.items()}) if own else self
+
+    def __eq__(self, other: object) -> bool:
+        """Compares class and parameters."""
+        return type(self) is type(other) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash((type(self), tuple(vars(self).items())))
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in _list_values(self.parameters).items())
+        return f"{self.name}({values})"
+
+    def to_plain(self) -> Any:
+        """Describes the learner for files: by its name, with its parameters if they are not the usual ones."""
+        return self.name if self == self.usual else {"name": self.name, **_list_values(self.parameters)}
+
+    @property
+    def usual(self) -> Self:
+        """The learner with the usual values of its parameters."""
+        return type(self)()
+
+    @abstractmethod
+    def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
+        """Returns the state of B observers without experience.
+
+        Args:
+            rng: Random numbers, for observers that differ.
+            parameters: ``Parameters`` of this learner.
+            prior: Prior of materials that were never lifted; ``describe_start`` puts it into the state.
+            num_colours: Number of colours M that are known.
+            size: Number of observers B.
+        """
+
+    @abstractmethod
+    def believe(self, state: State) -> Normals:
+        """Returns the belief about the mean density of new objects of each colour, (B, M)."""
+
+    @abstractmethod
+    def expect(self, state: State, seen: Seen) -> Normals:
+        """Returns the belief about an object's own m densities before a lift, (B, m)."""
+
+    @abstractmethod
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        """Learns from a lift; discrete choices draw one uniform number per observer from ``rng``."""
+
+    def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
+        """Returns the state with another colour, and the colour's index.
+
+        The probabilities are those of each of the M known colours and, last, of a new one, (M + 1,). A known index is
+        returned with the state as it is.
+        """
+        raise AffordanceError(f"{self.name} met a colour after its start, which takes a method 'meet'")
+
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        """Returns the state of some colours, in their order, and of some things, which have no other colour."""
+        raise AffordanceError(f"{self.name} has to forget a colour, which takes a method 'select'")
+
+    def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
+        """Returns the sum of what was felt of a thing's own densities; None for a learner that does not keep it."""
+        return None
+
+    def group(self, state: State) -> Groups:
+        """Returns the groups of objects that the learner keeps apart: one for each colour unless overridden."""
+        means = self.believe(state)
+        colours = np.broadcast_to(np.arange(means.mean.shape[1]), means.mean.shape)
+        return Groups(means, colours, colours)
+
+    def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
+        """Finds the group of an object in each of its colours, (B, m)."""
+        return np.broadcast_to(np.array(seen.colours, dtype=np.intp), (len(seen.things), len(seen.colours)))
+
+
+def check_learner(name: str, value: Any) -> Learner:
+    """Returns a learner, or that of a name; anything else raises a BadArgumentError."""
+    if isinstance(value, Learner):
+        return value
+    if isinstance(value, type) and issubclass(value, Learner):
+        return value()
+    if not isinstance(value, str):
+        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a Learner or the name of one")
+    known: Mapping[str, Learner] = importlib.import_module("affordance.belief.learners").LEARNERS  # which need this
+    if value not in known:
+        raise BadArgumentError(name, "", describe_choice(value, known))
+    return known[value]
+
+
+def describe_start(parameters: Any, prior: Prior, size: int) -> State:
+    """Returns prior and parameters as a part of the state of B observers, (B,) each."""
+    return {**describe_prior(prior, size), **{name: np.full(size, v) for name, v in _list_values(parameters).items()}}
+
+
+def describe_prior(prior: Prior, size: int) -> State:
+    """Returns the prior as a part of the state of B observers, (B,) each."""
+    values = {"prior_mode": prior.mode, "prior_sd": prior.sd, "deviation_sd": prior.deviation_sd}
+    return {name: np.full(size, value) for name, value in values.items()}
+
+
+def _check_parameters(learner: Learner, given: Mapping[str, Any]) -> Any:
+    kind = learner.Parameters
+    if not is_dataclass(kind):
+        raise BadArgumentError(learner.name, "Parameters", "is no dataclass, must be a frozen one")
+    parameters: Any = kind()
+    for name, value in given.items():
+        if name not in _list_values(parameters):
+            known = ", ".join(_list_values(parameters)) or "none"
+            raise BadArgumentError(learner.name, name, f"is no parameter; known are {known}")
+        several = isinstance(value, np.ndarray | list | tuple)
+        checked = tuple(_check_value(kind, name, each) for each in (value if several else [value]))
+        parameters = replace(parameters, **{name: checked if several else checked[0]})
+    return parameters
+
+
+def _check_value(kind: Any, name: str, value: Any) -> Any:
+    checked = kind(**{name: value})
+    check_fields(checked)
+    return getattr(checked, name)
+
+
+def _list_values(parameters: Any) -> dict[str, Any]:
+    return {each.name: getattr(parameters, each.name) for each in fields(parameters)}

@@ -2,36 +2,64 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.objects.inertia import NUM_PARAMETERS
 
 # Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
 SEEN = 1e-12
 
 
 class Likelihood(NamedTuple):
-    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho."""
+    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho.
 
-    precision: Array  # P, shape (M, M)
-    information_vector: Array  # q, shape (M,)
-    log_constant: float  # log probability density of the data if all densities are zero
-    log_peak: float = np.nan  # log probability density of data without error, the largest possible, for p-values
+    All arrays may have leading dimensions, as one for observers.
+    """
+
+    precision: Array  # P, shape (..., M, M)
+    information_vector: Array  # q, shape (..., M)
+    log_constant: float | Array  # log probability density of the data if all densities are zero, shape (...,)
+    # Log probability density of data without error, the largest possible, for p-values, shape (...,).
+    log_peak: float | Array = np.nan
     num_values: int = 0  # that were measured
+
+    @classmethod
+    def stack(cls, likelihoods: "Sequence[Likelihood]") -> "Likelihood":
+        """Stacks likelihoods along a new first dimension; each is of as many values as the first."""
+        P, q, log_constant, log_peak = (
+            np.array(each) for each in zip(*(one[:4] for one in likelihoods), strict=True)
+        )
+        return cls(P, q, log_constant, log_peak, likelihoods[0].num_values)
+
+    def take(self, rows: Any) -> "Likelihood":
+        """Returns the entries of an index, or of several, along the first dimension."""
+        shape = self.information_vector.shape[:-1]
+        log_constant, log_peak = (np.broadcast_to(each, shape)[rows] for each in self[2:4])
+        P, q = self.precision[rows], self.information_vector[rows]
+        return Likelihood(P, q, log_constant, log_peak, self.num_values)
+
+    def put(self, rows: NDArray[np.intp], other: "Likelihood") -> "Likelihood":
+        """Returns the likelihoods with others in some rows of the first dimension."""
+        P, q, log_constant, log_peak = (np.array(each) for each in self[:4])
+        for array, new in zip((P, q, log_constant, log_peak), other[:4], strict=True):
+            array[rows] = new
+        return Likelihood(P, q, log_constant, log_peak, other.num_values)
 
     def select(self, columns: Sequence[int]) -> "Likelihood":
         """Returns the likelihood of some of the densities, where the others do not matter."""
         chosen = list(columns)
-        P, q = self.precision[np.ix_(chosen, chosen)], self.information_vector[chosen]
+        P, q = self.precision[(..., *np.ix_(chosen, chosen))], self.information_vector[..., chosen]
         return self._replace(precision=P, information_vector=q)
 
-    def embed(self, columns: Sequence[int], size: int) -> "Likelihood":
-        """Returns the likelihood of ``size`` densities, of which ``columns`` are these."""
-        S = np.eye(size)[list(columns)]
-        return self._replace(precision=S.T @ self.precision @ S, information_vector=S.T @ self.information_vector)
+    def embed(self, columns: "Sequence[int] | NDArray[np.intp]", size: int) -> "Likelihood":
+        """Returns the likelihood of ``size`` densities, of which ``columns``, (..., M), are these."""
+        S = (np.asarray(columns, dtype=np.intp)[..., None] == np.arange(size)).astype(float)
+        St = np.swapaxes(S, -1, -2)
+        information_vector = np.matvec(St, self.information_vector)
+        return self._replace(precision=St @ self.precision @ S, information_vector=information_vector)
 
     def add(self, other: "Likelihood") -> "Likelihood":
         """Returns the likelihood of both data."""
@@ -43,23 +71,25 @@ class Likelihood(NamedTuple):
             self.num_values + other.num_values,
         )
 
-    def marginalise_deviation(self, deviation_sd: float, earlier: "Likelihood | None" = None) -> "Likelihood":
+    def marginalise_deviation(self, deviation_sd: float | Array, earlier: "Likelihood | None" = None) -> "Likelihood":
         """Returns the likelihood of material means mu with rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
 
         The constant is dropped: the evidence of a trial is that of the object's own densities. After earlier trials
         with the same object, whose deviation is the same, the result is the information that this trial adds about
-        mu.
+        mu. The SD is a number, or one for each entry along the leading dimensions.
         """
-        P, q, identity = self.precision, self.information_vector, np.eye(len(self.information_vector))
+        P, q, identity = self.precision, self.information_vector, np.eye(self.information_vector.shape[-1])
+        variance = np.asarray(deviation_sd)[..., None, None] ** 2
         if earlier is None:
-            spread = identity + deviation_sd**2 * P
-            precision, information_vector = np.linalg.solve(spread, P), np.linalg.solve(spread, q)
+            spread = identity + variance * P
+            precision, information_vector = np.linalg.solve(spread, P), np.linalg.solve(spread, q[..., None])[..., 0]
         else:  # the difference of the marginals with and without this trial, without cancellation
-            B = np.linalg.inv(identity + deviation_sd**2 * earlier.precision)
-            K = B @ np.linalg.inv(identity + deviation_sd**2 * P @ B)
+            B = np.linalg.inv(identity + variance * earlier.precision)
+            K = B @ np.linalg.inv(identity + variance * P @ B)
             precision = K @ P @ B
-            information_vector = K @ (q - deviation_sd**2 * P @ B @ earlier.information_vector)
-        return Likelihood(0.5 * (precision + precision.T), information_vector, np.nan)
+            felt = np.matvec(variance * P @ B, earlier.information_vector)
+            information_vector = np.matvec(K, q - felt)
+        return Likelihood(0.5 * (precision + np.swapaxes(precision, -1, -2)), information_vector, np.nan)
 
 
 @dataclass(frozen=True)
@@ -71,7 +101,7 @@ class Quadratic:
 
     def widen(self, covariance: Array) -> "Quadratic":
         """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
-        A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
+        A = np.linalg.inv(np.eye(len(self.information)) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 

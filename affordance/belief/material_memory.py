@@ -1,66 +1,103 @@
-"""Memory of materials: beliefs about the densities of materials, by their colour.
+"""Memory of one observer, as an arm has it: colours of materials, things by their look, and a learner's state.
 
 A material is identified by its colour, not by its name: a brass-coloured object recalls the density of earlier
-brass-coloured objects. A colour that was never seen before has the broad prior.
+brass-coloured objects. A colour that was never seen before has the broad prior. A memory is immutable: learning
+returns another one. It holds the learner, so whoever uses a memory need not know which one it is.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from affordance.arguments import check_kind, check_number
-from affordance.belief.colour_recognition import CERTAIN, compute_colour_probabilities, find_colour_index
-from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
+from affordance.arguments import Seed, check_kind, check_number, check_seed
+from affordance.arrays import Array
+from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.density_belief import (
+    EMPTY_BELIEF,
+    Density,
+    DensityBelief,
+    FindLikelihood,
+    Prior,
+    summarise_density,
+)
+from affordance.belief.felt_object import AtHand, FeltObject
+from affordance.belief.felt_object import Thing as Thing
+from affordance.belief.learner import Groups, Learner, Seen, State, check_learner, describe_prior
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import FeltObject, Lesson, Memory, Recollection, tabulate_densities
+from affordance.belief.normals import Normals
+from affordance.belief.rows import set_felt
 from affordance.exceptions import BadArgumentError
-from affordance.objects.appearance import Appearance, PartAppearance, is_same_object
-from affordance.objects.colour import Colour, show_colour
+from affordance.files.html_table import build_table
+from affordance.objects.appearance import PartAppearance, is_same_object
+from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
 
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
 
 
-class HeldObject(NamedTuple):
-    """Object that was held, whose deviation from its materials is the same each time."""
+class Recollection(NamedTuple):
+    """Recalled belief about an object that is seen, with a memory that includes all of its colours."""
 
-    appearance: Appearance  # with the colours of the memory
-    columns: tuple[int, ...]  # indices of its m colours
-    # Sum of the likelihoods of its own densities over all holds, of size m; None if it was never held.
-    felt: Likelihood | None = None
+    memory: "MaterialMemory"
+    densities: DensityBelief  # of its m colours
+    columns: tuple[int, ...]  # index of each part's density among those of the object
+    # Likelihoods that were felt in earlier lifts of this object; None if it was never lifted.
+    felt: FeltObject | None = None
 
 
-@dataclass(frozen=True)
-class MaterialMemory(Memory):
-    """Beliefs about the mean density of each colour met so far.
+class Lesson(NamedTuple):
+    """Result of learning from a trial: memory, and belief about the object's own densities with their likelihood."""
+
+    memory: "MaterialMemory"
+    densities: DensityBelief
+    likelihood: Likelihood
+
+
+@dataclass(frozen=True, eq=False)
+class MaterialMemory:
+    """Memory of an observer; ``MaterialMemory()`` knows nothing yet, and learns one density for each colour.
 
     Attributes:
+        learner: Learner of the observer.
+        seed: Seed of the learner's random draws, if it makes any.
         colours: Known colours, in the order they were met.
-        belief: Belief about the colours' mean densities, of size len(colours).
-        objects: Objects that were held.
-        at_hand: Object that was recalled last, until its hold is learned from.
+        state: State of the learner; empty until a colour is met.
+        things: Things that were lifted, in the order of their numbers in the state.
+        num_lifts: Number of lifts from which it has learned.
+        at_hand: Object that was recalled last, until its lift is learned from.
     """
 
+    learner: Learner = "density"  # type: ignore[assignment]  # replaced by the learner of this name
+    seed: tuple[int, ...] = (0,)
     colours: tuple[Colour, ...] = ()
-    belief: DensityBelief = EMPTY_BELIEF
-    objects: tuple[HeldObject, ...] = ()
-    at_hand: HeldObject | None = None
+    state: State = field(default_factory=dict)
+    things: tuple[Thing, ...] = ()
+    num_lifts: int = 0
+    at_hand: AtHand | None = None
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for a belief of another size than the colours."""
-        check_kind("belief", self.belief, DensityBelief)
-        if self.belief.size != len(self.colours):
-            problem = f"is about {self.belief.size} densities, must be about {len(self.colours)}, one for each colour"
-            raise BadArgumentError("belief", "", problem)
+        """Checks learner and seed, and makes the state read-only."""
+        object.__setattr__(self, "learner", check_learner("learner", self.learner))
+        object.__setattr__(self, "seed", check_seed(self.seed))
+        for array in self.state.values():
+            array.setflags(write=False)
 
     def __repr__(self) -> str:
-        return f"MaterialMemory({', '.join(map(show_colour, self.colours)) or 'no colour'}: {self.belief.describe()})"
+        learner = "" if self.learner.name == "density" else f"{self.learner.name}, "
+        colours = ", ".join(map(show_colour, self.colours)) or "no colour"
+        return f"MaterialMemory({learner}{colours}: {self.belief.describe()})"
 
     def _repr_html_(self) -> str:
-        return tabulate_densities("Memory of materials", self)
+        low, median, high = self.belief.compute_percentiles([0.05, 0.5, 0.95]) if self.colours else np.zeros((3, 0))
+        rows = [
+            [show_colour(colour), f"{median[i]:.4g}", f"{low[i]:.4g} to {high[i]:.4g}"]
+            for i, colour in enumerate(self.colours)
+        ]
+        return build_table("Memory of materials", ["colour", "median (kg/m^3)", "90 % interval"], rows)
 
     @classmethod
     def from_densities[M: MaterialLike](
@@ -86,86 +123,212 @@ class MaterialMemory(Memory):
             ],
             dtype=float,
         )
-        return cls(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+        return cls.from_belief(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+
+    @classmethod
+    def from_belief(
+        cls, colours: Sequence[Colour], belief: DensityBelief, felt: Sequence[FeltObject] = ()
+    ) -> "MaterialMemory":
+        """Builds a memory with one density for each colour from the belief about their means.
+
+        Args:
+            colours: Colours, of each of the belief's densities.
+            belief: Belief about the mean densities.
+            felt: What was felt of things, from which the belief has learned.
+
+        Raises:
+            BadArgumentError: The belief is of another size than the colours.
+        """
+        check_kind("belief", belief, DensityBelief)
+        if belief.size != len(colours):
+            problem = f"is about {belief.size} densities, must be about {len(colours)}, one for each colour"
+            raise BadArgumentError("belief", "", problem)
+        memory = cls()._start(tuple(colours), Prior())
+        state = {
+            **memory.state,
+            "precision": belief.precision[None].copy(),
+            "information": belief.information_vector[None].copy(),
+        }
+        things = tuple(Thing(each.appearance, tuple(map(memory.colours.index, each.colours))) for each in felt)
+        for number, (thing, each) in enumerate(zip(things, felt, strict=True)):
+            state = set_felt(state, Seen(thing.colours, np.array([number])), each.own)
+        return replace(memory, state=state, things=things)
+
+    @cached_property
+    def belief(self) -> DensityBelief:
+        """Belief about the mean density of new objects of each colour."""
+        return _get_only(self.learner.believe(self.state)) if self.state else EMPTY_BELIEF
+
+    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
+        """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
+
+        Args:
+            material: Name of a material, a material, or a colour.
+            materials: Materials by name; None for those of the package.
+
+        Raises:
+            BadArgumentError: The material does not exist, or no object of its colour was met.
+        """
+        colour = find_colour(material, materials)
+        index = find_colour_index(self.colours, colour)
+        if index is None:
+            met = ", ".join(map(show_colour, self.colours)) or "none"
+            name = repr(material) if isinstance(material, str) else show_colour(colour)
+            problem = f"is {name}, of which no object was met; colours met are {met}"
+            raise BadArgumentError("material", "", problem)
+        return summarise_density(self.belief, index)
+
+    def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
+        """Returns the memory with the prior added for each new colour."""
+        new: list[Colour] = []
+        for colour in colours:
+            if find_colour_index([*self.colours, *new], colour) is None:
+                new.append(colour)
+        if not self.colours and new:
+            return self._start(tuple(new), prior)
+        memory = self
+        for colour in new:
+            certainly_new = np.append(np.zeros(len(memory.colours)), 1.0)
+            memory, _ = memory._meet(colour, certainly_new, prior)
+        return memory
 
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> "tuple[MaterialMemory, int]":
-        """Finds the material of a measured colour, or adds a material.
+        """Returns the memory with a measured colour, and the index of the known colour that represents it.
 
-        A colour that may be of several materials becomes another material whose density has mean and covariances of
-        their mixture: measurements of it then update each of them by its share. The normal distribution approximates
-        the mixture (docs/decisions/0015-vision-from-pixels.md).
-
-        Arguments and result are those of ``Memory``.
+        Errors of the measurement have the standard deviation colour_sd in each direction of CIELAB, 0 if it is exact,
+        and along the brightness another one of lightness_sd, in units of L*. The prior is that of materials never
+        met. What becomes of a colour that may be of several materials depends on the learner.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
             index = find_colour_index(memory.colours, colour)
             assert index is not None
             return memory, index
+        if not self.colours:
+            return self._start((colour,), prior), 0
         probabilities = compute_colour_probabilities(colour, colour_sd, self.colours, lightness_sd)
-        best = int(np.argmax(probabilities))
-        if probabilities[best] >= CERTAIN and best < len(self.colours):
-            return self, best
-        belief = self.belief.extend_by_mixture(probabilities, prior)
-        return replace(self, colours=(*self.colours, colour), belief=belief), len(self.colours)
+        return self._meet(colour, probabilities, prior)
 
-    def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[MaterialMemory]":
-        """Recalls the belief about objects of these colours, whether or not this one was held before; see ``Memory``.
+    def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
+        """Returns the memory of these known colours only, in their order, and of things that have no other colour."""
+        if tuple(colours) == self.colours:
+            return self
+        kept = [self.colours.index(colour) for colour in colours]
+        numbers = [number for number, thing in enumerate(self.things) if set(thing.colours) <= set(kept)]
+        things = (self.things[number] for number in numbers)
+        return replace(
+            self,
+            colours=tuple(colours),
+            state=self.learner.select(self.state, kept, numbers) if self.state else {},
+            things=tuple(thing._replace(colours=tuple(map(kept.index, thing.colours))) for thing in things),
+            at_hand=None,
+        )
 
-        The cost is a comparison with every object, and O(M^3) for M colours.
+    def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection:
+        """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
+
+        The cost is a comparison with every thing, and that of the learner's ``expect``. The prior is that of
+        materials never met.
         """
         memory, columns, parts = self, list[int](), list[PartAppearance]()
+        if not memory.colours:
+            memory = memory.add_colours([part.colour for part in appearance if part.colour_sd == 0.0], prior)
         for part in appearance:
             memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
             columns.append(column)
             parts.append(part._replace(colour=memory.colours[column]))
-        known = (held for held in memory.objects if is_same_object(held.appearance, parts))
-        at_hand = next(known, HeldObject(tuple(parts), tuple(dict.fromkeys(columns))))
-        densities = memory.belief.add_object_variation(prior.deviation_sd)
-        colours = tuple(memory.colours[column] for column in at_hand.columns)
-        felt = FeltObject.of(colours, at_hand.felt, prior, at_hand.appearance)
-        return Recollection(replace(memory, at_hand=at_hand), densities, tuple(columns), felt)
+        colours = tuple(dict.fromkeys(columns))
+        number = memory._find(parts, colours)
+        thing = Thing(tuple(parts), colours) if number is None else memory.things[number]
+        at_hand = AtHand(thing, len(memory.things) if number is None else number)
+        memory = replace(memory, state={**memory.state, **describe_prior(prior, 1)}, at_hand=at_hand)
+        densities = _get_only(memory.learner.expect(memory.state, at_hand.seen))
+        own = memory.learner.get_felt(memory.state, at_hand.seen)
+        shown = tuple(memory.colours[colour] for colour in thing.colours)
+        felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
+        return Recollection(memory, densities, tuple(map(thing.colours.index, columns)), felt)
 
-    def learn(
-        self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
-    ) -> "Lesson[MaterialMemory]":
-        """Applies Bayes' rule to mean densities, with the object's own deviation marginalised; see ``Memory``.
+    def learn(self, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson:
+        """Learns from a trial with the object recalled last.
 
-        The deviation of an object that was held before is that of the earlier holds: likelihoods of all its holds
-        are summed before it is marginalised, once. The cost is O(M^3) for M colours.
+        Objects of a material scatter about its mean by deviation_sd, [kg/m^3]. Without a recalled object a ValueError
+        is raised.
         """
-        likelihood = find_likelihood(densities)
-        earlier, objects = None, self.objects
-        if self.at_hand is not None:
-            appearance, columns, felt = self.at_hand
-            own = likelihood.select(columns)
-            if felt is not None:
-                earlier, own = felt.embed(columns, self.belief.size), own.add(felt)
-            others = (held for held in objects if held.appearance != appearance)
-            objects = (*others, HeldObject(appearance, columns, own))
-        materials = self.belief.condition(likelihood.marginalise_deviation(deviation_sd, earlier))
-        memory = MaterialMemory(self.colours, materials, objects)
-        return Lesson(memory, densities.condition(likelihood), likelihood)
+        at_hand = self.at_hand
+        if at_hand is None:
+            raise ValueError("no object was recalled since the last lift, must recall one before learning from it")
 
-    def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory of these known colours only, and of objects that have no other colour."""
-        if tuple(colours) == self.colours:
-            return self
-        kept = [self.colours.index(colour) for colour in colours]
-        objects = tuple(
-            held._replace(columns=tuple(kept.index(column) for column in held.columns))
-            for held in self.objects
-            if set(held.columns) <= set(kept)
-        )
-        return MaterialMemory(tuple(colours), self.belief.select(kept), objects)
+        def find(normals: Normals, observers: object = None) -> Likelihood:
+            return Likelihood.stack([find_likelihood(_get_only(normals.take([row]))) for row in range(len(normals))])
 
-    def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
-        """Returns the memory with the prior added for each new colour."""
-        memory = self
-        for colour in colours:
-            if find_colour_index(memory.colours, colour) is None:
-                belief = memory.belief.extend(prior, 1)
-                memory = replace(memory, colours=(*memory.colours, colour), belief=belief)
-        return memory
+        rng = np.random.default_rng([*self.seed, self.num_lifts + 1])
+        state = {**self.state, "deviation_sd": np.full(1, deviation_sd)}
+        lesson = self.learner.learn(state, at_hand.seen, find, rng)
+        things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
+        memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)
+        return Lesson(memory, _get_only(lesson.densities), lesson.likelihood.take(0))
+
+    def group(self) -> Groups:
+        """Returns the groups of objects that the learner keeps apart; there must be a colour."""
+        return self.learner.group(self.state)
+
+    def find_groups(self) -> Sequence[int]:
+        """Finds the group, in each of its colours, of the object recalled last, in the order of its densities."""
+        assert self.at_hand is not None  # as it was just recalled
+        found: list[int] = self.learner.find_groups(self.state, self.at_hand.seen)[0].tolist()
+        return found
+
+    def find_kind(self, appearance: Sequence[PartAppearance]) -> int:
+        """Finds the number of a thing's kind in the colour of its first part, 1 for the oldest.
+
+        It is 0 for a thing that was never lifted, and for a learner without kinds.
+        """
+        number = next((i for i, each in enumerate(self.things) if is_same_object(each.appearance, appearance)), None)
+        if number is None or (groups := self.group()).counts is None:
+            return 0
+        thing = self.things[number]
+        kinds = self.learner.find_groups(self.state, AtHand(thing, number).seen)[0]
+        for colour, kind in zip(thing.colours, kinds, strict=True):
+            if is_same_colour(self.colours[colour], appearance[0].colour):
+                return 1 + int((groups.colours[0, :kind] == colour).sum())
+        return 0
+
+    def _start(self, colours: tuple[Colour, ...], prior: Prior) -> "MaterialMemory":
+        rng = np.random.default_rng([*self.seed, 0])
+        state = self.learner.start(rng, self.learner.parameters, prior, len(colours), 1)
+        return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
+
+    def _meet(self, colour: Colour, probabilities: Array, prior: Prior) -> "tuple[MaterialMemory, int]":
+        """Lets the learner meet a colour, by the probabilities that it is each of those known, or a new one."""
+        state, index = self.learner.meet({**self.state, **describe_prior(prior, 1)}, probabilities)
+        if index < len(self.colours):
+            return self, index
+        return replace(self, colours=(*self.colours, colour), state=state), index
+
+    def _find(self, appearance: Sequence[PartAppearance], colours: tuple[int, ...]) -> int | None:
+        """Finds the number of the thing of an appearance; None if it was never lifted."""
+        numbered = enumerate(self.things)
+        same = (i for i, thing in numbered if is_same_object(thing.appearance, appearance))
+        return next((i for i in same if set(self.things[i].colours) == set(colours)), None)
+
+
+def start_memory(learner: Learner | str = "density", seed: Seed = 0) -> MaterialMemory:
+    """Builds the memory of an observer without experience.
+
+    Args:
+        learner: Learner, or its name.
+        seed: Seed of the random choices of a learner that draws, different for each observer.
+
+    Raises:
+        BadArgumentError: The learner does not exist, or the seed is invalid.
+    """
+    return MaterialMemory(check_learner("learner", learner), check_seed(seed))
+
+
+def _get_only(normals: Normals) -> DensityBelief:
+    """Returns the belief of the only observer."""
+    if normals.information is not None:
+        return DensityBelief(normals.precision[0], normals.information_vector[0])
+    return DensityBelief.from_moments(normals.mean[0], normals.covariance[0])

@@ -30,15 +30,6 @@ _SMALLEST_BATCH = 64
 _MAX_BATCHES = 1000
 
 
-def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
-    """Computes the most probable point with every coordinate at least ``floor``, shape (M,)."""
-    if (mean >= floor).all():
-        return mean.copy()
-    # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
-    root = np.linalg.cholesky(precision).T
-    return floor + scipy.optimize.nnls(root, root @ (mean - floor))[0]
-
-
 def compute_log_mass(mean: Array, covariance: Array) -> float:
     """Computes log P(x > 0) of the unrestricted distribution.
 

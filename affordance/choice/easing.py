@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY
@@ -34,7 +34,7 @@ class Easable(Protocol):
 def explain_failure(
     ranking: Ranking,
     task: TaskCostModel,
-    memory: Memory,
+    memory: MaterialMemory,
     settings: Settings,
     bounds: GripBounds,
     rng: np.random.Generator,
@@ -47,7 +47,12 @@ def explain_failure(
 
 
 def find_easier(
-    option: Option, task: TaskCostModel, memory: Memory, settings: Settings, admit: Admit, rng: np.random.Generator
+    option: Option,
+    task: TaskCostModel,
+    memory: MaterialMemory,
+    settings: Settings,
+    admit: Admit,
+    rng: np.random.Generator,
 ) -> str:
     """Describes what could be done with an option: less weight, the first easier task, or that none was found."""
     arm, parts = load_arm(settings.arm), option.gripped

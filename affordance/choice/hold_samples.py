@@ -15,9 +15,10 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief
-from affordance.belief.kind_memory import KindMemory
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.learner import Groups
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import FeltObject, Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -52,7 +53,7 @@ class HoldSamples:
 
     def __init__(
         self,
-        memory: Memory,
+        memory: MaterialMemory,
         objects: Mapping[str, Sequence[ComponentFeatures]],
         felt: Mapping[str, FeltObject],
         settings: Settings,
@@ -68,15 +69,15 @@ class HoldSamples:
         self._colours: dict[str, list[Colour]] = {}
         for name, parts in objects.items():
             self._columns[name], self._colours[name] = self._recognise(parts)
+        groups = memory.group()
+        self._belief = DensityBelief.from_moments(groups.means.mean[0], groups.means.covariance[0])
         # Columns of what is believed of new objects, all but further kinds of a colour; and hypotheses that one of
         # the objects held is odd.
-        if isinstance(memory, KindMemory):
-            self._belief = memory.kinds.belief
-            self.common = [memory.kinds.find_most_populous(colour) for colour in range(len(memory.colours))]
-            self.suspicions = self._suspect_members(memory)
-        else:
-            self._belief = memory.belief
-            self.common = list(range(memory.belief.size))
+        self.common: list[int] = groups.common[0].tolist()
+        self.suspicions: list[Suspicion] = []
+        if groups.counts is not None:
+            self.suspicions = self._suspect_members(memory.colours, groups)
+        elif memory.learner.sums_evidence:
             self.suspicions = self._suspect_objects()
         self._own: dict[str, Array] = {}
         self._errors: dict[str, Array] = {}
@@ -152,14 +153,10 @@ class HoldSamples:
 
     def _recognise(self, parts: Sequence[ComponentFeatures]) -> tuple[list[int], list[Colour]]:
         """Finds the column of each part, its colour's or its kind's, and known colours in the order of columns."""
-        recollection = self._memory.recall([part.appearance for part in parts], self._prior)
-        memory, columns = recollection.memory, recollection.columns
-        if not isinstance(memory, KindMemory):
-            return list(columns), [memory.colours[column] for column in dict.fromkeys(columns)]
+        memory, _, columns, _ = self._memory.recall([part.appearance for part in parts], self._prior)
         assert memory.at_hand is not None  # as it was just recalled
-        known = memory.at_hand.known
-        colours = [memory.colours[known.colours[column]] for column in dict.fromkeys(columns)]
-        return [known.memberships[column].kind for column in columns], colours
+        groups, colours = memory.find_groups(), memory.at_hand.thing.colours
+        return [groups[column] for column in columns], [memory.colours[colours[i]] for i in dict.fromkeys(columns)]
 
     def _find_felt(self, name: str) -> Likelihood | None:
         """Finds what was felt of an object, in the order of its materials; None if nothing was.
@@ -198,21 +195,21 @@ class HoldSamples:
             found.append(Suspicion(name, known, rest, weight, felt.shared))
         return found
 
-    def _suspect_members(self, memory: KindMemory) -> list[Suspicion]:
+    def _suspect_members(self, colours: Sequence[Colour], groups: Groups) -> list[Suspicion]:
         """Lists the objects that are the only member of a colour's most populous kind, with its prior in place."""
         found = []
-        counts = memory.kinds.count_objects()
-        for colour, kind in enumerate(self.common):
-            felt = {name: each for name, each in self._felt.items() if memory.colours[colour] in each.colours}
-            if counts[kind] != 1 or not felt:
+        assert groups.counts is not None
+        assert groups.prior_mean is not None
+        assert groups.prior_sd is not None
+        for colour, kind in zip(colours, self.common, strict=True):
+            felt = {name: each for name, each in self._felt.items() if colour in each.colours}
+            if groups.counts[0, kind] != 1 or not felt:
                 continue
             mean = self._belief.untruncated_mean.copy()
-            misses = {
-                name: abs(_find_density(each, memory.colours[colour]) - mean[kind]) for name, each in felt.items()
-            }
+            misses = {name: abs(_find_density(each, colour) - mean[kind]) for name, each in felt.items()}
             covariance = self._belief.covariance.copy()
             covariance[kind] = covariance[:, kind] = 0.0
-            mean[kind], covariance[kind, kind] = memory.kinds.priors[kind].mean, memory.kinds.priors[kind].sd ** 2
+            mean[kind], covariance[kind, kind] = groups.prior_mean[0, kind], groups.prior_sd[0, kind] ** 2
             belief = DensityBelief.from_moments(mean, covariance)
             found.append(Suspicion(min(misses, key=lambda name: misses[name]), (kind,), belief, ODD / (1.0 - ODD)))
         return found

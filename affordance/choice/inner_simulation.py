@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
@@ -111,7 +111,7 @@ class Choice:
         self._features = {option.object_name: option.features for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
-    def draw_parameters(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Array:
+    def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws inertial parameters of all options from the belief, (options, num_samples, 10).
 
         The options of a sample share their materials: a material's mean density is the same for all options, and an
@@ -119,7 +119,7 @@ class Choice:
         """
         return self.draw(memory, rng, num_samples).parameters
 
-    def draw(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Draws:
+    def draw(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Draws:
         """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
         check_num_samples(num_samples, len(self.options))
         memory, geometries = self._recognise(memory)
@@ -132,11 +132,11 @@ class Choice:
         used = np.array([geometry.Phi.any(axis=0) for geometry in geometries.values()])
         return Draws(memory.colours, rho, used, self.grip(drawn))
 
-    def add_colours(self, memory: Memory) -> Memory:
+    def add_colours(self, memory: MaterialMemory) -> MaterialMemory:
         """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
         return self._recognise(memory)[0]
 
-    def compute_parameters(self, memory: Memory, rho: Array) -> Array:
+    def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
         """Computes the parameters of all options, (options, S, 10), at densities in the order of ``add_colours``.
 
         Densities, (S, M), [kg/m^3], of colours first met here may be omitted: they are the expected ones, given the
@@ -160,7 +160,7 @@ class Choice:
         demands = [cost_model.compute_demand(each) for cost_model, each in zip(self.cost_models, pi, strict=True)]
         return Demand(*(np.array(column) for column in zip(*demands, strict=True)))
 
-    def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
+    def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
         """Recognises every part of every object once; the geometries refer to the colours of the returned memory."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():

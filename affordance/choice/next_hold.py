@@ -7,7 +7,8 @@ import numpy as np
 
 from affordance.arguments import check_kind, check_number, check_whole
 from affordance.arrays import Array
-from affordance.belief.object_belief import FeltObject, Memory
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision, RankedHold
 from affordance.choice.hold_samples import HoldSamples, Suspicion
@@ -53,7 +54,7 @@ class Question(NamedTuple):
 def advise_hold(
     candidates: Sequence[Tool],
     questions: Sequence[Question],
-    memory: Memory,
+    memory: MaterialMemory,
     settings: Settings,
     *,
     criterion: Criterion = Criterion.WORK,
@@ -87,7 +88,7 @@ def advise_hold(
         BadArgumentError: An argument is of the wrong kind or out of bounds.
         AffordanceError: There is nothing that may be held, or nothing to be decided.
     """
-    check_kind("memory", memory, Memory)
+    check_kind("memory", memory, MaterialMemory)
     check_number("price", price, 0.0)
     check_whole("num_samples", num_samples, _SAMPLES)
     names = [tool.name for tool in candidates]

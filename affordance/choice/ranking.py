@@ -14,7 +14,7 @@ import numpy as np
 
 from affordance.arguments import Seed, check_kind, check_member, check_number, check_seed, check_whole
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion, Demand
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
@@ -141,7 +141,7 @@ class Ranking(NamedTuple):
 def rank(
     options: Sequence[Option],
     task: TaskCostModel,
-    belief: Memory,
+    belief: MaterialMemory,
     settings: Settings = DEFAULT_SETTINGS,
     *,
     robot: ArmOwner | None = None,
@@ -180,7 +180,7 @@ def rank(
         for i, each in enumerate(check_kind("options", options, Sequence, hint))
     ]
     check_kind("task", task, TaskCostModel, "such as Reach(load_path(PATH)) or load_hammer(PATH)")
-    check_kind("belief", belief, Memory, "such as MaterialMemory.from_densities({'brass': 8500})")
+    check_kind("belief", belief, MaterialMemory, "such as MaterialMemory.from_densities({'brass': 8500})")
     check_kind("settings", settings, Settings)
     if robot is not None:
         robot = check_kind("robot", robot, ArmOwner, "such as Robot.load(FOLDER)")
@@ -196,7 +196,7 @@ def rank(
 
 def rank_options(
     choice: Choice,
-    memory: Memory,
+    memory: MaterialMemory,
     rng: np.random.Generator,
     num_samples: int,
     min_feasibility: float = MIN_FEASIBILITY,

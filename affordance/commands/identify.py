@@ -8,7 +8,6 @@ from pathlib import Path
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
 from affordance.commands.payload_text import describe_payload
@@ -165,7 +164,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     return status
 
 
-def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> Memory:
+def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:
     """Recalls a memory; one that does not exist yet knows nothing."""
     if place is None:
         return MaterialMemory()

@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from affordance.arguments import check_number
-from affordance.belief.object_belief import FeltObject
+from affordance.belief.felt_object import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.picking import MIN_FEASIBILITY

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.belief.density_belief import Prior
+from affordance.belief.learner_file import load_learner
+from affordance.belief.learners import LEARNERS
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
@@ -86,6 +88,26 @@ def add_set(
     parser.add_argument("--set", action="append", default=[], dest="changes", metavar="NAME=VALUE", help=what)
 
 
+def add_learner(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--learner``; see ``read_changes``."""
+    default = DEFAULT_SETTINGS.learner.name
+    what = f"{', '.join(LEARNERS)}, or one's own as FILE.py:CLASS, a program that is run (default {default})"
+    parser.add_argument("--learner", metavar="LEARNER", help=what)
+
+
+def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Returns the changes of settings by name, of ``--set`` and of ``--learner`` if the command has it.
+
+    A change in the wrong form, one that is made twice, or a learner that there is not raises a BadValueError.
+    """
+    changes = parse_changes(arguments.changes)
+    if word := getattr(arguments, "learner", None):
+        if "learner" in changes:
+            raise BadValueError("--set", "learner", "is given with --learner, only one of them may be")
+        changes["learner"] = load_learner(word)
+    return changes
+
+
 def add_prior_set(parser: argparse.ArgumentParser) -> None:
     """Adds ``--set`` of commands that use the prior's settings only; see ``read_prior``."""
     add_set(parser, "a setting of the prior, as prior.sd=8000; more than once")
@@ -153,8 +175,8 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Applies the changes of ``--set`` to settings; an unknown one, or a wrong value, raises a BadValueError."""
-    return change_settings(settings, parse_changes(arguments.changes))
+    """Applies the changes of ``read_changes``; an unknown setting, or a wrong value, raises a BadValueError."""
+    return change_settings(settings, read_changes(arguments))
 
 
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:

@@ -2,17 +2,11 @@
 
 import argparse
 
-from affordance.commands.options import (
-    add_run_options,
-    check_bounds,
-    read_robot,
-    refuse_changes,
-)
-from affordance.commands.setups import check_experiment, read_setup
+from affordance.commands.options import add_learner, add_run_options, check_bounds, read_changes, read_robot
+from affordance.commands.setups import check_experiment, check_learner, read_setup
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
 from affordance.experiments.suite import NAMES, find_experiment
-from affordance.named_settings import parse_changes
 from affordance.reporting.learner_predictions import format_predictions
 from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
@@ -26,6 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     names = [name for name in NAMES if find_experiment(name).predict is not None]
     parser.add_argument("experiment", help=f"one of {', '.join(names)}")
     add_run_options(parser, None, f"simulated observers of each learner (default: at most {_OBSERVERS})", models="")
+    add_learner(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,10 +35,11 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
-    refuse_changes(arguments, ["learner"], "observers of every learner are simulated")
+    changes = read_changes(arguments)
+    check_learner("predict", changes)
     check_folder(arguments.out)
     robot = open_robot(*read_robot(arguments))
-    setup = read_setup(arguments, robot, parse_changes(arguments.changes))
+    setup = read_setup(arguments, robot, changes)
     experiment.read(setup)
     found = predict(arguments.experiment, setup, measure)
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))

@@ -4,13 +4,11 @@ import argparse
 import sys
 from typing import Any
 
-from affordance.belief.learner import Learner
 from affordance.commands import options
-from affordance.commands.setups import check_experiment, read_setup
+from affordance.commands.setups import check_experiment, check_learner, read_setup
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import NAMES, OF_THE_PAPER, find_experiment, run_suite
 from affordance.memory.past_arms import describe_past_arms
-from affordance.named_settings import parse_changes
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.robots.kept import open_robot
@@ -18,8 +16,6 @@ from affordance.vision.features import FeatureSource
 
 # Exit status if some of several experiments were left out.
 LEFT_OUT = 3
-# Options that set a setting, and the setting's name.
-_OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -34,8 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_run_options(parser, None, what, models="")
     what = "true features of objects (default), or from a picture of each; vision always takes pictures"
     add("--vision", choices=[source.value for source in FeatureSource], help=what)
-    what = "one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn"
-    add("--learner", choices=[learner.value for learner in Learner], help=what)
+    options.add_learner(parser)
     what = "what is to be wrong, of the models' faults.yaml; more than once"
     add("--fault", action="append", default=[], help=what)
     what = "lasting memory (SQLite file): the observer begins with it, and every trial is appended"
@@ -53,9 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     options.check_bounds(arguments)
     changes = _list_changes(arguments)
     for name in names:
-        if "learner" in changes and find_experiment(name).every_learner:
-            problem = f"has no effect on {name}, which simulates observers of every learner"
-            raise BadValueError("--learner", "", problem)
+        if find_experiment(name).every_learner:
+            check_learner(name, changes)
     robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
         print(f"{arguments.robot.name}: models in {robot.folder}")
@@ -81,11 +75,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     """Collects the changes of settings, from ``--set`` and from options of their own."""
-    changes = parse_changes(arguments.changes)
-    for option, name in _OPTIONS.items():
-        value = getattr(arguments, option)
-        if value is not None:
-            if name in changes:
-                raise BadValueError("--set", name, f"is given with --{option}, only one of them may be")
-            changes[name] = value
+    changes = options.read_changes(arguments)
+    if arguments.vision is not None:
+        if "feature_source" in changes:
+            raise BadValueError("--set", "feature_source", "is given with --vision, only one of them may be")
+        changes["feature_source"] = arguments.vision
     return changes

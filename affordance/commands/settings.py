@@ -3,9 +3,9 @@
 import argparse
 import textwrap
 
-from affordance.commands.options import add_set, change_by_name
+from affordance.commands.options import add_learner, add_set, change_by_name
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.named_settings import NamedSetting, list_settings, show_setting
+from affordance.named_settings import NamedSetting, list_settings, list_usual, show_setting
 
 _WIDTH = 100
 
@@ -14,12 +14,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("names", nargs="*", metavar="NAME", help="settings, or groups of them (default: all)")
     add_set(parser)
+    add_learner(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the selected settings."""
-    default = {each.name: each.value for each in list_settings()}
-    found = list_settings(change_by_name(arguments))
+    settings = change_by_name(arguments)
+    default = {each.name: each.value for each in list_usual(settings)}
+    found = list_settings(settings)
     known = [each.name for each in found]
     groups = list(dict.fromkeys(name.partition(".")[0] for name in known))
     for name in arguments.names:

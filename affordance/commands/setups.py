@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Collection
 from pathlib import Path
 
+from affordance.belief.learners import LEARNERS
 from affordance.commands.options import read_same_colours
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.lasting_memory import remember_in
@@ -11,7 +12,7 @@ from affordance.experiments.observers import Setup
 from affordance.named_settings import Changes, change_settings
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.robots.robot import Robot
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
@@ -21,6 +22,14 @@ def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> N
         raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); known are {', '.join(names)}")
     if arguments.experiment not in names:
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
+
+
+def check_learner(name: str, changes: Changes) -> None:
+    """Raises a BadValueError for a change of the learner where all of the program are compared, and it is one."""
+    own = {each: value for each, value in changes.items() if each.partition(".")[0] == "learner"}
+    if own and change_settings(DEFAULT_SETTINGS, own).learner in LEARNERS.values():
+        problem = f"has no effect on {name}, which simulates observers of {', '.join(LEARNERS)}; one's own is added"
+        raise BadValueError("--learner", "", problem)
 
 
 def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> Setup:

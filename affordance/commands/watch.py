@@ -23,7 +23,6 @@ from affordance.experiments.grips import plan_grips
 from affordance.experiments.observers import Setup
 from affordance.experiments.suite import NAMES, find_experiment
 from affordance.memory.past_arms import describe_past_arms
-from affordance.named_settings import parse_changes
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
@@ -46,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     options.add_robot(parser)
     options.add_seed(parser)
     options.add_set(parser)
+    options.add_learner(parser)
     what = "lasting memory: the observer begins with it, and every hold is appended"
     parser.add_argument("--memory", default="", help=what)
     options.add_same_colours(parser)
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
         print(past, flush=True)
     arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
-    setup = read_setup(arguments, robot, parse_changes(arguments.changes))
+    setup = read_setup(arguments, robot, options.read_changes(arguments))
     show = _Show(arguments.experiment, setup)
     address = show.scene.address
     port = address.rsplit(":", 1)[1]

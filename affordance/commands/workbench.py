@@ -9,7 +9,6 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
@@ -46,7 +45,7 @@ class Bench(NamedTuple):
     settings: Settings
     materials: Mapping[str, Material]
     tools: list[Tool]
-    memory: Memory
+    memory: MaterialMemory
     same_colours: SameColours
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
@@ -79,6 +78,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     options.add_robot(parser)
     options.add_seed(parser)
     options.add_set(parser)
+    options.add_learner(parser)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
@@ -166,9 +166,9 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     return GripBounds(**given)
 
 
-def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> Memory:
+def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
-        return MaterialMemory()
+        return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:
         return ledger.recall(settings.learner, settings.prior, same_colours=same_colours)

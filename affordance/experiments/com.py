@@ -15,7 +15,7 @@ import pandas as pd
 import xarray as xr
 
 from affordance.arrays import about
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.experiments.drawings import add_motion, draw_heights_of_points, draw_made_and_seen, replay_holds
 from affordance.experiments.experience import count_events, gain_experience, recall, tabulate_experience
@@ -52,7 +52,7 @@ def run(setup: Setup) -> Results:
     numbers = {**summarise(measure(data, tools), tools), **count_events(experience)}
     _, shown = hold(setup, tools, experience, OBSERVER_SHOWN)
     x, far, trials = 100.0 * numbers["p_ToTcm_x_true"], 100.0 * numbers["height_extreme_m"], experience.sizes["trial"]
-    learner = setup.settings.learner.value
+    learner = setup.settings.learner.name
     first, second, _ = (tool.name.replace("_", " ") for tool in tools)
     return Results(
         order=2,
@@ -154,12 +154,12 @@ def read(setup: Setup) -> Sequence[Tool]:
 
 def hold(
     setup: Setup, tools: Sequence[Tool], experience: xr.Dataset, observer: int
-) -> tuple[Memory, list[TrialRecord]]:
+) -> tuple[MaterialMemory, list[TrialRecord]]:
     """Lets an observer who has learned from the first two objects hold all three; nothing more is learned.
 
     Returns: Memory after the experience, and the record of each trial.
     """
-    memory = recall(experience, observer, experience.sizes["trial"])
+    memory = recall(setup, experience, observer, experience.sizes["trial"])
     colours = list_colours(tools)
     memory = memory.add_colours(colours, setup.settings.prior).restrict_to(colours)
     runner = get_runner(setup.settings)

@@ -12,7 +12,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from affordance.arrays import about
-from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner
 from affordance.experiments.observers import OBSERVER_SHOWN
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
@@ -157,7 +157,7 @@ def draw_forces(
         if predicted_by:
             rows = [_predict(each, objects, predicted_by) for _, each in own.groupby("observer")]
             predicted = np.array(rows)
-        curves.append(LiftCurve(Learner(learner).label, forces, predicted))
+        curves.append(LiftCurve(label_learner(str(learner)), forces, predicted))
     weights = chosen["weight"].to_numpy()[: curves[0].forces.size].reshape(observers, -1)
     if np.ptp(weights) and not people:
         return draw_lifts([curve.divide(weights) for curve in curves], weights=None, people=(), title=title)

@@ -12,8 +12,8 @@ import pandas as pd
 import xarray as xr
 
 from affordance.arrays import about
+from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory, parse_memory
-from affordance.belief.object_belief import Memory
 from affordance.experiments.holds import describe_holds, tabulate_holds
 from affordance.experiments.observers import Setup, run_observers
 from affordance.objects.tool import Tool, list_colours
@@ -67,7 +67,9 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
     )
 
 
-def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[int], list[Memory], list[TrialRecord]]:
+def hold(
+    setup: Setup, tools: Sequence[Tool], observer: int
+) -> tuple[list[int], list[MaterialMemory], list[TrialRecord]]:
     """Lets an observer hold the objects; a colour that is not recognised with certainty is forgotten after its trial.
 
     Returns: Index of the object in each trial, memories before the first and after each, and records.
@@ -90,9 +92,10 @@ def draw_order(setup: Setup, count: int, observer: int) -> list[int]:
     return [int(index) for _ in range(REPETITIONS) for index in rng.permutation(count)]
 
 
-def recall(experience: xr.Dataset, observer: int, trial: int) -> Memory:
+def recall(setup: Setup, experience: xr.Dataset, observer: int, trial: int) -> MaterialMemory:
     """Returns the memory of an observer after a number of trials."""
-    return parse_memory(experience.memories.values[observer, trial].item())
+    learner = setup.settings.learner.of_observers([observer])
+    return parse_memory(experience.memories.values[observer, trial].item(), learner)
 
 
 def count_events(experience: xr.Dataset) -> dict[str, int]:

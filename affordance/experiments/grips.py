@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option
@@ -91,7 +90,7 @@ def _build_cost(task: TaskCostModel, option: Option, settings: Settings) -> Opti
     return task.build_cost(ArmModel(load_arm(settings.arm)), option.gripped, settings)
 
 
-def choose_by_sample(choice: Choice, memories: Sequence[Memory], seed: tuple[int, int]) -> Chosen:
+def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]) -> Chosen:
     """Chooses by the paper's rule: the cheapest grip at one density of each material, drawn from each belief."""
     parameters = []
     for trial, memory in enumerate(memories):
@@ -102,7 +101,7 @@ def choose_by_sample(choice: Choice, memories: Sequence[Memory], seed: tuple[int
 
 
 def choose_by_expectation(
-    choice: Choice, memories: Sequence[Memory], seed: tuple[int, int]
+    choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]
 ) -> tuple[Chosen, NDArray[np.bool_]]:
     """Chooses the grip of least expected absolute work under each belief.
 

@@ -10,8 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from affordance.arrays import Array, about
-from affordance.belief.kind_memory import find_kind
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
@@ -28,7 +27,7 @@ COLUMNS = (
 )
 
 
-def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dict[str, float]:
+def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
     """Returns what an observer expects of an object by its look, before it is held, and of which kind it is after.
 
     Returns: ``expected``, the mass at the most probable densities, [kg], NaN where features are observed with errors;
@@ -45,12 +44,12 @@ def expect(tool: Tool, before: Memory, after: Memory, settings: Settings) -> dic
     return {
         "expected": expected,
         "believed_density": float(met.belief.compute_mode()[colour]),
-        "kind": find_kind(after, tuple(part.appearance for part in seen)),
+        "kind": after.find_kind([part.appearance for part in seen]),
     }
 
 
 def describe_holds(
-    tools: Sequence[Tool], memories: Sequence[Memory], records: Sequence[TrialRecord], settings: Settings
+    tools: Sequence[Tool], memories: Sequence[MaterialMemory], records: Sequence[TrialRecord], settings: Settings
 ) -> dict[str, Any]:
     """Returns variables along ``trial`` of an observer who holds objects.
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from affordance.belief.kind_memory import start_memory
+from affordance.belief.material_memory import start_memory
 from affordance.belief.memory_file import format_memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.observers import Setup

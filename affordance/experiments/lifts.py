@@ -15,10 +15,10 @@ import xarray as xr
 
 from affordance.arguments import check_number
 from affordance.arrays import Array, about
-from affordance.belief.kind_memory import KAPPA
 from affordance.belief.learner import Learner
+from affordance.belief.learners import list_learners
 from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, expect, show_kinds
+from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds
 from affordance.experiments.objects import check_can_be_held
 from affordance.experiments.observers import Setup, run_observers
 from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
@@ -30,11 +30,13 @@ from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.claims import with_interval
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
-from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
+from affordance.simulation.static_lifts import NOTHING, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
 # Most lifts of all observers of all learners, by the memory that their rows take (SECURITY.md).
 MOST_LIFTS = 2_000_000
+# Most observers whose lifts are computed at once, so that an interruption loses little.
+AT_ONCE = 250
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
@@ -108,11 +110,18 @@ def build_row(count: int, row: int) -> list[int]:
 
 
 def run_lifts(
-    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = tuple(Learner)
+    name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
     """Lets observers of each learner lift objects, and returns a row per lift.
 
     More observers than ``MOST_LIFTS`` allows raise a BadValueError.
+
+    Args:
+        name: Name of the experiment.
+        setup: Setup of the experiment.
+        tools: Objects.
+        design: Function that draws the trials of an observer.
+        learners: Learners; those of the program and that of the settings if there are none.
 
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
@@ -125,9 +134,9 @@ def run_lifts(
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []
-    for learner in learners:
-        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design)
-        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.value)
+    for learner in learners or list_learners(setup.settings.learner):
+        data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design, at_once=AT_ONCE)
+        table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.name)
         table["lift"] += 1
         table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)
         table["kind"] = show_kinds(data.kind.values.ravel())
@@ -151,31 +160,52 @@ def check_can_be_lifted(name: str, tools: Sequence[Tool], settings: Settings) ->
     check_can_be_held(Path(name), tools, settings)
 
 
-def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> xr.Dataset:
-    """Lets one observer lift the objects of its trials, one after the other, and learn from each."""
-    seed, names = (setup.seed, observer), [tool.name for tool in tools]
-    trials = design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
-    objects = [names.index(each) for each in trials["object"]]
-    lifter = StaticLifter(tools, setup.settings)
-    record = lifter.run([Lift(each) for each in objects], setup.start_memory(observer), (*seed, Stream.LIFT))
-    pairs = zip(objects, record.memories[:-1], record.memories[1:], strict=True)
-    seen = pd.DataFrame([expect(tools[each], before, after, setup.settings) for each, before, after in pairs])
-    variables = (
-        ("block", trials["block"].to_numpy(dtype=str), "1", "block"),
-        ("cycle", trials["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
-        ("object", trials["object"].to_numpy(dtype=str), "1", "object"),
-        ("force", record.force, "N", "upward force before release"),
-        ("weight", record.weight, "N", "true weight"),
-        ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
-        ("believed_density", seen.believed_density, "kg/m^3", "most probable density of the colour, before the lift"),
-        ("kind", seen.kind, "1", "kind of the object after the lift; 0 without kinds"),
-        ("p_value", record.compute_p_values(), "1", "p-value of what was felt, by the belief before the lift"),
+def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequence[int]) -> list[xr.Dataset]:
+    """Lets observers lift the objects of their trials, one after the other, and learn from each."""
+    names = [tool.name for tool in tools]
+    trials = [
+        design(observer, np.random.default_rng([setup.seed, observer, Stream.LIFT_ORDER])) for observer in observers
+    ]
+    num_lifts = max(map(len, trials))
+    objects = np.full((num_lifts, len(observers)), NOTHING)
+    for row, table in enumerate(trials):
+        objects[: len(table), row] = [names.index(each) for each in table["object"]]
+    learner = setup.settings.learner.of_observers(observers)
+    lifter = StaticLifter(tools, setup.change(learner=learner).settings)
+    drawn, felt = (
+        [(setup.seed, observer, stream) for observer in observers] for stream in (Stream.KINDS, Stream.LIFT)
     )
-    return xr.Dataset({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
+    record = lifter.run(objects, lifter.start(drawn), lifter.draw_errors(felt, num_lifts), drawn)
+    found = []
+    for row, table in enumerate(trials):
+        variables = (
+            ("block", table["block"].to_numpy(dtype=str), "1", "block"),
+            ("cycle", table["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
+            ("object", table["object"].to_numpy(dtype=str), "1", "object"),
+            ("force", record.force, "N", "upward force before release"),
+            ("weight", record.weight, "N", "true weight"),
+            ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
+            ("believed_density", record.believed_density, "kg/m^3", "most probable density of the colour, before"),
+            ("kind", record.kind, "1", "kind of the object after the lift; 0 without kinds"),
+            ("p_value", record.p_value, "1", "p-value of what was felt, by the belief before the lift"),
+        )
+        found.append(
+            xr.Dataset(
+                {
+                    name: ("lift", values[: len(table), row] if values.ndim > 1 else values, about(unit, meaning))
+                    for name, values, unit, meaning in variables
+                }
+            )
+        )
+    return found
 
 
 def summarise_lifts(
-    lifts: pd.DataFrame, measure: Callable[[pd.DataFrame], pd.Series], *, without_interval: Sequence[str] = ()
+    lifts: pd.DataFrame,
+    measure: Callable[[pd.DataFrame], pd.Series],
+    setup: Setup,
+    *,
+    without_interval: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Computes means over observers with 95 % intervals, by learner, of the numbers that each has of its own lifts.
 
@@ -187,7 +217,8 @@ def summarise_lifts(
         for name, values in found.items():
             numbers = with_interval(name, values)
             learners[learner] |= {name: numbers[name]} if name in without_interval else numbers
-    kappa = {each.value: KAPPA[each.pick] for each in map(Learner, learners) if each.pick is not None}
+    parameters = {each.name: each.parameters for each in list_learners(setup.settings.learner)}
+    kappa = {name: each.kappa for name, each in parameters.items() if hasattr(each, "kappa")}
     return {**next(iter(learners.values())), "learners": learners, "people": {}, "kappa": kappa}
 
 

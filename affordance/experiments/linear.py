@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces, predict_by_size
 from affordance.experiments.holds import COLUMNS
 from affordance.experiments.lifts import (
@@ -89,10 +89,10 @@ def run(name: str, setup: Setup) -> Results:
     """Runs the experiment of one group."""
     group = GROUPS[name]
     lifts = collect(name, setup)
-    numbers = summarise_lifts(lifts, measure, without_interval=["weight_N"])
+    numbers = summarise_lifts(lifts, measure, setup, without_interval=["weight_N"])
     people = list_people(group)
     numbers["people"] = describe_people(people)
-    learned = [f"{found['f']:.0%} by {Learner(learner).label}" for learner, found in numbers["learners"].items()]
+    learned = [f"{found['f']:.0%} by {label_learner(learner)}" for learner, found in numbers["learners"].items()]
     marks = [
         PeopleMark(MEANINGS["first_N"], *people["first_N"], 1, 1),
         PeopleMark(MEANINGS["end_N"], *people["end_N"], MIXED - 15, MIXED),
@@ -196,7 +196,7 @@ def list_people(group: Group) -> dict[str, Published]:
 def judge(n: Mapping[str, Mapping[str, Any]], people: Mapping[str, Published]) -> list[ClaimResult]:
     """Judges what people did, by each learner."""
     first = [
-        check(f"first force over what the size predicts, {Learner(learner).label}",
+        check(f"first force over what the size predicts, {label_learner(learner)}",
               found["first_N"] / PREDICTED, at_least=0.85, at_most=1.15)
         for learner, found in n.items()
     ]  # fmt: skip
@@ -218,7 +218,7 @@ def tabulate(numbers: Mapping[str, Any]) -> pd.DataFrame:
         "family_N": "predicted by the family (N)",
         "f": "learned fraction f",
     }
-    who = {Learner(learner).label: found for learner, found in numbers["learners"].items()}
+    who = {label_learner(learner): found for learner, found in numbers["learners"].items()}
     rows = {
         name: {
             title: f"{found[key]:.2f} [{found[f'{key}_ci95'][0]:.2f}, {found[f'{key}_ci95'][1]:.2f}]"

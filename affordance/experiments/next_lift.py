@@ -18,8 +18,9 @@ import xarray as xr
 
 from affordance.arrays import about
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner
-from affordance.belief.object_belief import FeltObject, Memory
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.learners import label_learner, list_learners
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.options import Option
@@ -73,9 +74,9 @@ def run(setup: Setup) -> Results:
     learners = {str(learner): summarise(numbers) for learner, numbers in each.items()}
     first, *_ = learners.values()
     numbers = {**first, "learners": learners}
-    shown, records = hold(setup.change(learner=Learner(data.learner.values[0])), things, OBSERVER_SHOWN)[::2]
+    shown, records = hold(setup.change(learner=list_learners(setup.settings.learner)[0]), things, OBSERVER_SHOWN)[::2]
     free = shown[len(FAMILIAR) :]
-    shares = [f"{found['like_next']:.0%} ({Learner(learner).label})" for learner, found in learners.items()]
+    shares = [f"{found['like_next']:.0%} ({label_learner(learner)})" for learner, found in learners.items()]
     return Results(
         order=52,
         title="What is lifted next after an odd object?",
@@ -129,17 +130,15 @@ def collect(setup: Setup) -> xr.Dataset:
     """Runs the observers of each learner."""
     things, _ = read(setup)
     parts = [
-        run_observers("next_lift", setup.change(learner=learner), observe, things).assign_coords(
-            learner=learner.value
-        )
-        for learner in Learner
+        run_observers("next_lift", setup.change(learner=learner), observe, things).assign_coords(learner=learner.name)
+        for learner in list_learners(setup.settings.learner)
     ]
     return xr.concat(parts, "learner", combine_attrs="override")
 
 
 def hold(
     setup: Setup, things: Sequence[Tool], observer: int
-) -> tuple[list[int], list[Memory], list[TrialRecord], list[bool]]:
+) -> tuple[list[int], list[MaterialMemory], list[TrialRecord], list[bool]]:
     """Lets one observer hold the familiar rods, the odd one, and then one after the other what it chooses.
 
     Returns: Index of the object in each trial, memories before the first and after each, records, and, for each of
@@ -176,7 +175,7 @@ def hold(
 
 
 def choose(
-    offered: Sequence[Tool], things: Sequence[Tool], memory: Memory, setup: Setup, seed: tuple[int, ...]
+    offered: Sequence[Tool], things: Sequence[Tool], memory: MaterialMemory, setup: Setup, seed: tuple[int, ...]
 ) -> tuple[int, bool]:
     """Chooses what to hold next by its worth for the tasks.
 
@@ -202,7 +201,7 @@ def choose(
     return [thing.name for thing in offered].index(advice.next_name), bool(advice.stop)
 
 
-def list_felt(things: Sequence[Tool], memory: Memory, prior: Prior) -> dict[str, FeltObject]:
+def list_felt(things: Sequence[Tool], memory: MaterialMemory, prior: Prior) -> dict[str, FeltObject]:
     """Lists the evidence of a memory about each object, by name; objects that look alike are one."""
     found: dict[str, FeltObject] = {}
     for thing in things:
@@ -274,7 +273,7 @@ def judge(n: Mapping[str, Mapping[str, Any]]) -> list[ClaimResult]:
 def tabulate(learners: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
     """Tabulates what observers of each learner lift."""
     rows = {
-        Learner(learner).label: {
+        label_learner(learner): {
             "lift of the third rod of steel look": f"{found['place_of_like']:.2f}",
             "next after the odd one": f"{found['like_next']:.0%}",
             "mean lift of brass": f"{found['place_of_brass']:.2f}",

@@ -1,7 +1,7 @@
 """Observers of an experiment in parallel processes, as one labelled dataset; finished observers are kept."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -12,14 +12,13 @@ import xarray as xr
 
 from affordance.arguments import JOBS, REPEATS
 from affordance.arrays import Arrays
-from affordance.belief.kind_memory import start_memory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.belief.memory_file import parse_memory
-from affordance.belief.object_belief import Memory
 from affordance.files.constraints import SEEDS, check_fields
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
+from affordance.runs.repeats import compute_key, run_batches
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 # Observer of which figures, motions and the replay show every detail.
@@ -62,24 +61,26 @@ class Setup:
         check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
-        """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""
+        """Returns the setup with other settings: ``setup.change(learner="kinds_map")``."""
         return replace(self, settings=replace(self.settings, **settings))
 
-    def start_memory(self, observer: int) -> Memory:
+    def start_memory(self, observer: int) -> MaterialMemory:
         """Returns the memory with which an observer begins."""
+        learner = self.settings.learner.of_observers([observer])
         if self.known:
-            return parse_memory(self.known)
-        return start_memory(self.settings.learner, (self.seed, observer, Stream.KINDS))
+            return parse_memory(self.known, learner)
+        return start_memory(learner, (self.seed, observer, Stream.KINDS))
 
 
 def run_observers(
     name: str,
     setup: Setup,
-    observe: Callable[..., xr.Dataset],
+    observe: Callable[..., Any],
     *inputs: Any,
     follows_from: Any = None,
     unit: str = "observer",
     count: int | None = None,
+    at_once: int | None = None,
 ) -> xr.Dataset:
     """Runs ``observe(setup, *inputs, observer)`` for each observer, and joins the datasets along ``observer``.
 
@@ -95,6 +96,8 @@ def run_observers(
             are those of each observer; None for the inputs themselves.
         unit: Noun for an observer in the progress bar.
         count: Number of observers; None for that of the setup.
+        at_once: Most observers that ``observe`` runs at once: it is then given a list of their numbers, and returns
+            a list of datasets, each of which must depend on no other observer. None if it runs one.
     """
     given = [
         setup.seed,
@@ -105,20 +108,29 @@ def run_observers(
     ]
     given += [each for each in inputs if callable(each)]
     key = compute_key("", list_arm_files(setup.settings.arm), function=observe, given=given)
-    arrays = run_repeats(
+    each = partial(observe, setup, *inputs)
+    arrays = run_batches(
         setup.out / name / "repeats" / key,
-        partial(_observe, observe, setup, inputs),
+        partial(_observe, each if at_once else partial(_observe_each, each)),
         repeats=setup.observers if count is None else count,
         jobs=setup.jobs,
         description=name,
         unit=unit,
+        at_once=at_once or 1,
     )
     return _join(arrays)
 
 
-def _observe(observe: Callable[..., xr.Dataset], setup: Setup, inputs: tuple[Any, ...], observer: int) -> Arrays:
-    """Runs an observer; returns its arrays by variable, and dimensions and attributes of all variables as JSON."""
-    found = observe(setup, *inputs, observer).reset_coords()
+def _observe_each(observe: Callable[[int], xr.Dataset], observers: Sequence[int]) -> list[xr.Dataset]:
+    return [observe(observer) for observer in observers]
+
+
+def _observe(observe: Callable[[Sequence[int]], Sequence[xr.Dataset]], observers: Sequence[int]) -> list[Arrays]:
+    """Runs observers; returns their arrays by variable, and dimensions and attributes of all variables as JSON."""
+    return [_list_arrays(found.reset_coords()) for found in observe(observers)]
+
+
+def _list_arrays(found: xr.Dataset) -> Arrays:
     variables = {str(name): each.variable for name, each in {**found.data_vars, **found.coords}.items()}
     labels = {name: {"dims": each.dims, "attrs": each.attrs} for name, each in variables.items()}
     return {_LABELS: np.array(json.dumps(labels)), **{name: each.values for name, each in variables.items()}}

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.learner import Learner
+from affordance.belief.learners import list_learners
 from affordance.experiments.observers import Setup
 from affordance.files.atomic import to_plain, write_json
 from affordance.reporting.learner_predictions import Contrast, PeopleSpread, Prediction, contrast_learners, summarise
@@ -32,7 +32,7 @@ class ObserverNumbers(NamedTuple):
 class Predicted(NamedTuple):
     """Predictions, meanings and known spreads by number, contrasts of learners, the best first, and their file."""
 
-    predictions: Mapping[str, Mapping[Learner, Prediction]]
+    predictions: Mapping[str, Mapping[str, Prediction]]
     meanings: Mapping[str, str]
     spreads: Mapping[str, PeopleSpread]
     contrasts: Sequence[Contrast]
@@ -41,7 +41,8 @@ class Predicted(NamedTuple):
 
 def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]) -> ObserverNumbers:
     """Measures the observers of every learner by a function that returns the numbers of each observer."""
-    return ObserverNumbers({learner.value: measure(setup.change(learner=learner)) for learner in Learner})
+    learners = list_learners(setup.settings.learner)
+    return ObserverNumbers({learner.name: measure(setup.change(learner=learner)) for learner in learners})
 
 
 def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]) -> Predicted:
@@ -69,27 +70,27 @@ def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]
     return Predicted(predictions, found.meanings, spreads, contrasts, folder / FILE)
 
 
-def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[Learner, Array]]:
+def _sort_by_number(found: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Array]]:
     """Sorts the numbers of observers by number and learner, (R,); a list becomes one number per entry."""
-    values: dict[str, dict[Learner, Array]] = {}
+    values: dict[str, dict[str, Array]] = {}
     for learner, numbers in found.items():
         for key, array in numbers.items():
             rows = np.asarray(array, dtype=float).reshape(len(array), -1)
             for column in range(rows.shape[1]):
                 name = key if rows.shape[1] == 1 else f"{key}[{column}]"
-                values.setdefault(name, {})[Learner(learner)] = rows[:, column]
+                values.setdefault(name, {})[learner] = rows[:, column]
     return values
 
 
 def _describe(
-    predictions: Mapping[str, Mapping[Learner, Prediction]],
+    predictions: Mapping[str, Mapping[str, Prediction]],
     spreads: Mapping[str, PeopleSpread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
     """Returns the predictions as written to the file; numbers that are not finite are null."""
     numbers = {
         number: {
-            learner.value: {
+            learner: {
                 "mean": float(found.mean.mean),
                 "mean_ci95": found.mean.ci95,
                 "sd": found.sd,

@@ -127,7 +127,7 @@ def run(setup: Setup) -> Results:
             "The paper says neither what the path was nor how large the object; here they are those of models/.",
             compare_measures(numbers, first),
         ],
-        lifts=tabulate_experience(experience, held, setup.settings.learner.value),
+        lifts=tabulate_experience(experience, held, setup.settings.learner.name),
         diagram=lambda: runner.get_diagram(task.duration, first.list_gripped()[numbers["correct_grip"]]).diagram,
         replay=partial(replay, setup.settings.arm, first, done, best),
         seen=tools,
@@ -198,7 +198,7 @@ def observe(setup: Setup, choices: Sequence[Choice], experience: xr.Dataset, obs
     By the paper's rule works are compared at one density of each material, drawn from the belief; by Bayes' rule, as
     they are expected over the whole belief (for the first tool).
     """
-    memories = [recall(experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
+    memories = [recall(setup, experience, observer, trial) for trial in range(experience.sizes["trial"] + 1)]
     seed = (setup.seed, observer)
     paper = [choose_by_sample(choice, memories, seed) for choice in choices]
     bayes, flips = choose_by_expectation(choices[0], memories, seed)

@@ -212,7 +212,7 @@ def describe_setup(settings: Settings, learners: Sequence[str] = ()) -> dict[str
     return {
         "arm": settings.arm.name,
         "models": OWN_MODELS if folder == MODELS else folder.name,
-        "learners": list(learners or [settings.learner.value]),
+        "learners": list(learners or [settings.learner.name]),
         "settings": describe_changes(settings),
     }
 

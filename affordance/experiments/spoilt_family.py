@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces
 from affordance.experiments.holds import COLUMNS
 from affordance.experiments.lifts import (
@@ -60,8 +60,8 @@ MEANINGS = {
 def run(setup: Setup) -> Results:
     """Runs the experiment."""
     lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, without_interval=["odd_weight_N", "family_weight_N"])
-    shares = [f"{found['spoilt']:.0%} ({Learner(learner).label})" for learner, found in numbers["learners"].items()]
+    numbers = summarise_lifts(lifts, measure, setup, without_interval=["odd_weight_N", "family_weight_N"])
+    shares = [f"{found['spoilt']:.0%} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
     return Results(
         order=50,
         title="Does one odd member spoil a family?",

@@ -44,7 +44,7 @@ class Experiment(NamedTuple):
         needs: Tasks that the arm must be able to do, NEEDS; if the import of an arm could not fit one, it is not
             planned.
         no_memory: Reason why no lasting memory can learn from it, NO_MEMORY; empty if its one observer holds objects.
-        every_learner: Whether observers of every learner are simulated, so that none can be chosen, EVERY_LEARNER.
+        every_learner: Whether observers of every learner are simulated, and one's own is added, EVERY_LEARNER.
     """
 
     run: Callable[[Setup], Results]

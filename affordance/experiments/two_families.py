@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces
 from affordance.experiments.holds import COLUMNS
 from affordance.experiments.lifts import (
@@ -55,8 +55,8 @@ MEANINGS = {
 def run(setup: Setup) -> Results:
     """Runs the experiment."""
     lifts = collect(setup)
-    numbers = summarise_lifts(lifts, measure, without_interval=["small_weight_N", "large_weight_N"])
-    ratios = [f"{found['illusion']:.2f} ({Learner(learner).label})" for learner, found in numbers["learners"].items()]
+    numbers = summarise_lifts(lifts, measure, setup, without_interval=["small_weight_N", "large_weight_N"])
+    ratios = [f"{found['illusion']:.2f} ({label_learner(learner)})" for learner, found in numbers["learners"].items()]
     return Results(
         order=51,
         title="Two families of one look",

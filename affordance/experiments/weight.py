@@ -14,7 +14,7 @@ import pandas as pd
 import xarray as xr
 
 from affordance.arrays import about
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.experiments.drawings import add_motion, draw_density_and_drop, draw_heights, replay_holds
 from affordance.experiments.holds import describe_holds, tabulate_holds
@@ -81,7 +81,7 @@ def run(setup: Setup) -> Results:
                 " literature say of one measurement a trial, with a prior as broad as ours."
             ),
         ],
-        lifts=tabulate_holds(data, tools, learner=setup.settings.learner.value, block="lifts"),
+        lifts=tabulate_holds(data, tools, learner=setup.settings.learner.name, block="lifts"),
         diagram=lambda: get_runner(setup.settings).get_diagram(DURATION).diagram,
         replay=replay_holds(tools, shown, setup.settings, f"weight, seed {setup.seed}"),
         seen=tools,
@@ -120,7 +120,7 @@ def read(setup: Setup) -> Sequence[Tool]:
     return tools
 
 
-def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[Memory], list[TrialRecord]]:
+def hold(setup: Setup, tools: Sequence[Tool], observer: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
     """Lets an observer hold the objects, one after the other; what is felt of one is known when the next is seen.
 
     Returns: Memories before the first and after each trial, and the record of each trial.

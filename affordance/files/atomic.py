@@ -49,6 +49,8 @@ def to_plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
         return {name: to_plain(getattr(value, name)) for name in kept}
+    if hasattr(value, "to_plain"):
+        return to_plain(value.to_plain())
     if hasattr(value, "model_dump"):
         return to_plain(value.model_dump())
     if hasattr(value, "_asdict"):

@@ -9,7 +9,7 @@ import numpy as np
 from affordance.arguments import check_kind, check_number
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.identification.doubts import check_sensors, find_doubts
 from affordance.identification.evidence.evidence import Evidence
@@ -137,7 +137,7 @@ def identify(
         raise BadValueError(loaded.source, "", problem) from error
 
 
-def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
+def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
     """Predicts a tool that a camera saw, by materials and objects met before and the prior of others.
 
     The size of each part may differ from how it looks by a relative standard deviation, alike in all directions.

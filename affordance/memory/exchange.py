@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
-from affordance.belief.memory_file import build_memory, find_taught
 from affordance.exceptions import BadValueError, show_text
 from affordance.files.atomic import write_text
 from affordance.files.bounded import check_size, read_text
 from affordance.files.constraints import OneLine
+from affordance.memory.earlier_memory import find_taught, read_belief
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger, blame
 from affordance.memory.stored_trials import read_record, write_record
@@ -82,24 +82,24 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not a memory: neither exported trials nor JSON: {error}") from error
-    memory, taught = build_memory(path, content), find_taught(path, content)
-    if not memory.colours:
+    (colours, belief), taught = read_belief(path, content), find_taught(path, content)
+    if not colours:
         return []
-    if (numbers := len(taught) * len(memory.colours) ** 2) > _MOST_NUMBERS:
+    if (numbers := len(taught) * len(colours) ** 2) > _MOST_NUMBERS:
         problem = f"makes records of {numbers} numbers of runs and materials, must make at most {_MOST_NUMBERS}"
         raise BadValueError(path, "", problem)
-    start = EMPTY_BELIEF.extend(prior, memory.belief.size)
-    precision = memory.belief.precision - start.precision
+    start = EMPTY_BELIEF.extend(prior, belief.size)
+    precision = belief.precision - start.precision
     with blame(path):
         least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
     if least < -_ROUNDING * max(largest, 0.0):
         raise BadValueError(path, "", f"is less certain than the prior, whose SD is {prior.sd:g} kg/m^3 (--set)")
-    information = memory.belief.information_vector - start.information_vector
+    information = belief.information_vector - start.information_vector
     digest = hashlib.sha256(text.encode()).hexdigest()
     time = show_time(datetime.fromtimestamp(max(path.stat().st_mtime, 0.0), UTC))
     name = show_text(path.name)
-    size = len(memory.colours)
-    parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in memory.colours)
+    size = len(colours)
+    parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in colours)
     Phi = np.zeros((NUM_PARAMETERS, size))
     Phi[0] = 1.0  # volumes that nothing depends on
     nothing = np.zeros(size * (size + 1))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadArgumentError, show_text
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
@@ -60,7 +60,7 @@ def teach(
     former_hash: str,
     known: str = "",
     same_colours: SameColours = (),
-) -> tuple[Memory, bool]:
+) -> tuple[MaterialMemory, bool]:
     """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
 
     Another, known memory is merged into it first, if it exists. A memory that was written by an earlier version knows

@@ -16,12 +16,10 @@ from typing import Self
 
 import numpy as np
 
-from affordance.arguments import Seed, check_kind, check_member
+from affordance.arguments import Seed, check_kind
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
+from affordance.belief.learner import Learner, check_learner
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory.evidence_sums import EvidenceSums, gather
 from affordance.memory.kept_sums import WORTH_KEEPING, KeptSums, load_sums, save_sums
@@ -110,12 +108,12 @@ class Ledger:
 
     def recall(
         self,
-        learner: Learner | str = Learner.DENSITY,
+        learner: Learner | str = "density",
         prior: Prior = Prior(),
         *,
         seed: Seed = 0,
         same_colours: SameColours = (),
-    ) -> Memory:
+    ) -> MaterialMemory:
         """Recalls what a learner believes after all trials.
 
         Args:
@@ -129,12 +127,12 @@ class Ledger:
             BadArgumentError: An argument is of the wrong kind.
             BadValueError: The database cannot be read, a record is invalid, or no part has a pair's second colour.
         """
-        learner = check_member("learner", learner, Learner)
+        learner = check_learner("learner", learner)
         check_kind("prior", prior, Prior)
-        if learner is Learner.DENSITY:
+        if learner.name == "density":
             sums = self.sum(prior, same_colours)
             with blame(self.place):
-                return MaterialMemory(tuple(sums.colours), sums.build_belief())
+                return MaterialMemory.from_belief(sums.colours, sums.build_belief())
         memory = start_memory(learner, seed)
         with self._read(same_colours) as trials:
             for trial in trials:
@@ -273,14 +271,14 @@ def has_memory(place: str | Path) -> bool:
     return path.exists()
 
 
-def replay(trials: Sequence[TrialEvidence], memory: Memory, prior: Prior) -> Memory:
+def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior) -> MaterialMemory:
     """Replays trials for a learner, one after the other, from a memory at the start."""
     for trial in trials:
         recollection = memory.recall(trial.parts, prior)
         geometry = gather(trial.geometry, recollection.columns, recollection.densities.size)
         compute = partial(trial.compute_likelihood, geometry)
         find_likelihood = partial(find_fixed_point, compute_likelihood=compute)
-        memory = recollection.memory.learn(recollection.densities, find_likelihood, prior.deviation_sd).memory
+        memory = recollection.memory.learn(find_likelihood, prior.deviation_sd).memory
     return memory
 
 

@@ -1,17 +1,16 @@
 """Summary of a lasting memory: belief about each material and each thing, and the experience behind it."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arguments import Seed
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.felt_object import FeltObject
 from affordance.belief.learner import Learner
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import HeldObject, MaterialMemory
-from affordance.belief.object_belief import FeltObject, Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.memory.evidence_sums import EvidenceSums, FeltThing
 from affordance.memory.ledger import Ledger, blame
 from affordance.memory.same_colours import SameColours
@@ -90,17 +89,16 @@ def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) ->
 
 def recall_with_objects(
     ledger: Ledger, learner: Learner, prior: Prior, seed: Seed, same_colours: SameColours = ()
-) -> Memory:
+) -> MaterialMemory:
     """Recalls what a learner believes, with the evidence about each object, so that none is learned from twice.
 
-    Arguments and errors are those of ``Ledger.recall``, whose memory of materials has no objects.
+    Arguments and errors are those of ``Ledger.recall``, whose memory of one density for each colour has no objects.
     """
     memory = ledger.recall(learner, prior, seed=seed, same_colours=same_colours)
-    if not isinstance(memory, MaterialMemory):
+    if learner.name != "density":
         return memory
-    felt = (each for each in recall_felt(ledger, prior, same_colours).values() if each.own.precision.any())
-    objects = (HeldObject(each.appearance, tuple(map(memory.colours.index, each.colours)), each.own) for each in felt)
-    return replace(memory, objects=tuple(objects))
+    felt = [each for each in recall_felt(ledger, prior, same_colours).values() if each.own.precision.any()]
+    return MaterialMemory.from_belief(memory.colours, memory.belief, felt)
 
 
 def _describe_felt(thing: FeltThing, sums: EvidenceSums, prior: Prior) -> FeltObject:

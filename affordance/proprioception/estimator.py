@@ -67,5 +67,5 @@ def condition_on_torques(
             belief, lambda rho: noise.compute_likelihood(features, num_samples, num_joints, prior.geometry, rho)
         )
 
-    lesson = prior.memory.learn(prior.densities, find_likelihood, deviation_sd)
+    lesson = prior.memory.learn(find_likelihood, deviation_sd)
     return ObjectBelief(lesson.memory, lesson.densities, prior.geometry), lesson.likelihood

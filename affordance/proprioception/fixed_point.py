@@ -10,12 +10,15 @@ converges in tens of steps; for very surprising ones it may take hundreds, or ne
 """
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals
 from affordance.exceptions import AffordanceError
 
 # Relative change of the densities below which the iteration has converged.
@@ -37,6 +40,8 @@ _NODES, _WEIGHTS = (0.5 * values for values in np.polynomial.legendre.leggauss(6
 _NODES = _NODES + 0.5
 
 type ComputeLikelihood = Callable[[Array], Likelihood]
+# Function of densities, (N, M), and of the observer of each row, (N,), for several observers.
+type ComputeLikelihoods = Callable[[Array, NDArray[np.intp]], Likelihood]
 
 
 def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:
@@ -53,6 +58,35 @@ def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihoo
         if np.abs(rho - previous).max() <= TOLERANCE * np.abs(rho).max():
             return likelihood
     return descend(belief, compute_likelihood)
+
+
+def find_fixed_points(
+    beliefs: Normals, observers: NDArray[np.intp], compute_likelihoods: ComputeLikelihoods
+) -> Likelihood:
+    """Finds for each of N beliefs, each of an observer, (N,), the likelihood as ``find_fixed_point`` does.
+
+    All are iterated together; the result of one does not depend on the others.
+    """
+    rho, start = beliefs.mean.copy(), beliefs.mean
+    evaluated, left = rho.copy(), np.arange(len(rho))
+    for _ in range(_PLAIN_STEPS):
+        likelihood = compute_likelihoods(rho[left], observers[left])
+        A = beliefs.precision[left] + likelihood.precision
+        b = beliefs.information_vector[left] + likelihood.information_vector
+        evaluated[left] = previous = rho[left]
+        rho[left] = following = b / A[:, 0] if b.shape[1] == 1 else np.linalg.solve(A, b[..., None])[..., 0]
+        left = left[np.abs(following - previous).max(axis=1) > TOLERANCE * np.abs(following).max(axis=1)]
+        if not len(left):
+            return compute_likelihoods(evaluated, observers)
+    descended = []
+    for row in left:
+        belief = DensityBelief.from_moments(start[row], beliefs.covariance[row])
+        descended.append(descend(belief, partial(_compute_one, compute_likelihoods, observers[[row]])))
+    return compute_likelihoods(evaluated, observers).put(left, Likelihood.stack(descended))
+
+
+def _compute_one(compute_likelihoods: ComputeLikelihoods, observer: NDArray[np.intp], rho: Array) -> Likelihood:
+    return compute_likelihoods(rho[None], observer).take(0)
 
 
 def descend(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:

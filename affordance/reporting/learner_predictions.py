@@ -9,7 +9,6 @@ import numpy as np
 from scipy.stats import norm
 
 from affordance.arrays import Array
-from affordance.belief.learner import Learner
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
@@ -43,7 +42,7 @@ class Contrast(NamedTuple):
     """Separation of two learners by one measure."""
 
     measure: str
-    learners: tuple[Learner, Learner]
+    learners: tuple[str, str]
     difference: float  # mean of the second learner minus that of the first
     # Difference over the standard deviation between people or, where that is unknown, between observers.
     effect: float
@@ -61,7 +60,7 @@ def summarise(values: Array) -> Prediction:
 
 
 def contrast_learners(
-    predictions: Mapping[str, Mapping[Learner, Prediction]], people_sd: Mapping[str, float] | None = None
+    predictions: Mapping[str, Mapping[str, Prediction]], people_sd: Mapping[str, float] | None = None
 ) -> list[Contrast]:
     """Compares all pairs of learners by all measures; the best measure for a pair comes first.
 
@@ -109,7 +108,7 @@ def count_people(effect: float) -> float:
 
 def format_predictions(
     meanings: Mapping[str, str],
-    predictions: Mapping[str, Mapping[Learner, Prediction]],
+    predictions: Mapping[str, Mapping[str, Prediction]],
     contrasts: Sequence[Contrast],
     spreads: Mapping[str, PeopleSpread] | None = None,
 ) -> str:
@@ -121,12 +120,12 @@ def format_predictions(
             interval = f"[{found.mean.low:.3g}, {found.mean.high:.3g}]"
             spread = f"{found.low:.3g} to {found.high:.3g}"
             lines.append(
-                f"    {learner.value:12s} mean {float(found.mean.mean):8.3g} {interval:18s}"
+                f"    {learner:12s} mean {float(found.mean.mean):8.3g} {interval:18s}"
                 f" SD between observers {found.sd:6.2g}, nine in ten from {spread}"
             )
         if spreads and name in spreads:
             lines.append(f"    {'people':12s} SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
-    told: set[tuple[Learner, Learner]] = set()
+    told: set[tuple[str, str]] = set()
     for contrast in contrasts:
         if contrast.learners not in told:
             told.add(contrast.learners)
@@ -136,7 +135,7 @@ def format_predictions(
 
 def describe_contrast(contrast: Contrast) -> str:
     """Describes how well a measure separates two learners, in people or, without data of people, in observers."""
-    pair = " and ".join(learner.value for learner in contrast.learners)
+    pair = " and ".join(contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not distinguished by any of these"
     between = "people" if contrast.is_of_people else "observers"

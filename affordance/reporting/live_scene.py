@@ -18,7 +18,8 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus, Outp
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.object_belief import Memory, ObjectBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import ObjectBelief
 from affordance.drake.sampled_system import SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -125,7 +126,7 @@ class LiveScene:
         builder.Connect(posterior, clock.GetInputPort("posterior"))
         builder.Connect(plant.get_contact_results_output_port(), clock.GetInputPort("contact"))
 
-    def announce(self, what: str, tool: Tool, memory: Memory, *, follows: bool = True) -> None:
+    def announce(self, what: str, tool: Tool, memory: MaterialMemory, *, follows: bool = True) -> None:
         """Shows what is done with a tool, its true densities, and the belief about materials, on the panel.
 
         Titles, axis and legend are a picture on a rectangle, as Meshcat draws no text; the title is printed too. From
@@ -190,7 +191,7 @@ class LiveScene:
             red, green, blue = belief.memory.colours[index]
             self.meshcat.SetLine(f"now/{index}", line, 4.0, Rgba(0.6 * red, 0.6 * green, 0.6 * blue, 1.0))
 
-    def _describe(self, memory: Memory, index: int) -> str:
+    def _describe(self, memory: MaterialMemory, index: int) -> str:
         low, high = memory.belief.compute_percentiles([0.25, 0.75])[:, index] / 1000.0
         return f"{self._names.get(memory.colours[index], 'unnamed')}: {low:.1f} to {high:.1f} g/cm³"
 

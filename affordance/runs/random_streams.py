@@ -5,6 +5,12 @@ nothing to a NumPy seed of up to four numbers.
 """
 
 import enum
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from affordance.arrays import Array
 
 
 @enum.unique
@@ -24,3 +30,24 @@ class Stream(enum.IntEnum):
     LIFT = 10**6 + 22  # measurement errors in these lifts
     CHOSEN = 10**6 + 24  # samples by which observers choose what they hold next
     KINDS = 10**6 + 23  # hypotheses about kinds that are drawn
+
+
+class ObserverDraws:
+    """Random numbers of several observers, each from a generator of its own: what one draws depends on no other."""
+
+    def __init__(self, seeds: Sequence[tuple[int, ...]]) -> None:
+        """Stores the seed of each observer's generator."""
+        self._seeds = seeds
+
+    def random(self, size: tuple[int, ...], /) -> Array:
+        """Draws uniform numbers in [0, 1); the first dimension is that of observers."""
+        return np.array([each.random(size[1:]) for each in self._generators])
+
+    def standard_normal(self, size: tuple[int, ...], /) -> Array:
+        """Draws standard normal numbers; the first dimension is that of observers."""
+        return np.array([each.standard_normal(size[1:]) for each in self._generators])
+
+    @cached_property
+    def _generators(self) -> list[np.random.Generator]:
+        """Generators, built when they are needed, which takes longer than most lifts."""
+        return [np.random.default_rng(seed) for seed in self._seeds]

@@ -4,6 +4,7 @@ import functools
 import hashlib
 import importlib.metadata
 import inspect
+import itertools
 import json
 import logging
 import os
@@ -133,10 +134,26 @@ def run_repeats(
     description: str,
     unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
+    """Runs the repeats that a folder lacks, each on its own; see ``run_batches``."""
+    run_batch = functools.partial(_run_each, run_repeat)
+    return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description, unit=unit)
+
+
+def run_batches(
+    folder: Path,
+    run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]],
+    *,
+    repeats: int,
+    jobs: int,
+    description: str,
+    unit: str = "observer",
+    at_once: int = 1,
+) -> dict[str, NDArray[Any]]:
     """Runs the repeats that a folder lacks in parallel processes, and returns all, stacked along the first axis.
 
     The folder, with one file per repeat, must belong to one configuration, and be named after its key. The function
-    from the number of a repeat to its named arrays must be picklable, and shapes the same for all repeats.
+    from the numbers of repeats, at most ``at_once``, to the named arrays of each must be picklable, and shapes the
+    same for all repeats.
 
     Raises:
         AffordanceError: A repeat failed; the others are run and kept first, unless a part of the program cannot work
@@ -144,11 +161,13 @@ def run_repeats(
     """
     kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
+    size = max(1, min(at_once, -(-len(missing) // jobs)))
+    batches = [missing[first : first + size] for first in range(0, len(missing), size)]
     failed: dict[int, AffordanceError] = {}
-    parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
-    finished = _report_ended(parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing))
+    parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(batches))), return_as="generator_unordered")
+    ended = _report_ended(parallel(joblib.delayed(_run)(run_batch, batch) for batch in batches))
     with tqdm(total=repeats, initial=len(kept), desc=description, unit=unit, smoothing=0.1, disable=None) as progress:
-        for repeat, arrays in finished:
+        for repeat, arrays in itertools.chain.from_iterable(ended):
             if isinstance(arrays, UnavailableError):
                 raise arrays
             if isinstance(arrays, AffordanceError):
@@ -201,14 +220,22 @@ def end_processes() -> None:
     get_reusable_executor().shutdown(wait=True)
 
 
+def _run_each(
+    run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeats: Sequence[int]
+) -> list[Mapping[str, NDArray[Any]]]:
+    return [run_repeat(repeat) for repeat in repeats]
+
+
 def _run(
-    run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int
-) -> tuple[int, dict[str, NDArray[Any]] | AffordanceError]:
-    """Runs a repeat; returns the error of a failed one, so that the others continue."""
+    run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]], repeats: Sequence[int]
+) -> list[tuple[int, dict[str, NDArray[Any]] | AffordanceError]]:
+    """Runs a batch of repeats, one by one if it failed; returns the error of a failed repeat."""
     try:
-        return repeat, dict(run_repeat(repeat))
+        return [(repeat, dict(arrays)) for repeat, arrays in zip(repeats, run_batch(repeats), strict=True)]
     except AffordanceError as error:
-        return repeat, error
+        if len(repeats) == 1:
+            return [(repeats[0], error)]
+        return [found for repeat in repeats for found in _run(run_batch, [repeat])]
 
 
 def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -14,7 +14,6 @@ from pydrake.systems.framework import Context, EventStatus
 
 from affordance.arguments import Seed
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.motion_cost import measure_cost
@@ -122,7 +121,7 @@ def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: S
 
 
 def run_blow(
-    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: Seed
+    runner: TrialRunner, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
     """Runs the trial of a blow, from rest to rest, as ``TrialRunner.run``; a stall raises a StallError."""
     settings = runner.settings

@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig
 
 from affordance.arguments import Seed
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool
@@ -36,7 +36,7 @@ class ClampRecord(NamedTuple):
 
 
 def run_clamp_and_release(
-    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: Seed
+    runner: TrialRunner, tool: Tool, memory: MaterialMemory, *, duration: float, seed: Seed
 ) -> tuple[TrialRecord, ClampRecord]:
     """Pushes against a clamp with the believed weight of an object, then holds the object for a duration, [s].
 

@@ -9,7 +9,6 @@ import numpy as np
 from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath
@@ -41,7 +40,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     return follow_path(tool.with_densities(densities), task, MaterialMemory.from_densities(densities), settings, 0)
 
 
-def follow_path(tool: Tool, task: Reach, memory: Memory, settings: Settings, seed: Seed) -> Rollout:
+def follow_path(tool: Tool, task: Reach, memory: MaterialMemory, settings: Settings, seed: Seed) -> Rollout:
     """Simulates a reach with a gripped tool and an observer's memory, and logs every control period."""
     runner = get_runner(dataclasses.replace(settings, log_period=settings.control_period))
     trial = runner.get_diagram(task.duration, tool)

@@ -1,63 +1,67 @@
-"""Hundreds of lifts of an observer in closed form: belief, exerted force and measurements of an arm at rest.
+"""Hundreds of lifts of many observers in closed form: belief, exerted force and measurements of an arm at rest.
 
-In each lift the observer sees an object, pushes with the believed weight of the object (``control.hold``), and then
+In each lift an observer sees an object, pushes with the believed weight of the object (``control.hold``), and then
 holds it: the observer learns from the torques of the arm at rest with the object in hand, with measurement errors.
-The arm is that of all simulations, in its home posture; nothing is simulated.
+The arm is that of all simulations, in its home posture; nothing is simulated. Observers are the rows of arrays; what
+one of them does depends on no other.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from affordance.arguments import Seed, check_seed
-from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief
-from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import Memory
+from affordance.arrays import Array, Mask
+from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
+from affordance.belief.learner import Seen, State
+from affordance.belief.normals import Normals
+from affordance.belief.rows import put_rows, take_rows
 from affordance.exceptions import BadArgumentError
-from affordance.objects.appearance import PartAppearance
+from affordance.objects.appearance import Appearance, is_same_object
+from affordance.objects.colour import Colour
 from affordance.objects.inertia import build_inertia_map
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
+from affordance.runs.random_streams import ObserverDraws
 from affordance.settings import Settings
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 
+# Object of an observer that lifts nothing in a trial.
+NOTHING = -1
 
-class Lift(NamedTuple):
-    """Presentation of an object, by its index, from which the observer may learn."""
 
-    tool: int
-    teaches: bool = True
+class LiftedObservers(NamedTuple):
+    """What B observers have learned."""
+
+    state: State  # of their learner; things have the numbers of the objects
+    order: Array  # number of the lift in which each object was first lifted as a thing of its own, (B, objects)
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts."""
+    """Record of N lifts by B observers, (N, B) each; NaN, and 0 for a kind, where there was no such lift."""
 
-    force: Array  # upward force exerted before release, (N,), [N]
-    weight: Array  # true weight, (N,), [N]
-    expected: Array  # expected mass, at the most probable densities before each lift, (N,), [kg]
-    memories: tuple[Memory, ...]  # memories before the first lift and after each lift, N + 1 of them
-    densities: tuple[DensityBelief, ...]  # beliefs about the object before each lift, N of them
-    # Likelihoods of these densities, N of them; None for a lift from which nothing is learned.
-    likelihoods: tuple[Likelihood | None, ...]
-
-    def compute_p_values(self) -> Array:
-        """Computes the p-value of the measurement of each lift, (N,); NaN for a lift without one."""
-        pairs = zip(self.densities, self.likelihoods, strict=True)
-        return np.array([np.nan if found is None else belief.compute_p_value(found) for belief, found in pairs])
+    force: Array  # upward force exerted before release, [N]
+    weight: Array  # true weight, [N]
+    expected: Array  # expected mass, at the most probable densities before each lift, [kg]
+    believed_density: Array  # most probable density of the colour of the first part, before each lift, [kg/m^3]
+    kind: NDArray[np.intp]  # number of the object's kind in that colour after the lift, 1 for the oldest; 0 without
+    p_value: Array  # of what was felt, by the belief before; NaN if nothing is learned
+    after: LiftedObservers
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of a tool share; Phi is that of its parts, (10, num_parts), the weight in [N]."""
+    """Quantities that all lifts of an object share; Phi is that of its parts, (10, num_parts), the weight in [N]."""
 
-    appearance: tuple[PartAppearance, ...]
+    appearance: Appearance  # with the known colours
+    colours: tuple[int, ...]  # indices of the parts' colours
     Phi: Array
-    tau: Array  # true torques of the arm holding the tool, shape (num_joints,), [N m]
+    tau: Array  # true torques of the arm holding the object, shape (num_joints,), [N m]
     weight: float
 
 
@@ -74,66 +78,154 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Observer's lifts of a set of objects in closed form; quantities shared by all lifts are computed once."""
+    """Lifts of a set of objects in closed form; quantities shared by all lifts are computed once."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
         """Computes what does not change between lifts; errors are those of ``check_closed_form`` and ``load_arm``."""
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
         self.settings = settings
+        self._learner = settings.learner
         self._hold = StaticHold(arm)
         self._gravity = float(np.linalg.norm(ArmModel(arm).gravity))
+        self.colours: list[Colour] = []
         self._tools = [self._see(tool) for tool in tools]
+        self._same = np.array([[_is_same_thing(one, other) for other in self._tools] for one in self._tools])
+        self._weights = np.array([each.weight for each in self._tools])
+        self._tau = np.array([each.tau for each in self._tools])
+        self._first = np.array([each.colours[0] for each in self._tools])
 
-    def run(self, lifts: Sequence[Lift], memory: Memory, seed: Seed) -> LiftRecord:
-        """Computes the lifts of one observer, with a seed of the measurement errors.
+    def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
+        """Returns observers without experience, each with a seed of what its learner draws at the start."""
+        learner, size = self._learner, len(seeds)
+        draws = ObserverDraws([(*seed, 0) for seed in seeds])
+        state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
+        return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
-        The computing time of each lift is that of the memory's ``recall`` and ``learn``.
+    def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
+        """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), each by seed and number."""
+        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a seed that ends in 0 is the same without
+        drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
+        return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
+
+    def run(
+        self,
+        objects: NDArray[np.intp],
+        observers: LiftedObservers,
+        errors: Array,
+        seeds: Sequence[tuple[int, ...]],
+        teaches: Mask | None = None,
+    ) -> LiftRecord:
+        """Computes the lifts of observers.
+
+        Args:
+            objects: Number of the object that each observer lifts, (N, B); NOTHING for none.
+            observers: What they have learned before.
+            errors: Errors of measurement; see ``draw_errors``.
+            seeds: Seed of each observer, for what its learner draws in a lift, together with the lift's number.
+            teaches: True where an observer learns from a lift, (N, B); None for all of them.
+
+        The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
         """
-        seed = check_seed(seed)
-        forces, expected, memories = [], [], [memory]
-        beliefs: list[DensityBelief] = []
-        likelihoods: list[Likelihood | None] = []
-        for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
-            tool = self._tools[lift.tool]
-            recollection = memories[-1].recall(tool.appearance, self.settings.prior)
-            densities = recollection.densities
-            columns = np.zeros((len(recollection.columns), densities.size))
-            columns[np.arange(len(recollection.columns)), list(recollection.columns)] = 1.0
-            Phi = tool.Phi @ columns  # (10, M)
-            rng = np.random.default_rng([*seed, number, 1])
-            rho = densities.compute_point_estimate(self.settings.point_estimate, rng)
-            forces.append(float((Phi @ rho)[0]) * self._gravity)
-            expected.append(float(Phi[0] @ densities.compute_mode()))
-            beliefs.append(densities)
-            if lift.teaches:
-                percept = self._feel(tool, Phi, (*seed, number))
-                lesson = recollection.memory.learn(
-                    densities, percept.find_likelihood, self.settings.prior.deviation_sd
-                )
-                memories.append(lesson.memory)
-                likelihoods.append(lesson.likelihood)
-            else:
-                memories.append(memories[-1])
-                likelihoods.append(None)
-        weights = np.array([self._tools[lift.tool].weight for lift in lifts])
-        felt = (tuple(memories), tuple(beliefs), tuple(likelihoods))
-        return LiftRecord(np.array(forces), weights, np.array(expected), *felt)
+        state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
+        force, expected, believed, p_value = (np.full(objects.shape, np.nan) for _ in range(4))
+        kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
+        is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
+        for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
+            things = self._identify(chosen, order)
+            order[everyone, things] = np.minimum(order[everyone, things], np.where(taught, number, np.inf))
+            learned += taught
+            for rows, colours in self._group(chosen, things, taught):
+                seen, lifted, learns = Seen(colours, things[rows]), chosen[rows], bool(taught[rows[0]])
+                own = state if len(rows) == len(everyone) else take_rows(state, rows)
+                Phi = self._gather(lifted, colours)
+                before = self._learner.expect(own, seen)
+                mode = before.compute_mode(DENSITY_FLOOR)
+                expected[number, rows] = np.vecdot(Phi[:, 0], mode)
+                rho = self._estimate(before, mode, [(*seeds[row], number + 1, 1) for row in rows])
+                force[number, rows] = np.vecdot(Phi[:, 0], rho) * self._gravity
+                first = self._first[lifted]
+                modes = self._learner.believe(own).compute_mode(DENSITY_FLOOR)
+                believed[number, rows] = modes[np.arange(len(rows)), first]
+                if learns:
+                    gain, offset = np.moveaxis(errors[number, rows], 1, 0)
+                    residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
+                    percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
+                    draws = ObserverDraws([(*seeds[row], int(learned[row])) for row in rows])
+                    own, _, likelihood = self._learner.learn(own, seen, percept.find_likelihood, draws)
+                    p_value[number, rows] = before.compute_p_value(likelihood)
+                    state = own if len(rows) == len(everyone) else put_rows(state, rows, own)
+                kind[number, rows] = self._number_kinds(own, seen, first)
+        weight = np.where(objects == NOTHING, np.nan, self._weights[objects])
+        return LiftRecord(force, weight, expected, believed, kind, p_value, LiftedObservers(state, order))
 
     def _see(self, tool: Tool) -> _SeenTool:
-        features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact
-        count = len(features)
+        features = measure_features(tool, VisionError(), np.random.default_rng(0))  # exact
+        count, colours = len(features), list[int]()
+        for part in features:
+            index = find_colour_index(self.colours, part.colour)
+            if index is None:
+                index = len(self.colours)
+                self.colours.append(part.colour)
+            colours.append(index)
         Phi = build_inertia_map(
             [part.shape for part in features], [part.X_TE for part in features], range(count), count
         )
+        pairs = zip(features, colours, strict=True)
         return _SeenTool(
-            tuple(part.appearance for part in features),
+            tuple(part.appearance._replace(colour=self.colours[index]) for part, index in pairs),
+            tuple(colours),
             Phi,
             self._hold.tau_arm + self._hold.Y @ tool.parameters,
             self._gravity * tool.mass,
         )
 
-    def _feel(self, tool: _SeenTool, Phi: Array, seed: tuple[int, ...]) -> StaticPercept:
-        gain, offset = self._noise.draw_trial_errors(seed, len(tool.tau))
-        felt = tool.tau * (1.0 + gain) + offset
-        return StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, felt - self._hold.tau_arm, self._noise)
+    def _gather(self, lifted: NDArray[np.intp], colours: tuple[int, ...]) -> Array:
+        """Builds the inertia maps of objects, (n,), with a column for each of their m colours, (n, 10, m)."""
+        numbers, places = np.unique(lifted, return_inverse=True)
+        maps = []
+        for tool in (self._tools[number] for number in numbers):
+            columns = np.array(tool.colours)[:, None] == np.array(colours)
+            maps.append(tool.Phi @ columns)
+        return np.array(maps)[places]
+
+    def _identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
+        """Finds which thing an object is, (B,): the first that was lifted of those that look the same, or itself."""
+        known = np.where(self._same[chosen], order, np.inf)
+        return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
+
+    def _group(
+        self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask
+    ) -> Iterator[tuple[NDArray[np.intp], tuple[int, ...]]]:
+        """Yields groups of observers that lift objects of the same colours, and all learn or do not: their rows."""
+        looks = [tuple(dict.fromkeys(tool.colours)) for tool in self._tools]
+        numbers = np.array([looks.index(each) for each in looks])[things]
+        keys = np.where(chosen == NOTHING, NOTHING, 2 * numbers + taught)
+        for key in np.unique(keys[keys != NOTHING]):
+            yield np.flatnonzero(keys == key), looks[key // 2]
+
+    def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
+        """Computes the densities that represent beliefs in control, (n, m), drawn by seed if they are drawn."""
+        if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
+            return mode
+        beliefs = (
+            DensityBelief.from_moments(*moments) for moments in zip(before.mean, before.covariance, strict=True)
+        )
+        pairs = zip(beliefs, seeds, strict=True)
+        return np.array(
+            [belief.compute_point_estimate(point_estimate, np.random.default_rng(seed)) for belief, seed in pairs]
+        )
+
+    def _number_kinds(self, state: State, seen: Seen, first: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Finds the number of an object's kind in the colour of its first part, from 1; 0 without kinds, (n,)."""
+        groups = self._learner.group(state)
+        if groups.counts is None:
+            return np.zeros(len(first), dtype=np.intp)
+        kinds = self._learner.find_groups(state, seen)[first[:, None] == np.array(seen.colours)]
+        before = np.arange(groups.colours.shape[1]) < kinds[:, None]
+        numbers: NDArray[np.intp] = 1 + (before & (groups.colours == first[:, None])).sum(axis=1)
+        return numbers
+
+
+def _is_same_thing(tool: _SeenTool, thing: _SeenTool) -> bool:
+    return set(tool.colours) == set(thing.colours) and is_same_object(thing.appearance, tool.appearance)

@@ -11,8 +11,7 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.control.task import Task
 from affordance.exceptions import BadArgumentError, name_object
 from affordance.objects.colour import Colour
@@ -72,7 +71,7 @@ class TrialRunner:
         """Gravitational acceleration in the arm's model, [m/s^2]."""
         return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
 
-    def start_memory(self, seed: Seed = 0) -> Memory:
+    def start_memory(self, seed: Seed = 0) -> MaterialMemory:
         """Returns the initial memory of an observer, by the learner of the settings.
 
         Args:
@@ -110,11 +109,11 @@ class TrialRunner:
         self._diagrams.move_to_end(key)
         return self._diagrams[key]
 
-    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
+    def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Runs a trial of holding an object in the arm's home posture, where it touches nothing; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
-    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
+    def run(self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Runs one trial, from rest at the start of the task and with the object attached.
 
         Args:
@@ -135,7 +134,7 @@ class TrialRunner:
         trial = self.get_diagram(duration, tool)
         return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
-    def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: Seed) -> Simulator:
+    def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: MaterialMemory, seed: Seed) -> Simulator:
         """Sets up a trial in a new Context, ready to be advanced; arguments as for ``run``."""
         context = trial.diagram.CreateDefaultContext()
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
@@ -150,7 +149,7 @@ class Observer:
     """
 
     def __init__(
-        self, runner: TrialRunner, memory: Memory, *, duration: float, remembered: tuple[Colour, ...] = ()
+        self, runner: TrialRunner, memory: MaterialMemory, *, duration: float, remembered: tuple[Colour, ...] = ()
     ) -> None:
         """Sets the memory before the first presentation; each lasts a duration of at least one sample period, [s].
 
@@ -158,7 +157,7 @@ class Observer:
         memory of the wrong kind, or a duration out of bounds, raises a BadArgumentError.
         """
         check_duration(duration, runner.settings)
-        check_kind("memory", memory, Memory, _MEMORIES)
+        check_kind("memory", memory, MaterialMemory, _MEMORIES)
         self._trial = runner.get_diagram(duration)
         self._context = self._trial.diagram.CreateDefaultContext()
         self._memory_context = self._trial.memory.GetMyMutableContextFromRoot(self._context)
@@ -166,7 +165,7 @@ class Observer:
         self._trial.memory.remembered.set(self._memory_context, remembered)
 
     @property
-    def memory(self) -> Memory:
+    def memory(self) -> MaterialMemory:
         """Present belief about materials."""
         return self._trial.memory.get_memory(self._memory_context)
 
@@ -203,9 +202,9 @@ def check_duration(duration: float, settings: Settings) -> None:
         raise BadArgumentError("duration", "", problem)
 
 
-def _check_trial(tool: Tool, memory: Memory) -> None:
+def _check_trial(tool: Tool, memory: MaterialMemory) -> None:
     check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
-    check_kind("memory", memory, Memory, _MEMORIES)
+    check_kind("memory", memory, MaterialMemory, _MEMORIES)
 
 
 def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: Seed) -> Simulator:

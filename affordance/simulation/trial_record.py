@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import ControlCounts
 from affordance.files.html_table import build_table
 from affordance.proprioception.estimator import TorqueStatistics
@@ -56,7 +56,7 @@ class TrialRecord(NamedTuple):
     height_centre: Array
     height_grip: Array
     height_com: Array
-    memory: Memory
+    memory: MaterialMemory
     log_evidence: float
     counts: ControlCounts
     p_value: float = 1.0

@@ -15,7 +15,8 @@ from pydrake.systems.framework import Context, State
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
-from affordance.belief.object_belief import Memory, ObjectBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import ObjectBelief
 from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_inertia_map, parameters_from_pseudo_inertia
@@ -43,7 +44,7 @@ class VisualPrior(SampledSystem):
 
     Input ports:
         features: Features of each component, tuple of ComponentFeatures.
-        materials: Memory of materials, Memory.
+        materials: Memory of materials, MaterialMemory.
 
     Output ports:
         prior: Prior p(lambda | v), ObjectBelief.
@@ -53,7 +54,7 @@ class VisualPrior(SampledSystem):
         super().__init__()
         self._prior = prior
         self._features: Source[tuple[ComponentFeatures, ...]] = self.declare_object_input("features")
-        self._materials: Source[Memory] = self.declare_object_input("materials")
+        self._materials: Source[MaterialMemory] = self.declare_object_input("materials")
         inputs = {self.input_ticket("features"), self.input_ticket("materials")}
         self.declare_object_output("prior", self._calc_prior, inputs)
 
@@ -73,10 +74,10 @@ class MaterialMemorySystem(SampledSystem):
         p_value: Probability of measurements at least as improbable as these, (1,).
 
     Output ports:
-        materials: Memory of materials, Memory.
+        materials: Memory of materials, MaterialMemory.
     """
 
-    def __init__(self, memory: Memory, *, duration: float, least_p_value: float) -> None:
+    def __init__(self, memory: MaterialMemory, *, duration: float, least_p_value: float) -> None:
         """Declares ports, and the update after a duration, [s], of presentations with at least that p-value."""
         super().__init__()
         self._least_p_value = least_p_value
@@ -88,14 +89,14 @@ class MaterialMemorySystem(SampledSystem):
         self.DeclareStateOutputPort("materials", index)
         self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._learn)
 
-    def set_memory(self, context: Context, memory: Memory) -> None:
+    def set_memory(self, context: Context, memory: MaterialMemory) -> None:
         """Sets the memory before a presentation."""
         context.SetAbstractState(self._memory, memory)
 
-    def get_memory(self, context: Context) -> Memory:
+    def get_memory(self, context: Context) -> MaterialMemory:
         """Returns the present memory."""
         value: Any = context.get_abstract_state(self._memory)
-        return cast(Memory, value.get_value())
+        return cast(MaterialMemory, value.get_value())
 
     def _learn(self, context: Context, state: State) -> None:
         memory = self.get_memory(context)
@@ -107,7 +108,7 @@ class MaterialMemorySystem(SampledSystem):
         mutable.set_value(memory)
 
 
-def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
+def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
     """Predicts an object's inertia from its visual features, a memory, and a prior of materials never met.
 
     The memory of the belief includes every colour of the object.

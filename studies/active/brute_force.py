@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.next_hold import Question
 from affordance.choice.pricing import plan_options
 from affordance.objects.colour import Colour
@@ -112,7 +111,7 @@ def describe_worths(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 def price_by_brute_force(
-    workshop: worlds.Workshop, memory: Memory, name: str, outcomes: int, draws: int, seed: int
+    workshop: worlds.Workshop, memory: MaterialMemory, name: str, outcomes: int, draws: int, seed: int
 ) -> tuple[float, float]:
     """Prices a hold by brute force: outcomes are drawn, the learner learns, and all options are priced anew.
 
@@ -137,7 +136,7 @@ def price_by_brute_force(
 
 
 def _draw_outcomes(
-    workshop: worlds.Workshop, memory: Memory, name: str, outcomes: int, rng: np.random.Generator
+    workshop: worlds.Workshop, memory: MaterialMemory, name: str, outcomes: int, rng: np.random.Generator
 ) -> list[dict[Colour, float]]:
     """Draws the density of an object of one material, in increasing order, one from each part of the belief."""
     parts = measure_drawing(workshop.candidates[name])

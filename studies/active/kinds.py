@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from affordance.belief.kind_memory import start_memory as start_learner
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.material_memory import start_memory as start_learner
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Tool
 from studies.active import world as worlds
@@ -41,7 +41,9 @@ def compare_information(holds: int = _HOLDS) -> dict[str, Any]:
     return {"kinds": {"promised": promised, "gained": gained}, "kinds_worst": worst}
 
 
-def _learn(workshop: worlds.Workshop, tool: Tool, memory: Memory, number: int) -> tuple[Memory, float]:
+def _learn(
+    workshop: worlds.Workshop, tool: Tool, memory: MaterialMemory, number: int
+) -> tuple[MaterialMemory, float]:
     """Learns from a hold; returns the memory and the information gained about common kinds, for normal beliefs."""
     rng = np.random.default_rng([number, 1])
     sd = workshop.settings.prior.deviation_sd
@@ -50,7 +52,7 @@ def _learn(workshop: worlds.Workshop, tool: Tool, memory: Memory, number: int) -
     return after, 0.5 * float(_measure(memory) - _measure(after))
 
 
-def _measure(memory: Memory) -> float:
+def _measure(memory: MaterialMemory) -> float:
     return float(np.linalg.slogdet(memory.belief.covariance)[1])
 
 

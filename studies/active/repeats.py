@@ -8,7 +8,7 @@ observer who forgets each object after its hold, and so counts its deviation fro
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import DENSITY, LEARNERS
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.files.model_folder import MODELS
 from affordance.memory.evidence_sums import sum_trials
 from affordance.memory.trial_evidence import TrialEvidence
@@ -73,7 +73,7 @@ def describe_repeats(found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         name: dict(zip(names, np.sqrt(np.mean(values**2, axis=(0, 1))).tolist(), strict=True))
         for name, values in found.items()
     }
-    observers = {learner.value: z[learner.value] for learner in Learner}
+    observers = {learner.name: z[learner.name] for learner in LEARNERS.values()}
     values = [value for each in (z["repeat_z"], *observers.values()) for value in each.values()]
     return {
         "repeat_z": z["repeat_z"],
@@ -139,13 +139,13 @@ def _observe(
         deviation_sd = settings.prior.deviation_sd
         posterior, _ = condition_on_torques(belief, statistics, trial.num_joints, settings.noise, deviation_sd)
         memory = posterior.memory
-        if isinstance(memory, MaterialMemory) and not remembers_objects:
-            memory = replace(memory, objects=())
+        if not remembers_objects:
+            memory = MaterialMemory.from_belief(memory.colours, memory.belief)
     return memory.belief
 
 
 _LEARNERS: Mapping[str, _Learn] = {
     "repeat_z": _sum_up,
-    **{learner.value: partial(_observe, learner, True) for learner in Learner},
-    "repeat_z_anew": partial(_observe, Learner.DENSITY, False),
+    **{learner.name: partial(_observe, learner, True) for learner in LEARNERS.values()},
+    "repeat_z_anew": partial(_observe, DENSITY, False),
 }

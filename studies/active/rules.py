@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hold_worth import Decision, PossibleHold, measure_information
 from studies.active.world import Workshop, advise, build_hold_geometry, decide, recall_felt
 
@@ -14,17 +14,17 @@ NUM_SAMPLES = 2000
 _POINTS = 2000
 
 # Rule: picks one of the candidates that are left.
-type Rule = Callable[[Workshop, Memory, Sequence[str], np.random.Generator], str]
+type Rule = Callable[[Workshop, MaterialMemory, Sequence[str], np.random.Generator], str]
 
 
-def pick_by_value(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+def pick_by_value(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
     """Picks what is worth most by regression, as ``advise_hold`` says; any object that was held may be odd."""
     seed = int(rng.integers(2**31))
     felt = recall_felt(workshop, memory)
     return advise(workshop, memory, left, num_samples=NUM_SAMPLES, seed=seed, felt=felt).next_name
 
 
-def pick_linear(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+def pick_linear(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
     """Picks what is worth most if beliefs are normal and costs linear in densities."""
     mu, decisions = decide(workshop, memory, NUM_SAMPLES, rng)
     C = np.cov(mu.T)
@@ -39,7 +39,9 @@ def pick_linear(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np
     return max(left, key=lambda name: worths[name])
 
 
-def pick_by_information(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+def pick_by_information(
+    workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator
+) -> str:
     """Picks what tells most about materials."""
     mu = memory.belief.draw_samples(rng, NUM_SAMPLES)
     covariance = np.cov(mu.T)
@@ -52,12 +54,12 @@ def pick_by_information(workshop: Workshop, memory: Memory, left: Sequence[str],
     return max(left, key=lambda name: found[name])
 
 
-def pick_largest(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+def pick_largest(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
     """Picks the largest object."""
     return max(left, key=lambda name: sum(part.shape.volume for part in workshop.candidates[name].components))
 
 
-def pick_at_random(workshop: Workshop, memory: Memory, left: Sequence[str], rng: np.random.Generator) -> str:
+def pick_at_random(workshop: Workshop, memory: MaterialMemory, left: Sequence[str], rng: np.random.Generator) -> str:
     """Picks any object."""
     return left[int(rng.integers(len(left)))]
 
@@ -71,7 +73,7 @@ RULES: Mapping[str, Rule] = {
 }
 
 
-def _find_gain(workshop: Workshop, memory: Memory, name: str, mu: Array) -> Array:
+def _find_gain(workshop: Workshop, memory: MaterialMemory, name: str, mu: Array) -> Array:
     """Computes the precision that a hold adds to materials' means, (M, M)."""
     geometry, noise = build_hold_geometry(workshop, name, memory), workshop.settings.noise
     A, rho = workshop.static.Y @ geometry.Phi, mu.mean(axis=0)

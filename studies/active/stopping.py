@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.density_belief import EMPTY_BELIEF
-from affordance.belief.kind_memory import start_memory as start_learner
-from affordance.belief.object_belief import FeltObject
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.material_memory import start_memory as start_learner
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice
 from affordance.objects.colour import Colour
 from affordance.reporting.statistics import estimate_proportion

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.kind_memory import start_memory as start_learner
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.material_memory import start_memory as start_learner
 from affordance.reporting.statistics import estimate_proportion
 from studies.active import world as worlds
 from studies.active.rules import RULES
@@ -65,7 +65,7 @@ def run_observer(config: ActiveConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def _judge(
-    workshop: worlds.Workshop, true: worlds.TrueWorld, memory: Memory, rng: np.random.Generator
+    workshop: worlds.Workshop, true: worlds.TrueWorld, memory: MaterialMemory, rng: np.random.Generator
 ) -> tuple[list[float], list[float]]:
     _, decisions = worlds.decide(workshop, memory, _NUM_JUDGED, rng)
     right, regret = [], []
@@ -136,7 +136,7 @@ def time_advice(tasks: tuple[str, ...] = worlds.TASKS) -> float:
     return 1e3 * float(np.median(np.diff(taken[1:]))) / (1 - len(names))
 
 
-def _time(workshop: worlds.Workshop, memory: Memory, names: Sequence[str]) -> float:
+def _time(workshop: worlds.Workshop, memory: MaterialMemory, names: Sequence[str]) -> float:
     begin = process_time()
     worlds.advise(workshop, memory, names, num_samples=_NUM_SAMPLES)
     return process_time() - begin

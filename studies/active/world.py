@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import FeltObject, Memory
+from affordance.belief.felt_object import FeltObject
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_advice import HoldAdvice
 from affordance.choice.hold_worth import Decision
@@ -160,7 +161,7 @@ def find_true_costs(choice: Choice, truths: Mapping[str, Array], criterion: Crit
     return true_costs
 
 
-def start_memory(workshop: Workshop, memory: Memory) -> Memory:
+def start_memory(workshop: Workshop, memory: MaterialMemory) -> MaterialMemory:
     """Adds the colours of all candidates and tools, so that beliefs of all rules have the same order."""
     for tool in workshop.candidates.values():
         memory = memory.add_colours([part.looks_like.colour for part in tool.components], workshop.settings.prior)
@@ -171,7 +172,7 @@ def start_memory(workshop: Workshop, memory: Memory) -> Memory:
 
 def advise(
     workshop: Workshop,
-    memory: Memory,
+    memory: MaterialMemory,
     names: Sequence[str],
     *,
     num_samples: int,
@@ -195,11 +196,11 @@ def hold(
     workshop: Workshop,
     world: TrueWorld,
     name: str,
-    memory: Memory,
+    memory: MaterialMemory,
     seed: tuple[int, ...],
     *,
     is_simulated: bool = False,
-) -> Memory:
+) -> MaterialMemory:
     """Lets an observer hold an object, at rest in closed form or simulated; returns what it remembers then."""
     if not is_simulated:
         return learn(workshop, name, world.densities[name], memory, seed)[0]
@@ -217,9 +218,9 @@ def learn(
     workshop: Workshop,
     name: str,
     densities: Mapping[Colour, float],
-    memory: Memory,
+    memory: MaterialMemory,
     seed: tuple[int, ...],
-) -> tuple[Memory, FeltObject]:
+) -> tuple[MaterialMemory, FeltObject]:
     """Lets an observer learn from a hold of an object of given densities by colour.
 
     Returns: Memory after the hold, and what the hold told.
@@ -241,7 +242,7 @@ def learn(
     return learned.memory, felt
 
 
-def recall_felt(workshop: Workshop, memory: Memory) -> dict[str, FeltObject]:
+def recall_felt(workshop: Workshop, memory: MaterialMemory) -> dict[str, FeltObject]:
     """Recalls what the candidates that were held have told a memory."""
     felt = {}
     for name, tool in workshop.candidates.items():
@@ -251,7 +252,7 @@ def recall_felt(workshop: Workshop, memory: Memory) -> dict[str, FeltObject]:
     return felt
 
 
-def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geometry:
+def build_hold_geometry(workshop: Workshop, name: str, memory: MaterialMemory) -> Geometry:
     """Builds the geometry of a candidate with a column for each colour of a memory."""
     parts = measure_drawing(workshop.candidates[name])
     columns = [memory.colours.index(part.colour) for part in parts]
@@ -259,7 +260,7 @@ def build_hold_geometry(workshop: Workshop, name: str, memory: Memory) -> Geomet
 
 
 def decide(
-    workshop: Workshop, memory: Memory, num_samples: int, rng: np.random.Generator
+    workshop: Workshop, memory: MaterialMemory, num_samples: int, rng: np.random.Generator
 ) -> tuple[Array, list[Decision]]:
     """Draws materials' means, (S, M), and the costs of all options given these."""
     mu = memory.belief.draw_samples(rng, num_samples)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.hammer import Hammer
 from affordance.choice.ranking import rank_draws
@@ -19,7 +19,7 @@ from studies.loop.study import Bench
 _SAMPLES = 1000
 
 
-def execute(bench: Bench, memory: Memory, criterion: Criterion, seed: int) -> dict[str, Any]:
+def execute(bench: Bench, memory: MaterialMemory, criterion: Criterion, seed: int) -> dict[str, Any]:
     """Chooses for each task under a memory, and simulates what is chosen with the tool as it is.
 
     Returns: By task the chosen option; of a blow ``force_error``, the peak resistance over that demanded, less one,

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import rank_draws
@@ -53,7 +53,7 @@ def draw_truth(tool: Tool, deviation_sd: float, rng: np.random.Generator) -> Arr
 
 def live(
     place: Path, recorder: Recorder, pieces: Sequence[Tool], settings: Settings, rng: np.random.Generator
-) -> Iterator[Memory]:
+) -> Iterator[MaterialMemory]:
     """Holds pieces of stock in random order; yields the recalled memory before the first and after each.
 
     The generator draws the order, the true densities and all errors; the lasting memory is a file.
@@ -78,7 +78,7 @@ def live(
 
 def judge(
     choice: Choice,
-    memory: Memory,
+    memory: MaterialMemory,
     truths: Truths,
     criterion: Criterion,
     num_samples: int,
@@ -96,7 +96,7 @@ def judge(
     return Judged(float(chosen <= best), (chosen - best) / best if np.isfinite(chosen) else 1.0)
 
 
-def is_mass_covered(choice: Choice, memory: Memory, truths: Truths, rng: np.random.Generator) -> list[bool]:
+def is_mass_covered(choice: Choice, memory: MaterialMemory, truths: Truths, rng: np.random.Generator) -> list[bool]:
     """Checks for each tool whether the 90 % interval of its predicted mass holds the true one."""
     masses = choice.draw(memory, rng, 2000).parameters[:, :, 0]
     low, high = np.quantile(masses, [0.05, 0.95], axis=1)

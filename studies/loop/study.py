@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.listed_options import list_seen_options
@@ -87,7 +86,7 @@ class Life(NamedTuple):
 
     rng: np.random.Generator  # random generator of all that is still to be drawn
     truths: Truths  # tools with their true inertias
-    memories: Mapping[int, Memory]  # memory by the number of pieces that were held
+    memories: Mapping[int, MaterialMemory]  # memory by the number of pieces that were held
     taught: float  # share of the recordings that were learned from; the others were doubted
 
 

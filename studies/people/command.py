@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
 from affordance.exceptions import BadValueError
 from affordance.experiments.linear import GROUPS
@@ -19,7 +20,7 @@ from studies.people.figure import draw_kappa_fit
 from studies.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit
 from studies.study import Findings, Study, Work
 
-_LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
+_LEARNERS = (KINDS_MAP, KINDS_DRAWN)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -57,9 +58,9 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
         start = time.perf_counter()
         fit = simulate_and_fit(setup.change(learner=learner), kappas, people)
         _print_fit(learner, fit, people)
-        title = f"The fit of kappa to Linear+ and Linear++, {learner.value}"
-        figures[learner.value] = partial(draw_kappa_fit, fit, people, title)
-        numbers[learner.value] = {**fit._asdict(), "wall_s": time.perf_counter() - start}
+        title = f"The fit of kappa to Linear+ and Linear++, {learner.name}"
+        figures[learner.name] = partial(draw_kappa_fit, fit, people, title)
+        numbers[learner.name] = {**fit._asdict(), "wall_s": time.perf_counter() - start}
     content = {
         "learners": numbers,
         "people": dict(zip(GROUPS, people, strict=True)),
@@ -70,7 +71,7 @@ def _work(arguments: argparse.Namespace, setup: Setup, folder: Path) -> Iterator
 
 
 def _print_fit(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
-    print(f"{learner.value}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
+    print(f"{learner.name}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
     print("" if fit.is_bounded else ", which what was simulated does not bound on both sides")
     for column, (group, found) in enumerate(zip(GROUPS.values(), people, strict=True)):
         at_best = np.interp(fit.kappa, fit.kappas, fit.fractions[:, column])

@@ -15,21 +15,18 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from scipy.stats import chi2
 from scipy.stats import t as student_t
 
 from affordance.arrays import Array
-from affordance.belief.kind_memory import start_memory
 from affordance.experiments import linear
 from affordance.experiments.holds import compute_volume
+from affordance.experiments.lifts import lift
 from affordance.experiments.linear import Group
 from affordance.experiments.observers import Setup
 from affordance.experiments.people import Published
 from affordance.objects.tool import Tool
-from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import run_tasks
-from affordance.simulation.static_lifts import Lift, StaticLifter
 
 _CONFIDENCE = 0.95
 # Log likelihood at the ends of the interval, relative to its maximum.
@@ -85,23 +82,21 @@ class KappaFit(NamedTuple):
 
 def simulate_fraction(setup: Setup, tools: Sequence[Tool], kappa: float) -> tuple[float, float]:
     """Computes the mean learned fraction of simulated observers, at least 2, and its standard error."""
-    tasks = [partial(find_fraction, setup, tools, kappa, observer) for observer in range(setup.observers)]
-    fractions = np.array(run_tasks(tasks, jobs=setup.jobs, description=f"kappa {kappa:.3f}"))
+    parts = [part.tolist() for part in np.array_split(np.arange(setup.observers), setup.jobs) if len(part)]
+    tasks = [partial(find_fractions, setup, tools, kappa, part) for part in parts]
+    fractions = np.concatenate(run_tasks(tasks, jobs=setup.jobs, description=f"kappa {kappa:.3f}"))
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(setup.observers))
 
 
-def find_fraction(setup: Setup, tools: Sequence[Tool], kappa: float, observer: int) -> float:
-    """Computes the learned fraction of one observer, whose categories have a breadth of kappa."""
-    seed, names = (setup.seed, observer), [tool.name for tool in tools]
-    trials = linear.design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
-    held = [names.index(each) for each in trials["object"]]
-    memory = start_memory(setup.settings.learner, (*seed, Stream.KINDS), kappa)
-    record = StaticLifter(tools, setup.settings).run([Lift(each) for each in held], memory, (*seed, Stream.LIFT))
-    sizes = [compute_volume(tools[each]) for each in held]
-    lifts = pd.DataFrame(
-        {"object": trials["object"].to_numpy(), "size": sizes, "force": record.force, "weight": record.weight}
-    )
-    return float(linear.measure(lifts)["f"])
+def find_fractions(setup: Setup, tools: Sequence[Tool], kappa: float, observers: Sequence[int]) -> list[float]:
+    """Computes the learned fractions of observers, whose categories have a breadth of kappa."""
+    sizes = {tool.name: compute_volume(tool) for tool in tools}
+    fractions = []
+    changed = setup.change(learner=setup.settings.learner.change(kappa=kappa))
+    for data in lift(changed, tools, linear.design, observers):
+        lifts = data.to_dataframe()
+        fractions.append(float(linear.measure(lifts.assign(size=lifts["object"].map(sizes)))["f"]))
+    return fractions
 
 
 def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:

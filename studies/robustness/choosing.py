@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.inner_simulation import Choice, OptionCost
 from affordance.choice.motion_cost import Costs, MotionCost
@@ -26,7 +26,7 @@ from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
 
 # Memories of observers before the first hold and after each.
-type Experience = Sequence[Sequence[Memory]]
+type Experience = Sequence[Sequence[MaterialMemory]]
 
 # Densities over which Bayes' rule averages.
 _NUM_BAYES_SAMPLES = 64
@@ -154,7 +154,7 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
-def _choose_by_expectation(choice: Choice, memory: Memory, seed: tuple[int, int, int], correct: int) -> float:
+def _choose_by_expectation(choice: Choice, memory: MaterialMemory, seed: tuple[int, int, int], correct: int) -> float:
     """1 if an observer's choice at a moment is correct, 0 if not; where no option is usable the observer guesses."""
     ranking = rank_options(choice, memory, np.random.default_rng([*seed, Stream.BAYES]), _NUM_BAYES_SAMPLES)
     if not ranking.num_usable:

@@ -13,7 +13,6 @@ import xarray as xr
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.experiments import com, weight
 from affordance.objects.colour import Colour
 from affordance.objects.materials import DENSITIES
@@ -124,7 +123,7 @@ class _Seen(NamedTuple):
     predicted: Array  # inertial parameters that follow, (R, 10)
 
 
-def _see(world: World, tool: Tool, memories: Sequence[Memory]) -> _Seen:
+def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
     beliefs = [predict_object(features, memory, world.settings.prior) for memory in memories]
     believed = np.array([belief.densities.compute_mode() for belief in beliefs])

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory, ObjectBelief
+from affordance.belief.object_belief import ObjectBelief
 from affordance.experiments.experience import draw_order
 from affordance.experiments.observers import Setup
 from affordance.objects.tool import Tool
@@ -24,7 +24,7 @@ _FELT = 1  # in a seed, as of a simulated trial: errors of feeling
 
 def learn_at_rest(
     hold: StaticHold, world: World, tools: Sequence[Tool], orders: Sequence[Sequence[int]], seed: int
-) -> list[list[Memory]]:
+) -> list[list[MaterialMemory]]:
     """The memories of observers before the first and after each object that they hold; evidence is not computed.
 
     Each observer holds objects in an order of its own; colours are remembered in the order of the objects' parts.
@@ -36,7 +36,7 @@ def learn_at_rest(
     start = MaterialMemory().add_colours(tuple(colours), prior)
     observers = []
     for repeat, order in enumerate(orders):
-        memories: list[Memory] = [start]
+        memories: list[MaterialMemory] = [start]
         for trial, index in enumerate(order):
             seen = predict_object(features[index], memories[-1], prior)
             memories.append(_hold(hold, world, tools[index], seen, (seed, repeat, trial, _FELT)))
@@ -44,7 +44,7 @@ def learn_at_rest(
     return observers
 
 
-def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[Memory]]:
+def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count: int) -> list[list[MaterialMemory]]:
     """Collects what observers learn of materials from the objects of Simulation II, each in an order of its own.
 
     Returns: Memories of each observer before the first hold and after each, without the objects that were held.
@@ -52,10 +52,12 @@ def collect_experience_at_rest(hold: StaticHold, world: World, seed: int, count:
     tools = world.learning[:2]
     orders = [draw_order(Setup(seed=seed), len(tools), observer) for observer in range(count)]
     observers = learn_at_rest(hold, world, tools, orders, seed)
-    return [[MaterialMemory(memory.colours, memory.belief) for memory in memories] for memories in observers]
+    return [
+        [MaterialMemory.from_belief(memory.colours, memory.belief) for memory in memories] for memories in observers
+    ]
 
 
-def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> Memory:
+def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> MaterialMemory:
     settings = world.settings
     true = {part.looks_like.colour: part.material.density for part in tool.components}
     statistics = hold.measure(
@@ -69,4 +71,5 @@ def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
     posterior, _ = condition_on_torques(
         prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
     )
-    return posterior.memory
+    memory: MaterialMemory = posterior.memory
+    return memory

@@ -155,7 +155,9 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
 
 def measure_case(tool: Tool, density: float) -> dict[str, float]:
     """Times the loops alternately for one object and one believed density; returns medians, [s], and shares."""
-    memory = MaterialMemory(list_colours([tool]), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    memory = MaterialMemory.from_belief(
+        list_colours([tool]), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density]))
+    )
     settings, duration = DEFAULT_SETTINGS, weight.DURATION
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     record = TrialRunner(every_tick).run_hold(tool, memory, duration=duration, seed=(0,))

@@ -14,7 +14,6 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import TorqueStatistics
@@ -64,7 +63,7 @@ class Score(NamedTuple):
 
 
 def predict(
-    features: Sequence[ComponentFeatures], memory: Memory, settings: Settings, rng: np.random.Generator
+    features: Sequence[ComponentFeatures], memory: MaterialMemory, settings: Settings, rng: np.random.Generator
 ) -> Prediction:
     """Predicts mass and centre of mass from the belief about materials."""
     pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_SAMPLES)

@@ -12,7 +12,6 @@ import numpy as np
 
 from affordance.arguments import Seed, check_seed
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool, list_colours
 from affordance.proprioception.estimator import TorqueStatistics, condition_on_torques
@@ -41,7 +40,7 @@ def simulate_holds(
     """
     runner, seed = TrialRunner(settings), check_seed(seed)
     colours = list_colours(tools)
-    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
+    memory: MaterialMemory = MaterialMemory().add_colours(colours, settings.prior)
     drawings = {tool.name: measure_drawing(tool) for tool in tools}
     order = np.random.default_rng([*seed, 1])
     felt: dict[str, list[TorqueStatistics]] = {tool.name: [] for tool in tools}
@@ -57,7 +56,7 @@ def simulate_holds(
 
 
 def feel(
-    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
 ) -> TorqueStatistics:
     """Measures the torques of one hold; arguments are those of ``TrialRunner.run_hold``."""
     trial = runner.get_diagram(duration + _TO_SPARE)
@@ -71,12 +70,12 @@ def learn(
     features: Mapping[str, Sequence[ComponentFeatures]],
     colours: Sequence[Colour],
     settings: Settings,
-) -> Memory:
+) -> MaterialMemory:
     """Learns from tools that were held, by name, with one update per tool.
 
     Features are those of each tool as it was held. Materials are remembered whose colours the learner knows.
     """
-    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
+    memory: MaterialMemory = MaterialMemory().add_colours(colours, settings.prior)
     for name, holds in felt.items():
         percept = TorqueStatistics(
             np.mean([hold.features for hold in holds], axis=0), sum(hold.num_samples for hold in holds)
@@ -86,7 +85,7 @@ def learn(
     return memory
 
 
-def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
+def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> MaterialMemory:
     """Learns materials from holding tools in the arm's home posture, by the first grip or as written without one."""
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
@@ -94,16 +93,17 @@ def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, se
 
 
 def _teach(
-    memory: Memory,
+    memory: MaterialMemory,
     features: Sequence[ComponentFeatures],
     felt: TorqueStatistics,
     settings: Settings,
     noise: NoiseModel,
-) -> Memory:
+) -> MaterialMemory:
     belief = predict_object(features, memory, settings.prior)
     num_joints = _count_joints(felt, noise)
     posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation_sd)
-    return posterior.memory
+    learned: MaterialMemory = posterior.memory
+    return learned
 
 
 def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:

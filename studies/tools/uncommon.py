@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Memory
+from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.options import Option
 from affordance.choice.ranking import RankedOption, rank_options
@@ -65,7 +65,7 @@ def check_motions(
     tools: Sequence[Tool],
     options: Sequence[Option],
     task: Reach,
-    beliefs: Mapping[str, Memory],
+    beliefs: Mapping[str, MaterialMemory],
     settings: Settings,
     seed: int,
 ) -> list[CheckedMotion]:
@@ -99,7 +99,7 @@ def check_motions(
     return checked
 
 
-def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> CheckedMass:
+def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int) -> CheckedMass:
     """Predicts an object's mass from pictures, simulates a hold, and updates the prediction by the measured torques.
 
     Samples of densities and of errors of vision are weighted by the likelihood of the measured torques. The object

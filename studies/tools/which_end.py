@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
@@ -24,7 +23,9 @@ BEFORE, AFTER, ONE_DENSITY, TRUE = "before", "after", "one_density", "true"
 NUM_SAMPLES = 4000
 
 
-def build_beliefs(materials: Mapping[str, Material], experience: Memory, settings: Settings) -> dict[str, Memory]:
+def build_beliefs(
+    materials: Mapping[str, Material], experience: MaterialMemory, settings: Settings
+) -> dict[str, MaterialMemory]:
     """Builds the memories before and after experience, with one density for all, and with all densities known.
 
     The one density is the mode of the prior.
@@ -41,7 +42,7 @@ def build_beliefs(materials: Mapping[str, Material], experience: Memory, setting
 def rank_grips(
     options: Sequence[Option],
     task: TaskCostModel,
-    beliefs: Mapping[str, Memory],
+    beliefs: Mapping[str, MaterialMemory],
     settings: Settings,
     *,
     seed: int,
@@ -58,7 +59,7 @@ def rank_grips(
     }
 
 
-def _rank_within_tools(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> Ranking:
+def _rank_within_tools(choice: Choice, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Ranking:
     """Ranks the options of a choice, and finds how probably each is the cheapest of its tool."""
     ranking = rank_options(choice, memory, rng, num_samples)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))

@@ -84,7 +84,7 @@ def compute_cost(held: Sequence[Tool], choice: Choice, correct: int, data: xr.Da
         for moment in range(num_moments):
             belief = DensityBelief(precision[observer, moment], vector[observer, moment])
             rng = np.random.default_rng([observer, moment, StudyStream.FAULT_CHOICES])
-            parameters = choice.draw_parameters(MaterialMemory(colours, belief), rng, NUM_CHOICES)
+            parameters = choice.draw_parameters(MaterialMemory.from_belief(colours, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
             hits = (chosen == correct) + 0.5 * (chosen == NO_OPTION)  # without a usable option it is a guess
             right[observer, moment] = hits.sum() / NUM_CHOICES

@@ -51,7 +51,9 @@ def measure(folder: Path, *, repeats: int = 200, jobs: int) -> dict[str, Any]:
         experience = gain_experience(changed, held)
         moments = range(experience.sizes["trial"] + 1)
         chosen = [
-            choose_by_sample(choice, [recall(experience, observer, k) for k in moments], (setup.seed, observer))
+            choose_by_sample(
+                choice, [recall(changed, experience, observer, k) for k in moments], (setup.seed, observer)
+            )
             for observer in range(repeats)
         ]
         found[name] = estimate_correct(np.array(chosen), before, correct).mean

@@ -1,123 +1,153 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.density_belief import Prior
 from affordance.belief.kinds import (
     KindPrior,
-    Kinds,
-    KnownObject,
-    Membership,
-    OwnDensities,
-    assign,
+    add_kinds,
+    believe_kinds,
+    close_gaps,
+    count_things,
+    find_most_populous,
     find_twins,
     merge,
-    teach,
+    select_colours,
+    start_kinds,
     tidy,
 )
+from affordance.belief.kinds_gate import predict_new
+from affordance.belief.learner import describe_start
+from affordance.belief.learners import KINDS_MAP
 from affordance.belief.likelihood import Likelihood
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
-FIRST = KindPrior(1000.0, 4000.0)
+FIRST = (1000.0, 4000.0)
 
 
-def build(colours, lifts, priors=None):
-    """Kinds of colours that were taught by lifts, from the density, its error and the kind of each lift."""
-    kinds = Kinds().add(colours, [FIRST] * len(colours) if priors is None else priors)
-    belief = kinds.belief
+def build(colours, lifts=(), priors=None):
+    """The state of one observer with kinds of colours that were taught by lifts: density, its error, and the kind."""
+    everywhere = np.ones((1, len(colours)), dtype=bool)
+    starts = [KindPrior(*(np.array([each]) for each in prior)) for prior in priors or [FIRST] * len(colours)]
+    state = start_kinds(0, KindPrior(np.array([PRIOR.mode]), np.array([PRIOR.sd])))
+    state = {**describe_start(KINDS_MAP.parameters, PRIOR, 1), **add_kinds(state, colours, starts, everywhere)}
     for density, sd, kind in lifts:
-        likelihood = Likelihood(np.array([[sd**-2]]), np.array([density * sd**-2]), 0.0)
-        belief = teach(belief, [kind], likelihood, PRIOR.deviation_sd)
-    return replace(kinds, belief=belief)
+        felt = Likelihood(np.array([[sd**-2]]), np.array([density * sd**-2]), 0.0)
+        added = felt.marginalise_deviation(PRIOR.deviation_sd).embed([kind], len(colours))
+        state["precision"] = state["precision"] + added.precision
+        state["information"] = state["information"] + added.information_vector
+    return state
 
 
-def populate(kinds, memberships):
-    """Adds objects of one colour each to kinds, by the kind of each object."""
-    objects = tuple(KnownObject((), (kinds.colours[kind],), (Membership(kind, 2, 0.9),)) for kind in memberships)
-    return replace(kinds, objects=objects)
+def believe(state, mean, covariance):
+    """The state with another belief about the means of its kinds."""
+    precision = np.linalg.inv(np.array(covariance, dtype=float))
+    return {**state, "precision": precision[None], "information": (precision @ mean)[None]}
 
 
-def test_a_lift_of_two_colours_teaches_the_kinds_it_was_judged_to_be_of(rng):
-    """Mean and covariance agree with inference in moments in which the object's two deviations are unknowns too."""
-    belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], np.diag([300.0, 200.0, 400.0]) ** 2)
-    R, y, sd = rng.normal(size=(4, 2)), rng.normal(size=4) * 3000.0, 250.0
-    taught = teach(belief, [2, 0], Likelihood(R.T @ R / sd**2, R.T @ y / sd**2, 0.0), PRIOR.deviation_sd)
-    H = np.zeros((4, 5))  # three kinds, two deviations
-    H[:, [2, 0]] = R
-    H[:, 3:] = R
-    mean = np.array([5000.0, 900.0, 3000.0, 0.0, 0.0])
-    covariance = np.diag([300.0, 200.0, 400.0, 100.0, 100.0]) ** 2
-    gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + sd**2 * np.eye(4))
-    np.testing.assert_allclose(taught.untruncated_mean, (mean + gain @ (y - H @ mean))[:3], rtol=1e-9)
-    np.testing.assert_allclose(taught.covariance, (covariance - gain @ H @ covariance)[:3, :3], rtol=1e-7, atol=1e-6)
+def populate(state, kinds):
+    """Adds things of one colour each, by the kind of each."""
+    column = np.array(kinds, dtype=np.intp).reshape(1, -1, 1)
+    zeros = np.zeros(column.shape)
+    return {
+        **state,
+        "thing_kind": column,
+        "num_lifts": np.full(column.shape, 2, dtype=np.intp),
+        "probability": zeros + 0.9,
+        "is_own": zeros.astype(bool),
+        "own_mean": zeros,
+        "own_covariance": zeros[..., None],
+        "felt_precision": zeros[..., None],
+        "felt_information": zeros,
+    }
+
+
+def stack(states):
+    return {name: np.concatenate([each[name] for each in states]) for name in states[0]}
 
 
 def test_merged_kinds_believe_what_one_kind_would_have_learned():
     lifts = [(5000.0, 300.0, 0), (5100.0, 150.0, 1), (2000.0, 200.0, 2), (4900.0, 250.0, 1)]
-    priors = [FIRST, KindPrior(5500.0, 11_000.0), FIRST]
-    merged = merge(populate(build((0, 0, 1), lifts, priors), [0, 1, 1, 2]), 0, 1)
+    priors = [FIRST, (5500.0, 11_000.0), FIRST]
+    apart = populate(build((0, 0, 1), lifts, priors), [0, 1, 1, 2])
+    merged = close_gaps(merge(apart, np.array([0]), np.array([0]), np.array([1])))
     together = build((0, 1), [(5000.0, 300.0, 0), (5100.0, 150.0, 0), (2000.0, 200.0, 1), (4900.0, 250.0, 0)])
-    assert merged.colours == (0, 1)
-    assert merged.priors == (FIRST, FIRST)
-    np.testing.assert_allclose(merged.belief.precision, together.belief.precision, rtol=1e-12)
-    np.testing.assert_allclose(merged.belief.information_vector, together.belief.information_vector, rtol=1e-12)
-    assert [known.memberships[0].kind for known in merged.objects] == [0, 0, 0, 1]
+    for name in ("kind_colour", "kind_mean", "kind_sd"):
+        np.testing.assert_array_equal(merged[name], together[name])
+    np.testing.assert_allclose(merged["precision"], together["precision"], rtol=1e-12)
+    np.testing.assert_allclose(merged["information"], together["information"], rtol=1e-12)
+    assert merged["thing_kind"][0, :, 0].tolist() == [0, 0, 0, 1]
 
 
 @pytest.mark.parametrize(("difference", "are_twins"), [(0.0, True), (90.0, True), (110.0, False), (500.0, False)])
 def test_twins_differ_by_less_than_objects_of_one_material(difference, are_twins):
-    kinds = build((0, 1, 0), [(5000.0 + difference * (k % 3 == 0), 30.0, 2 * (k % 3 == 0)) for k in range(3000)])
-    assert find_twins(kinds, PRIOR.deviation_sd) == ((0, 2) if are_twins else None)
+    lifts = [(5000.0 + difference * (k % 3 == 0), 30.0, 2 * (k % 3 == 0)) for k in range(3000)]
+    one, other, found = find_twins(build((0, 1, 0), lifts))
+    assert found.tolist() == [are_twins]
+    assert not are_twins or (one[0], other[0]) == (0, 2)
 
 
 def test_kinds_of_different_colours_are_no_twins():
-    assert find_twins(build((0, 1), [(5000.0, 30.0, k % 2) for k in range(200)]), PRIOR.deviation_sd) is None
+    assert not find_twins(build((0, 1), [(5000.0, 30.0, k % 2) for k in range(200)]))[2]
 
 
 def test_kinds_about_which_little_is_known_are_no_twins():
-    assert find_twins(build((0, 0), [(5000.0, 300.0, 0), (5000.0, 300.0, 1)]), PRIOR.deviation_sd) is None
+    assert not find_twins(build((0, 0), [(5000.0, 300.0, 0), (5000.0, 300.0, 1)]))[2]
 
 
 def test_twins_become_one_and_its_members_leave_no_trace():
-    kinds = populate(build((0, 0), [(5000.0, 100.0, k % 2) for k in range(80)]), [0, 0, 1])
-    own = OwnDensities((0,), DensityBelief.from_moments([5000.0], [[400.0]]))
-    kinds = replace(kinds, objects=(*kinds.objects[:2], kinds.objects[2]._replace(own=own)))
-    tidied = tidy(kinds, PRIOR)
-    assert tidied.colours == (0,)
-    assert tidied.objects[2].own.columns == ()
+    state = populate(build((0, 0), [(5000.0, 100.0, k % 2) for k in range(80)]), [0, 0, 1])
+    state["is_own"][0, 2], state["own_mean"][0, 2], state["own_covariance"][0, 2] = True, 5000.0, 400.0
+    tidied = tidy(state)
+    assert tidied["kind_colour"].tolist() == [[0]]
+    assert not tidied["is_own"].any()
+    assert not tidied["own_mean"].any()
 
 
 def test_a_forgotten_kind_leaves_the_others_as_they_were():
-    belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], [[9e4, 3e4, 2e4], [3e4, 4e4, 1e4], [2e4, 1e4, 16e4]])
-    priors = (FIRST, KindPrior(5000.0, 10_000.0), KindPrior(3000.0, 6000.0))
-    tidied = tidy(populate(Kinds((0, 0, 1), belief, (), priors), [0, 2, 2]), PRIOR)
-    assert tidied.colours == (0, 1)
-    assert tidied.priors == (priors[0], priors[2])
-    np.testing.assert_allclose(tidied.belief.untruncated_mean, [5000.0, 3000.0])
-    np.testing.assert_allclose(tidied.belief.covariance, [[9e4, 2e4], [2e4, 16e4]])
-    assert [known.memberships[0].kind for known in tidied.objects] == [0, 1, 1]
+    covariance = [[9e4, 3e4, 2e4], [3e4, 4e4, 1e4], [2e4, 1e4, 16e4]]
+    priors = [FIRST, (5000.0, 10_000.0), (3000.0, 6000.0)]
+    state = believe(build((0, 0, 1), priors=priors), [5000.0, 900.0, 3000.0], covariance)
+    tidied = tidy(populate(state, [0, 2, 2]))
+    assert tidied["kind_colour"].tolist() == [[0, 1]]
+    assert [*zip(*(tidied[name][0].tolist() for name in ("kind_mean", "kind_sd")), strict=True)] == [FIRST, priors[2]]
+    np.testing.assert_allclose(believe_kinds(tidied).mean, [[5000.0, 3000.0]])
+    np.testing.assert_allclose(believe_kinds(tidied).covariance, [[[9e4, 2e4], [2e4, 16e4]]])
+    assert tidied["thing_kind"][0, :, 0].tolist() == [0, 1, 1]
 
 
 def test_a_colour_never_lifted_keeps_its_kind():
-    tidied = tidy(populate(build((0, 1), [(5000.0, 100.0, 0)]), [0]), PRIOR)
-    assert tidied.colours == (0, 1)
+    assert tidy(populate(build((0, 1), [(5000.0, 100.0, 0)]), [0]))["kind_colour"].tolist() == [[0, 1]]
 
 
-def test_an_object_counts_its_lifts_as_a_member_of_its_kind():
-    kinds = populate(build((0, 0), [(5000.0, 100.0, 0), (900.0, 100.0, 1)]), [0, 0])
-    stayed = assign(kinds, kinds.objects[0], 0, [(0, 0.7)])
-    assert stayed.objects[0].memberships == (Membership(0, 3, 0.7),)
-    left = assign(kinds, kinds.objects[0], 0, [(1, 0.6)])
-    assert left.objects[0].memberships == (Membership(1, 1, 0.6),)
-    came = assign(kinds, KnownObject((), (0,), (Membership(0, 0, 1.0),)), None, [(0, 0.8)])
-    assert came.objects[2].memberships == (Membership(0, 1, 0.8),)
+def test_observers_are_tidied_each_for_itself():
+    """Twins, a forgotten kind, and neither: of three observers each is as if it were alone."""
+    taught = [(5000.0, 30.0, 0), (900.0, 30.0, 1), (3000.0, 30.0, 2)] * 40
+    twins = [(5000.0, 30.0, k % 2) for k in range(80)] + [(3000.0, 30.0, 2)]
+    alone = [
+        populate(build((0, 0, 1), lifts), kinds)
+        for lifts, kinds in ((twins, [0, 1]), (taught, [0, 2]), (taught, [0, 1]))
+    ]
+    together = tidy(stack(alone))
+    for row, each in enumerate(map(tidy, alone)):
+        count = int(each["is_kind"].sum())
+        assert together["is_kind"][row].tolist() == [place < count for place in range(3)]
+        np.testing.assert_allclose(together["precision"][row, :count, :count], each["precision"][0], rtol=1e-12)
+        np.testing.assert_allclose(believe_kinds(together).mean[row, :count], believe_kinds(each).mean[0], rtol=1e-12)
+        np.testing.assert_array_equal(together["thing_kind"][row], each["thing_kind"][0])
+    assert together["is_kind"].sum(axis=1).tolist() == [2, 2, 3]
+
+
+def test_things_are_counted_by_kind_with_or_without_one_of_them():
+    state = populate(build((0, 0, 1)), [1, 1, 0, 2])
+    state["num_lifts"][0, 1] = 0  # never lifted
+    assert count_things(state).tolist() == [[1, 1, 1]]
+    assert count_things(state, np.array([0])).tolist() == [[1, 0, 1]]
 
 
 def test_the_most_populous_kind_has_most_objects_and_of_equals_is_the_oldest():
-    kinds = build((0, 0, 1), [])
-    assert populate(kinds, [1, 1, 0]).find_most_populous(0) == 1
-    assert populate(kinds, [1, 0, 2, 2]).find_most_populous(0) == 0
+    state = build((0, 0, 1))
+    assert find_most_populous(populate(state, [1, 1, 0]), (0,)).tolist() == [[1]]
+    assert find_most_populous(populate(state, [1, 0, 2, 2]), (0, 1)).tolist() == [[0, 2]]
 
 
 @pytest.mark.parametrize(
@@ -125,9 +155,11 @@ def test_the_most_populous_kind_has_most_objects_and_of_equals_is_the_oldest():
 )
 def test_a_further_kind_has_the_scale_of_what_the_most_populous_may_weigh(mean, sd, scale):
     """It is sqrt(mean^2 + sd^2): of a kind that was hardly felt, a mean near zero or below it tells no scale."""
-    belief = DensityBelief.from_moments([mean, 7000.0], np.diag([sd + 1e-6, 300.0]) ** 2)
-    kinds = populate(Kinds((0, 1), belief, (), (FIRST, FIRST)), [0, 0, 1])
-    assert kinds.predict_new(0, PRIOR, 2.0) == pytest.approx((scale, 2.0 * scale))
+    state = populate(believe(build((0, 1)), [mean, 7000.0], np.diag([sd + 1e-6, 300.0]) ** 2), [0, 0])
+    (further, first), is_further = predict_new(state, (0, 1))
+    assert (further.mean[0], further.sd[0]) == pytest.approx((scale, 2.0 * scale))
+    assert (first.mean[0], first.sd[0]) == FIRST
+    assert is_further.tolist() == [[True, False]]
 
 
 @pytest.mark.parametrize(("sd", "are_twins"), [(145.0, True), (152.0, False)])
@@ -135,5 +167,15 @@ def test_a_further_kind_has_the_scale_of_what_the_most_populous_may_weigh(mean, 
 def test_twins_are_more_probable_than_not(sd, are_twins, correlation):
     """Kinds are twins if the SD of their difference is below 100 / 0.6745 = 148.3: P(|difference| < 100) > 1/2."""
     variance = sd**2 / (2.0 * (1.0 - correlation))
-    belief = DensityBelief.from_moments([5000.0, 5000.0], variance * np.array([[1, correlation], [correlation, 1]]))
-    assert find_twins(Kinds((0, 0), belief, (), (FIRST, FIRST)), 100.0) == ((0, 1) if are_twins else None)
+    covariance = variance * np.array([[1, correlation], [correlation, 1]])
+    assert find_twins(believe(build((0, 0)), [5000.0, 5000.0], covariance))[2].tolist() == [are_twins]
+
+
+def test_selected_colours_are_renumbered_with_their_kinds_and_things():
+    covariance = [[9e4, 3e4, 2e4], [3e4, 4e4, 1e4], [2e4, 1e4, 16e4]]
+    state = populate(believe(build((0, 2, 1)), [5000.0, 900.0, 3000.0], covariance), [0, 1, 2])
+    chosen = select_colours(state, [1, 2], [1, 2])
+    assert chosen["kind_colour"].tolist() == [[1, 0]]  # colour 2 is now 1, and its kind still the first
+    assert chosen["thing_kind"][0, :, 0].tolist() == [0, 1]
+    np.testing.assert_allclose(believe_kinds(chosen).mean, [[900.0, 3000.0]])
+    np.testing.assert_allclose(believe_kinds(chosen).covariance, [[[4e4, 1e4], [1e4, 16e4]]])

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, start_memory
-from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.objects.appearance import PartAppearance
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -34,10 +33,7 @@ def look(number):
 
 
 def hold(memory, number, likelihood):
-    recollection = memory.recall(look(number), PRIOR)
-    columns = list(dict.fromkeys(recollection.columns))
-    felt = likelihood.embed(columns, recollection.densities.size)
-    return recollection.memory.learn(recollection.densities, lambda _: felt, PRIOR.deviation_sd).memory
+    return memory.recall(look(number), PRIOR).memory.learn(lambda _: likelihood, PRIOR.deviation_sd).memory
 
 
 def hold_all(memory):
@@ -87,7 +83,7 @@ def test_order_of_holds_does_not_matter():
     np.testing.assert_allclose(memories[0].precision, memories[1].precision, rtol=1e-9, atol=1e-15)
 
 
-@pytest.mark.parametrize("learner", Learner)
+@pytest.mark.parametrize("learner", LEARNERS)
 def test_many_holds_of_one_object_tell_no_more_of_its_material_than_its_deviation_allows(learner):
     memory = start_memory(learner)
     for _ in range(10):
@@ -99,17 +95,15 @@ def test_many_holds_of_one_object_tell_no_more_of_its_material_than_its_deviatio
 
 def test_object_of_another_kind_begins_anew():
     """Evidence for an object as one of a kind does not count when the object is taken for another kind."""
-    memory = start_memory(Learner.KINDS_MAP)
-    assert isinstance(memory, KindMemory)
+    memory = start_memory("kinds_map")
     for number in (0, 3, 0, 3):
         memory = hold(memory, number, weigh(8000.0))
     odd = weigh(600.0)
     memory = hold(memory, 3, odd)
-    felt = memory.kinds.objects[1].felt
-    assert len(memory.kinds.colours) == 2  # the object has left its kind
-    assert felt is not None
-    assert felt.precision == pytest.approx(odd.precision)
-    assert hold(memory, 3, odd).kinds.objects[1].felt.precision == pytest.approx(2.0 * odd.precision)
+    assert memory.state["is_kind"].sum() == 2  # the object has left its kind
+    assert memory.recall(look(3), PRIOR).felt.own.precision == pytest.approx(odd.precision)
+    again = hold(memory, 3, odd).recall(look(3), PRIOR)
+    assert again.felt.own.precision == pytest.approx(2.0 * odd.precision)
 
 
 def test_what_a_hold_adds_is_the_difference_of_the_marginals():

@@ -9,10 +9,10 @@ from scipy.special import log_ndtr
 from scipy.stats import ks_2samp, kstest, multivariate_normal, norm, truncnorm
 
 from affordance.belief import minimax_tilting as tilting
+from affordance.belief.normals import compute_mode
 from affordance.belief.truncated_normal import (
     compute_log_mass,
     compute_mean,
-    compute_mode,
     compute_percentiles,
     draw_samples,
 )

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import norm
 
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.felt_object import FeltObject
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_samples import ODD, HoldSamples, Suspicion
 from affordance.choice.listed_options import list_options
 from affordance.settings import DEFAULT_SETTINGS
@@ -51,7 +51,7 @@ def sample(felt, monkeypatch, *, mean=None, covariance=None, parts=PARTS, count=
     belief = DensityBelief.from_moments(
         known[:2] if mean is None else np.array(mean), spread[:2, :2] if covariance is None else covariance
     )
-    memory = MaterialMemory((WOOD, STEEL), belief)
+    memory = MaterialMemory.from_belief((WOOD, STEEL), belief)
     return HoldSamples(memory, parts, felt, SETTINGS, np.random.default_rng(0)).draw(count)
 
 
@@ -151,7 +151,7 @@ def suspect():
         shared = np.eye(1) / LIKELY.deviation_sd**2
         felt[name] = FeltObject((WOOD,), own, own._replace(precision=shared, information_vector=shared[0] * density))
     mean, variance = believe(*PLANKS.values())
-    memory = MaterialMemory((WOOD,), DensityBelief.from_moments(np.array([mean]), np.array([[variance]])))
+    memory = MaterialMemory.from_belief((WOOD,), DensityBelief.from_moments(np.array([mean]), np.array([[variance]])))
     parts = dict.fromkeys(PLANKS, PARTS["stick"][:1])
     settings = replace(DEFAULT_SETTINGS, prior=LIKELY)
     return HoldSamples(memory, parts, felt, settings, np.random.default_rng(0))

@@ -138,9 +138,10 @@ def test_colours_that_may_be_of_several_materials_are_ranked(memory, colours):
     assert sum(entry.p_best for entry in ranked) == pytest.approx(1.0)
     belief = predict_object(options[0].features, memory, DEFAULT_SETTINGS.prior)
     assert met.colours == belief.memory.colours
-    rho = belief.densities.compute_mode()[None]
+    rho = belief.memory.belief.compute_mode()[None]
+    own = rho[:, list(belief.memory.at_hand.thing.colours)]
     np.testing.assert_allclose(
-        choice.compute_parameters(memory, rho)[:, 0, 0], belief.compute_parameters(rho)[0, 0], rtol=1e-12
+        choice.compute_parameters(memory, rho)[:, 0, 0], belief.compute_parameters(own)[0, 0], rtol=1e-12
     )
 
 
@@ -148,7 +149,9 @@ def test_density_of_an_ambiguous_look_is_expected_from_those_given():
     """A colour 3/255 from either of two woods has the mean of their given densities, 800 kg/m^3."""
     options = recolour(list_options(STICK), shift(WOOD, 3), STEEL)
     memory = believe(700.0, 7850.0, 50.0)
-    memory = MaterialMemory((WOOD, STEEL), memory.belief).add_colours([shift(WOOD, 6)], DEFAULT_SETTINGS.prior)
+    memory = MaterialMemory.from_belief((WOOD, STEEL), memory.belief).add_colours(
+        [shift(WOOD, 6)], DEFAULT_SETTINGS.prior
+    )
     choice = plan_choice(options, REACH)
     (mass,) = choice.compute_parameters(memory, np.array([[600.0, 7850.0, 1000.0]]))[0, :, 0]
     volume = STICK.components[0].shape.volume
@@ -177,7 +180,9 @@ def test_two_things_of_ambiguous_colours_share_one_order_of_materials():
 def test_densities_left_out_are_expected_from_those_given():
     """The density that is not given follows from the regression line of two correlated densities."""
     covariance = np.array([[300.0**2, 0.8 * 300.0 * 900.0], [0.8 * 300.0 * 900.0, 900.0**2]])
-    memory = MaterialMemory((WOOD, STEEL), DensityBelief.from_moments(np.array([700.0, 7850.0]), covariance))
+    memory = MaterialMemory.from_belief(
+        (WOOD, STEEL), DensityBelief.from_moments(np.array([700.0, 7850.0]), covariance)
+    )
     mass = plan_choice(list_options(STICK), REACH).compute_parameters(memory, np.array([[1000.0]]))[0, 0, 0]
     steel = 7850.0 + 0.8 * 900.0 / 300.0 * (1000.0 - 700.0)
     assert mass == pytest.approx(STICK.components[0].shape.volume * (1000.0 + steel), rel=1e-9)

@@ -9,10 +9,9 @@ from helpers.refusals import refuse
 from helpers.workshop import BLANKS
 from scipy.stats import norm
 
-from affordance.belief.kind_memory import start_memory
+from affordance.belief.felt_object import FeltObject
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import FeltObject
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.choice import next_hold
 from affordance.choice.demand import Criterion
 from affordance.choice.hold_samples import ODD, HoldSamples
@@ -59,7 +58,9 @@ def remember(felt):
         column = memory.colours.index(each.colours[0])
         precision, vector = np.zeros((len(memory.colours),) * 2), np.zeros(len(memory.colours))
         precision[column, column], vector[column] = each.shared.precision[0, 0], each.shared.information_vector[0]
-        memory = MaterialMemory(memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0)))
+        memory = MaterialMemory.from_belief(
+            memory.colours, memory.belief.condition(Likelihood(precision, vector, 0.0))
+        )
     return memory
 
 
@@ -128,13 +129,12 @@ def test_a_thing_of_another_kind_tells_nothing_about_its_colour(question):
             parts = [p.appearance._replace(sizes=(0.1 * length, 0.06, 0.04)) for p in measure_drawing(tool)]
             recollection = memory.recall(parts, PRIOR)
             likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([density]) / 20.0**2, 0.0, 0.0, 1)
-            learn = recollection.memory.learn
-            memory = learn(recollection.densities, lambda _, found=likelihood: found, PRIOR.deviation_sd).memory
+            memory = recollection.memory.learn(lambda _, found=likelihood: found, PRIOR.deviation_sd).memory
     decoy = [part.appearance for part in measure_drawing(STEEL)]
     recollection = memory.recall(decoy, PRIOR)
     likelihood = Likelihood(np.eye(1) / 20.0**2, np.array([1500.0]) / 20.0**2, 0.0, 0.0, 1)
-    memory = recollection.memory.learn(recollection.densities, lambda _: likelihood, PRIOR.deviation_sd).memory
-    assert len(memory.kinds.colours) == 3  # the decoy is of a kind of its own
+    memory = recollection.memory.learn(lambda _: likelihood, PRIOR.deviation_sd).memory
+    assert memory.state["is_kind"].sum() == 3  # the decoy is of a kind of its own
     advice = advise(question, [STEEL], memory)
     assert advice.ranked[0].worth < 0.01
 

@@ -88,7 +88,7 @@ def test_records_that_an_earlier_one_replaces_are_counted(memory, tmp_path, acti
 def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     prior = Prior()
     likelihood = Likelihood(np.array([[1e-4, 2e-5], [2e-5, 3e-5]]), np.array([0.08, 0.2]), 0.0)
-    earlier = MaterialMemory((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
+    earlier = MaterialMemory.from_belief((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
     content = {"taught_by": ["abc"], **json.loads(format_memory(earlier))}
     (tmp_path / "memory.json").write_text(json.dumps(content))
     for _ in range(2):

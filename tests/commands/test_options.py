@@ -52,7 +52,7 @@ PROTOCOLS_ARE_GONE = "experiment: is 'mine.yaml': experiments are programs now, 
         ("run next_lift --set learner=kinds_map", "--learner: has no effect on next_lift"),
         (
             "predict weight --set learner=kinds_map",
-            "--set: learner: changes nothing here: observers of every learner",
+            "--learner: has no effect on predict, which simulates observers of density, kinds_map, kinds_drawn",
         ),
     ],
 )

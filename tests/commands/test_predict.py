@@ -8,7 +8,7 @@ from helpers.answers import answer
 from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP, LEARNERS
 from affordance.experiments import linear, spoilt_family, two_families
 from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
 
@@ -37,7 +37,7 @@ def test_run_simulates_no_observer_that_was_predicted(tmp_path, monkeypatch):
     assert f"The predictions: {path}" in call("predict", "two_families", tmp_path, "--repeats", 3)
     found = read_predictions(tmp_path, "two_families")
     assert found["repeats"] == 3
-    assert set(found["numbers"]["illusion"]) == {learner.value for learner in Learner}
+    assert set(found["numbers"]["illusion"]) == {learner.name for learner in LEARNERS.values()}
 
     def refuse(*_):
         raise AssertionError("this observer was simulated already")
@@ -56,8 +56,8 @@ def test_observers_of_each_learner_serve_a_run_of_one(tmp_path, monkeypatch):
     monkeypatch.setattr("affordance.experiments.weight.DURATION", 0.1)
     call("predict", "weight", tmp_path, "--repeats", 2)
     monkeypatch.setattr("affordance.runs.repeats._keep", None)
-    for learner in Learner:
-        call("run", "weight", tmp_path, "--repeats", 2, "--learner", learner.value)
+    for learner in LEARNERS.values():
+        call("run", "weight", tmp_path, "--repeats", 2, "--learner", learner.name)
 
 
 @pytest.mark.usefixtures("few")
@@ -76,7 +76,7 @@ def test_number_of_observers_is_that_of_the_command_line_then_of_the_experiment(
     [
         (["vision"], "experiment: is 'vision', whose observers are of one learner; run it with --learner for each"),
         (["two_families", "--repeats", 1], "--repeats: is 1, must be at least 2"),
-        (["two_families", "--set", "learner=density"], "--set: learner: changes nothing here: observers of every"),
+        (["two_families", "--set", "learner=density"], "--learner: has no effect on predict, which simulates"),
         (["mine.yaml"], "experiment: is 'mine.yaml': experiments are programs now"),
     ],
 )
@@ -89,7 +89,7 @@ def format_contrast(first, second, sd):
     rng = np.random.default_rng(1)
     values = {
         learner: mean + 0.1 * rng.standard_normal(100)
-        for learner, mean in zip((Learner.KINDS_MAP, Learner.KINDS_DRAWN), (first, second), strict=True)
+        for learner, mean in zip((KINDS_MAP, KINDS_DRAWN), (first, second), strict=True)
     }
     predictions = {"end_N": {learner: summarise(each) for learner, each in values.items()}}
     spreads = {} if sd is None else {"end_N": PeopleSpread(sd, "a paper")}

@@ -6,7 +6,7 @@ import logging
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import format_memory
 from affordance.experiments import experience
@@ -63,7 +63,7 @@ def test_memory_is_carried_from_trial_to_trial(setup):
     memory = MaterialMemory().add_colours([BEECH, STEEL], DEFAULT_SETTINGS.prior)
     assert gained.object.values[1].tolist() == draw_order(setup, 2, 1) != draw_order(setup, 2, 0)
     for trial in range(4):
-        known = recall(gained, 1, trial)
+        known = recall(setup, gained, 1, trial)
         assert known.colours == (BEECH, STEEL)
         np.testing.assert_array_equal(known.belief.precision, memory.belief.precision)
         np.testing.assert_array_equal(known.belief.information_vector, memory.belief.information_vector)
@@ -72,24 +72,24 @@ def test_memory_is_carried_from_trial_to_trial(setup):
         assert float(gained.log_evidence[1, trial]) == record.log_evidence
         assert float(gained.p_value[1, trial]) == record.p_value
         memory = record.memory
-    np.testing.assert_array_equal(recall(gained, 1, 4).belief.precision, memory.belief.precision)
+    np.testing.assert_array_equal(recall(setup, gained, 1, 4).belief.precision, memory.belief.precision)
 
 
 def test_experience_narrows_the_belief_about_both_materials(setup):
     gained = gain_experience(setup, TOOLS)
-    determinants = [np.linalg.det(recall(gained, 0, trial).belief.precision) for trial in range(5)]
+    determinants = [np.linalg.det(recall(setup, gained, 0, trial).belief.precision) for trial in range(5)]
     assert (np.diff(determinants) > 0.0).all()
 
 
-@pytest.mark.parametrize("learner", [Learner.KINDS_MAP, Learner.KINDS_DRAWN])
+@pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN])
 def test_memory_of_a_learner_with_kinds_is_kept_whole(setup, learner):
     setup = setup.change(learner=learner)
     _, memories, _ = hold(setup, TOOLS, 1)
     gained = gain_experience(setup, TOOLS)
     for trial, memory in enumerate(memories):
-        assert format_memory(recall(gained, 1, trial)) == format_memory(memory)
-    assert len(memories[-1].kinds.objects) == 2
-    assert memories[-1].settings.seed == (3, 1, Stream.KINDS)
+        assert format_memory(recall(setup, gained, 1, trial)) == format_memory(memory)
+    assert len(memories[-1].things) == 2
+    assert memories[-1].seed == (3, 1, Stream.KINDS)
 
 
 def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own(tmp_path):
@@ -105,7 +105,7 @@ def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own(tmp
         setup = Setup(observers=2, seed=seed, out=tmp_path).change(noise=noise, prior=exact)
         gained = gain_experience(setup, (rod,))
         for observer in range(2):
-            beliefs = [recall(gained, observer, trial).belief for trial in range(3)]
+            beliefs = [recall(setup, gained, observer, trial).belief for trial in range(3)]
             shifts = np.diff([belief.information_vector[0] for belief in beliefs])
             felt.append(shifts / np.diff([belief.precision[0, 0] for belief in beliefs]))
     errors = np.sort(np.ravel(felt)) - 1000.0

@@ -10,7 +10,7 @@ import xarray as xr
 from helpers.refusals import refuse, refuse_command
 from pydrake.multibody.tree import SpatialInertia
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_DRAWN
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds, tabulate_holds
 from affordance.experiments.lifts import (
@@ -206,10 +206,10 @@ def test_surprise_is_a_logarithm_that_ends(lifts):
 
 
 def test_numbers_are_those_of_the_seed(lifts, setup, tmp_path):
-    again = run_lifts("mine", dataclasses.replace(setup, out=tmp_path), TOOLS, design, [Learner.KINDS_DRAWN])
+    again = run_lifts("mine", dataclasses.replace(setup, out=tmp_path), TOOLS, design, [KINDS_DRAWN])
     own = lifts[lifts["learner"] == "kinds_drawn"].reset_index(drop=True)
     pd.testing.assert_frame_equal(again, own)
-    other = run_lifts("mine", dataclasses.replace(setup, out=tmp_path, seed=5), TOOLS, design, [Learner.KINDS_DRAWN])
+    other = run_lifts("mine", dataclasses.replace(setup, out=tmp_path, seed=5), TOOLS, design, [KINDS_DRAWN])
     assert (other["force"].to_numpy() != own["force"].to_numpy()).any()
 
 
@@ -218,7 +218,7 @@ def measure_by_hand(lifts):
 
 
 def test_numbers_are_means_over_observers_with_students_intervals(lifts):
-    found = summarise_lifts(lifts, measure_by_hand, without_interval=["weight_N"])
+    found = summarise_lifts(lifts, measure_by_hand, Setup(), without_interval=["weight_N"])
     assert list(found["learners"]) == ["density", "kinds_map", "kinds_drawn"]
     assert found["people"] == {}
     assert set(found["kappa"]) == {"kinds_map", "kinds_drawn"}

@@ -16,8 +16,9 @@ from helpers.children import ROOT
 from helpers.refusals import refuse
 
 from affordance.arrays import about
-from affordance.belief import kind_memory
-from affordance.belief.learner import Learner, Pick
+from affordance.belief import kinds_learner
+from affordance.belief.kinds_learner import Pick
+from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup, find_excursion, run_observers
 from affordance.proprioception.torque_noise import WeberNoise
@@ -25,7 +26,7 @@ from affordance.runs.repeats import end_processes
 
 # Program of a user in two files, with knobs of several types.
 HELPER = """
-import affordance.belief.kind_memory as kinds
+import affordance.belief.kinds_learner as kinds
 
 FACTOR = 2.0
 WIDE = 5.0
@@ -155,7 +156,7 @@ def test_knob_of_any_type_runs_observers_anew(folder, change):
 def test_table_of_the_library_runs_observers_anew(folder, monkeypatch):
     program = load()
     first, _ = run(folder, partial(program.observe, shift=1.0))
-    monkeypatch.setitem(kind_memory.KAPPA, Pick.MAP, 8.0)
+    monkeypatch.setitem(kinds_learner.KAPPA, Pick.MAP, 8.0)
     second, is_new = run(folder, partial(program.observe, shift=1.0))
     assert is_new
     assert (first.value != second.value).all()
@@ -263,8 +264,8 @@ def test_noise_of_ones_own_is_known_by_its_source(folder):
         np.array([1, None], dtype=object),
         xr.Dataset({"x": ("y", [1, 2])}),
         xr.Dataset({"x": ("y", [1, 3])}),
-        Learner.DENSITY,
-        Learner.KINDS_MAP,
+        DENSITY,
+        KINDS_MAP,
         WeberNoise(),
         WeberNoise(threshold=1.0),
         None,
@@ -286,7 +287,7 @@ def test_inputs_of_any_type_count_by_type_and_value(folder, others):
 def test_seed_and_settings_count_and_number_jobs_and_folder_of_models_do_not(folder, models):
     assert ran(folder, look_up, 0)
     assert ran(folder, look_up, 0, setup=Setup(seed=1))
-    assert ran(folder, look_up, 0, setup=Setup().change(learner=Learner.KINDS_MAP))
+    assert ran(folder, look_up, 0, setup=Setup().change(learner=KINDS_MAP))
     assert not ran(folder, look_up, 0, setup=Setup(observers=7, jobs=3, models=models))
     setup = Setup().change(arm=models / "arm.dmd.yaml")
     assert not ran(folder, look_up, 0, setup=setup)

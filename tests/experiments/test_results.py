@@ -16,7 +16,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from affordance.arrays import about
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_MAP
 from affordance.exceptions import UnavailableError
 from affordance.experiments import results as module
 from affordance.experiments.observers import Setup
@@ -91,7 +91,7 @@ def test_everything_is_written_by_its_name_and_numbers_come_last(tmp_path, monke
     monkeypatch.setattr(
         Path, "replace", lambda self, target: written.append(Path(target).name) or replace(self, target)
     )
-    folder = write(tmp_path, Setup(observers=20, seed=3).change(learner=Learner.KINDS_MAP, control_period=0.004))
+    folder = write(tmp_path, Setup(observers=20, seed=3).change(learner=KINDS_MAP, control_period=0.004))
     expected = {"line.png", "line.svg", "data.nc", "lifts.csv", "diagram.dot", "diagram.svg", "replay.html"}
     assert {path.name for path in folder.iterdir()} == {*expected, "note.txt", "section.json", "metrics.json"}
     assert written[-1] == "metrics.json"

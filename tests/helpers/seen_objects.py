@@ -31,4 +31,6 @@ def detect_parts(features, prior, memory=None) -> ObjectBelief:
 
 def know(config, density=8500.0, precision=1e-2) -> MaterialMemory:
     """Memory of the first material of an experiment, with a density and a precision."""
-    return MaterialMemory(config.colours[:1], DensityBelief(np.array([[precision]]), np.array([precision * density])))
+    return MaterialMemory.from_belief(
+        config.colours[:1], DensityBelief(np.array([[precision]]), np.array([precision * density]))
+    )

@@ -18,6 +18,6 @@ REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
 
 def believe(wood, steel, sd):
     """A memory of both materials."""
-    return MaterialMemory(
+    return MaterialMemory.from_belief(
         (WOOD, STEEL), DensityBelief.from_moments(np.array([wood, steel], float), sd**2 * np.eye(2))
     )

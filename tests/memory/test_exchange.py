@@ -9,8 +9,6 @@ from helpers.trials import WOOD, hold_workshop
 
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import format_memory
 from affordance.memory import exchange
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import open_memory
@@ -67,7 +65,9 @@ def _remember(number, precision):
     belief = EMPTY_BELIEF.extend(Prior(), number)
     likelihood = Likelihood(precision * np.eye(number), np.zeros(number), 0.0)
     colours = tuple((i / number, 0.5, 0.5) for i in range(number))
-    return json.loads(format_memory(MaterialMemory(colours, belief.condition(likelihood))))
+    belief = belief.condition(likelihood)
+    content = {"precision": belief.precision, "information_vector": belief.information_vector, "objects": []}
+    return {"colours": list(colours), **{key: np.asarray(value).tolist() for key, value in content.items()}}
 
 
 @pytest.mark.parametrize(

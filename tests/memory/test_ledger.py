@@ -18,9 +18,8 @@ from helpers.refusals import refuse
 from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import DENSITY, KINDS_MAP
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.exceptions import AffordanceError, BadArgumentError, BadValueError
 from affordance.memory import ledger as module
 from affordance.memory import tables
@@ -40,7 +39,7 @@ def ledger(tmp_path):
 def _assert_same(one, other):
     """Asserts that a memory believes the same of the same colours as another memory, or sums, to 1e-9."""
     if isinstance(other, EvidenceSums):
-        other = MaterialMemory(other.colours, other.build_belief())
+        other = MaterialMemory.from_belief(other.colours, other.build_belief())
     assert set(one.colours) == set(other.colours)
     order = [one.colours.index(colour) for colour in other.colours]
     np.testing.assert_allclose(
@@ -113,7 +112,7 @@ def test_any_order_of_appending_and_merging_gives_one_belief(tmp_path):
             halves.append(opened)
         assert halves[0].merge(halves[1]) == 3
         memories.append(halves[0].recall())
-        kinds = halves[0].recall(Learner.KINDS_MAP)
+        kinds = halves[0].recall(KINDS_MAP)
         assert halves[0].verify() == []
         for each in halves:
             each.close()
@@ -121,7 +120,7 @@ def test_any_order_of_appending_and_merging_gives_one_belief(tmp_path):
         assert memory.colours == memories[0].colours
         assert np.array_equal(memory.belief.precision, memories[0].belief.precision)
         assert np.array_equal(memory.belief.information_vector, memories[0].belief.information_vector)
-    replayed = module.replay(trials, start_memory(Learner.KINDS_MAP), PRIOR)
+    replayed = module.replay(trials, start_memory(KINDS_MAP), PRIOR)
     assert np.array_equal(kinds.belief.precision, replayed.belief.precision)
 
 
@@ -352,7 +351,7 @@ def test_records_and_columns_that_were_changed_from_outside_are_found_by_all_who
     (found,) = ledger.verify()
     assert problem in found
     assert found.startswith(f"{ledger.place}: trial ")
-    for read in (ledger.recall, ledger.list_trials, ledger.sum, partial(ledger.recall, Learner.KINDS_MAP)):
+    for read in (ledger.recall, ledger.list_trials, ledger.sum, partial(ledger.recall, KINDS_MAP)):
         with pytest.raises(BadValueError) as caught:
             read()
         assert str(caught.value) == found
@@ -367,7 +366,7 @@ def test_evidence_that_fits_no_densities_names_its_trial(ledger):
     geometry = replace(trial.geometry, Phi_errors=np.full((1, 10, 1), 1e6))
     ledger.append([hold("rod", (STEEL,), (7800.0,), 1), replace(trial, features=same, geometry=geometry)])
     (bad, _) = ledger.list_trials()
-    for learner in (Learner.DENSITY, Learner.KINDS_MAP):
+    for learner in (DENSITY, KINDS_MAP):
         with pytest.raises(BadValueError) as caught:
             ledger.recall(learner)
         assert str(caught.value) == f"{ledger.place}: trial {bad.id}: cannot be learned from: Singular matrix"

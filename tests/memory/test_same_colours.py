@@ -8,7 +8,7 @@ from helpers.refusals import refuse
 from helpers.trials import BRASS, STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
 from affordance.exceptions import BadValueError
 from affordance.memory import evidence_sums
 from affordance.memory.evidence_sums import find_material
@@ -34,7 +34,7 @@ def ledgers(tmp_path_factory):
 
 
 @pytest.mark.parametrize("first", [WOOD, _BLUE])
-@pytest.mark.parametrize("learner", list(Learner))
+@pytest.mark.parametrize("learner", list(LEARNERS.values()))
 def test_beliefs_are_those_of_one_camera(ledgers, learner, first):
     """Also objects of one name are one thing again, whichever colour represents both."""
     one, two = ledgers
@@ -103,7 +103,7 @@ def test_two_materials_at_hand_and_unknown_colours_are_refused(ledgers):
     assert wanted in refuse(join_colours, [(WOOD, _BLUE), (_BLUE, BRASS)], {"wood": WOOD, "brass": BRASS})
     wanted = "--same-colour: counts #b2804c and #b2804c as one, which are one material already, must be two that look"
     assert wanted in refuse(join_colours, [(WOOD, _BLUE), (WOOD, WOOD)])
-    for learner in Learner:
+    for learner in LEARNERS.values():
         with pytest.raises(BadValueError, match="same colours: name #1ab233, which no part in the memory has; the"):
             ledgers[1].recall(learner, same_colours=[(WOOD, _BLUE), (WOOD, _GREEN)])
 
@@ -113,5 +113,5 @@ def test_materials_are_bounded(tmp_path, monkeypatch):
     with open_memory(tmp_path / "memory.sqlite") as ledger:
         ledger.append([hold(f"bar {i}", ((0.1 * i, 0.5, 0.5),), (900.0,), i) for i in range(6)])
         message = "memory.sqlite: colours: are of 6 materials, must be of at most 5"
-        for learner in Learner:
+        for learner in LEARNERS.values():
             assert message in refuse(ledger.recall, learner, same_colours=[(WOOD, (0.0, 0.5, 0.5))])

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.belief.memory_file import format_memory
 from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
@@ -39,7 +39,7 @@ def test_evidence_of_one_hold_gives_the_belief_of_the_trial(noise):
 
 def test_trial_that_is_appended_is_what_the_next_observer_begins_with(tmp_path):
     place = tmp_path / "memory.sqlite"
-    for learner in (Learner.DENSITY, Learner.KINDS_MAP):
+    for learner in (DENSITY, KINDS_MAP):
         settings = replace(DEFAULT_SETTINGS, learner=learner)
         trial = describe_trial(_hold(settings, seed=2))
         with open_memory(place) as ledger:

@@ -15,7 +15,7 @@ from helpers.refusals import refuse
 from helpers.trials import STEEL, WOOD, hold, hold_workshop
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.learner import Learner
+from affordance.belief.learners import KINDS_MAP
 from affordance.belief.likelihood import Quadratic
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.memory.exchange import export_trials, read_trials
@@ -114,7 +114,7 @@ def try_all(tmp_path, content):
     with open_memory(path) as ledger, open_memory(other) as receiver:
         for use in (
             ledger.recall,
-            partial(ledger.recall, Learner.KINDS_MAP),
+            partial(ledger.recall, KINDS_MAP),
             partial(ledger.recall, same_colours=[(WOOD, STEEL)]),
             ledger.verify,
             partial(summarise, ledger, Prior()),

@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
-from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
+from helpers.seen_objects import ONE_MATERIAL, TWO_MATERIALS, detect_parts
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal, norm, truncnorm
 
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -171,10 +170,10 @@ def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_trunc
     """Log evidence agrees to 1e-4 with a grid of both densities, with errors sized at the posterior mean."""
     mean, sd = np.array([1000.0, 3000.0]), np.array([1500.0, 2500.0])
     covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
-    densities = DensityBelief.from_moments(mean, covariance)
-    belief = ObjectBelief(
-        MaterialMemory((RED, BLUE), densities), densities, detect_parts(TWO_MATERIALS, PRIOR).geometry
-    )
+    means = DensityBelief.from_moments(mean, covariance - PRIOR.deviation_sd**2 * np.eye(2))
+    colours = detect_parts(TWO_MATERIALS, PRIOR).memory.colours
+    belief = detect_parts(TWO_MATERIALS, PRIOR, MaterialMemory.from_belief(colours, means))
+    np.testing.assert_allclose(belief.densities.covariance, covariance, rtol=1e-9)
     statistics = hold.measure(belief, np.array([400.0, 3500.0]), noise, (8,))
     inference = learn(belief, statistics, noise)
 

@@ -1,9 +1,12 @@
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import descend, find_fixed_point
 from affordance.proprioception.static_hold import StaticPercept
@@ -20,7 +23,19 @@ def lift(hold, volumes, true, noise=NOISE, rng=None):
     tau = hold.tau_arm + regressor @ np.asarray(true, dtype=float)
     if rng is not None:
         tau = tau + noise.compute_sd(tau) * rng.standard_normal(len(tau))
-    return StaticPercept(hold.tau_arm, regressor, tau - hold.tau_arm, noise)
+    return Percept(StaticPercept(hold.tau_arm, regressor[None], (tau - hold.tau_arm)[None], noise))
+
+
+class Percept(NamedTuple):
+    """Percept of one observer."""
+
+    several: StaticPercept
+
+    def compute_likelihood(self, rho):
+        return self.several.compute_likelihood(rho[None], np.zeros(1, dtype=np.intp)).take(0)
+
+    def find_likelihood(self, belief):
+        return self.several.find_likelihood(belief.normals).take(0)
 
 
 def measure_error(percept, belief, likelihood):
@@ -69,6 +84,37 @@ def test_what_settles_is_what_descent_finds_and_what_a_bracket_finds(hold):
     assert mean == pytest.approx(brentq(change, 0.0, 10_000.0, xtol=1e-12), rel=1e-10)
     found = belief.condition(descend(belief, percept.compute_likelihood)).untruncated_mean[0]
     assert mean == pytest.approx(found, rel=1e-9)
+
+
+@pytest.mark.parametrize("num_densities", [1, 2])
+def test_fixed_points_of_several_observers_are_those_of_each(hold, num_densities):
+    """Surprises up to a hundredfold, of which some settle in a few steps and some by descent alone."""
+    rng = np.random.default_rng(num_densities)
+    beliefs, percepts, noise = [], [], WeberNoise(0.3, 0.01)
+    for _ in range(60):
+        mean, true = 10.0 ** rng.uniform(2.0, 4.0, (2, num_densities))
+        sd = mean * 10.0 ** rng.uniform(-3.0, 0.0, num_densities)
+        beliefs.append(DensityBelief.from_moments(mean, np.diag(sd**2)))
+        percepts.append(
+            lift(hold, rng.uniform(20e-6, 800e-6, num_densities), true, WeberNoise(0.3, 0.01), rng).several
+        )
+    together = StaticPercept(
+        hold.tau_arm,
+        np.concatenate([each.regressor for each in percepts]),
+        np.concatenate([each.residual for each in percepts]),
+        noise,
+    )
+    order = rng.permutation(60)
+    normals = Normals(
+        *(np.array([getattr(beliefs[i].normals, name)[0] for i in order]) for name in ("mean", "covariance"))
+    )
+    found = together.find_likelihood(normals, order)
+    for row, i in enumerate(order):
+        alone = find_fixed_point(beliefs[i], Percept(percepts[i]).compute_likelihood)
+        for one, other in zip(alone, found.take(row), strict=True):
+            np.testing.assert_allclose(other, one, rtol=1e-6)
+        means = [beliefs[i].condition(each).untruncated_mean for each in (alone, found.take(row))]
+        np.testing.assert_allclose(*means, rtol=1e-7)
 
 
 def test_iteration_that_runs_in_a_circle_is_left():

@@ -1,10 +1,12 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from helpers.seen_objects import TWO_MATERIALS, detect_parts
 
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.object_belief import ObjectBelief
 from affordance.proprioception.estimator import condition_on_torques
+from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
@@ -17,10 +19,13 @@ def test_likelihood_is_that_of_the_estimator(noise, num_materials, hold):
     belief = detect_parts(TWO_MATERIALS[:num_materials], PRIOR)
     narrow = DensityBelief.from_moments(np.full(num_materials, 3000.0), 500.0**2 * np.eye(num_materials))
     statistics = hold.measure(belief, np.array([5000.0, 700.0])[:num_materials], noise, (3, 1))
-    percept = StaticPercept(hold.tau_arm, hold.Y @ belief.geometry.Phi, statistics.features[:7] - hold.tau_arm, noise)
+    residual = statistics.features[:7] - hold.tau_arm
+    percept = StaticPercept(hold.tau_arm, (hold.Y @ belief.geometry.Phi)[None], residual[None], noise)
     for densities in (belief.densities, narrow):
-        found = percept.find_likelihood(densities)
-        seen = ObjectBelief(belief.memory, densities, belief.geometry)
-        _, expected = condition_on_torques(seen, statistics, 7, noise, PRIOR.deviation_sd)
+        found = percept.find_likelihood(densities.normals).take(0)
+        compute = partial(noise.compute_likelihood, statistics.features, 1, 7, belief.geometry)
+        expected = find_fixed_point(densities, compute)
         for one, other in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-10)
+    _, learned = condition_on_torques(belief, statistics, 7, noise, PRIOR.deviation_sd)
+    np.testing.assert_array_equal(learned.precision, find_fixed_point(belief.densities, compute).precision)

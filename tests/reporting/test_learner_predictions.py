@@ -3,14 +3,13 @@ import math
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
 from affordance.reporting import learner_predictions as prediction
 
 
 def test_contrasts_are_those_of_two_normal_samples():
     rng = np.random.default_rng(5)
     one, other = rng.normal(0.0, 1.0, 1000), rng.normal(1.0, 1.0, 1000)
-    predictions = {"m": {Learner.DENSITY: prediction.summarise(one), Learner.KINDS_MAP: prediction.summarise(other)}}
+    predictions = {"m": {"density": prediction.summarise(one), "kinds_map": prediction.summarise(other)}}
     (contrast,) = prediction.contrast_learners(predictions)
     assert contrast.effect == pytest.approx(1.0, abs=0.1)
     assert contrast.superiority == pytest.approx(0.760, abs=0.03)  # Phi(1 / sqrt 2)
@@ -21,7 +20,7 @@ def test_contrasts_are_those_of_two_normal_samples():
 
 
 def test_learners_that_do_the_same_are_not_told_apart():
-    same = {learner: prediction.summarise(np.ones(5)) for learner in (Learner.DENSITY, Learner.KINDS_MAP)}
+    same = {learner: prediction.summarise(np.ones(5)) for learner in ("density", "kinds_map")}
     (contrast,) = prediction.contrast_learners({"first_N": same})
     assert contrast.superiority == 0.5
     assert math.isinf(contrast.num_people)

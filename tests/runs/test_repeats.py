@@ -18,7 +18,7 @@ from affordance.files.bounded import read_bytes
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.runs import repeats
-from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
+from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_batches, run_repeats, run_tasks
 
 
 def square(repeat):
@@ -45,6 +45,32 @@ def test_more_repeats_add_to_those_kept(tmp_path):
     run(tmp_path, repeats=6)
     assert len(list(tmp_path.glob("repeat_*.npz"))) == 6
     np.testing.assert_array_equal(run(tmp_path, refuse, repeats=3)["square"], [[0], [1], [4]])
+
+
+def square_all(asked, repeats):
+    asked.append(len(repeats))
+    return [square(repeat) for repeat in repeats]
+
+
+def test_batches_are_as_large_as_they_may_be_and_kept_one_by_one(tmp_path):
+    asked = []
+    run(tmp_path, repeats=2)
+    function = functools.partial(square_all, asked)
+    found = run_batches(tmp_path, function, repeats=10, jobs=1, description="test", at_once=3)
+    np.testing.assert_array_equal(found["square"][:, 0], np.arange(10) ** 2)
+    assert asked == [3, 3, 2]  # two were kept
+    assert len(list(tmp_path.glob("repeat_*.npz"))) == 10
+
+
+def fail_at_one_of_all(repeats):
+    return [fail_at_one(AffordanceError("cannot be answered"), repeat) for repeat in repeats]
+
+
+def test_one_of_a_batch_that_fails_takes_no_other_with_it(tmp_path, caplog):
+    with pytest.raises(AffordanceError, match="cannot be answered"):
+        run_batches(tmp_path, fail_at_one_of_all, repeats=5, jobs=1, description="test", at_once=5)
+    assert [path.stem for path in sorted(tmp_path.iterdir())] == [f"repeat_0000{each}" for each in (0, 2, 3, 4)]
+    assert "observer 1 of 5 could not be run (1 in all); the 4 others are kept" in caplog.text
 
 
 def fail_at_one(error, repeat):

@@ -1,9 +1,8 @@
 import numpy as np
 import pytest
 
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import KINDS_MAP
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.control.hold import ClampAndRelease
 from affordance.experiments import linear_plus_plus
 from affordance.experiments.observers import Setup
@@ -53,13 +52,13 @@ def test_after_release_the_hand_sinks_rises_or_stays_as_the_object_was_believed(
 
 def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
     """Samples count from release on, as before it the arm feels its own push."""
-    memory = start_memory(Learner.KINDS_MAP, (0,))
+    memory = start_memory(KINDS_MAP, (0,))
     record, _ = run_clamp_and_release(runner, lifted, memory, duration=1.0, seed=(0, 1))
     period = runner.settings.sample_period
     assert record.samples.accepted in (round(1.0 / period), round(1.0 / period) + 1)
     assert record.samples.rejected == 0
     assert record.memory.belief.untruncated_mean[0] == pytest.approx(2500.0, rel=0.25)
-    assert record.memory.kinds.objects[0].memberships[0].num_lifts == 1
+    assert record.memory.state["num_lifts"].tolist() == [[[1]]]
 
 
 def test_an_open_clamp_changes_no_hold(lifted, weight):

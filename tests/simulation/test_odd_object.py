@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments import weight
 from affordance.experiments.observers import Setup
 from affordance.objects.tool import list_colours
@@ -18,7 +18,7 @@ def observed():
     """Holds of a second of the rods, six times the decoy, and the first rod: memories and records by learner."""
     *rods, decoy = weight.read(Setup())
     found = {}
-    for learner in (Learner.DENSITY, Learner.KINDS_MAP):
+    for learner in (DENSITY, KINDS_MAP):
         memory = Setup().change(learner=learner).start_memory(1)
         memory = memory.add_colours(list_colours(rods), DEFAULT_SETTINGS.prior)
         hand = Observer(get_runner(DEFAULT_SETTINGS), memory, duration=1.0)
@@ -35,35 +35,35 @@ def test_one_decoy_and_six_spoil_brass_for_one_learner_only(observed):
         learner: [float(memory.belief.compute_percentiles([0.5])[0, 0]) for memory in memories]
         for learner, (memories, _) in observed.items()
     }
-    before, one, *_, six, _ = medians[Learner.DENSITY][4:]
+    before, one, *_, six, _ = medians[DENSITY][4:]
     assert one < 0.75 * before
     assert six < 0.3 * before
-    kinds = medians[Learner.KINDS_MAP][4:-1]
+    kinds = medians[KINDS_MAP][4:-1]
     np.testing.assert_allclose(kinds, kinds[0], rtol=1e-9)
 
 
 def test_with_kinds_the_next_honest_object_is_held_level(observed):
     excursions = {learner: np.abs(records[-1].height_centre).max() for learner, (_, records) in observed.items()}
-    assert excursions[Learner.DENSITY] > 0.1
-    assert excursions[Learner.KINDS_MAP] < 0.02
+    assert excursions[DENSITY] > 0.1
+    assert excursions[KINDS_MAP] < 0.02
 
 
 def test_decoys_are_surprising_once_and_then_known(observed):
-    _, records = observed[Learner.KINDS_MAP]
+    _, records = observed[KINDS_MAP]
     p_values = [record.p_value for record in records]
     assert p_values[4] < 1e-6
     assert min(p_values[5:]) > 1e-3
 
 
 def test_the_decoy_is_remembered_with_a_density_of_its_own(observed):
-    memories, _ = observed[Learner.KINDS_MAP]
-    kinds = memories[-1].kinds
-    brass, other = kinds.list_of(0)
-    assert kinds.find_most_populous(0) == brass
-    mean, sd = kinds.belief.untruncated_mean, np.sqrt(np.diag(kinds.belief.covariance))
+    memories, _ = observed[KINDS_MAP]
+    groups, state = memories[-1].group(), memories[-1].state
+    brass, other = np.flatnonzero(groups.colours[0] == 0)
+    assert groups.common[0, 0] == brass
+    mean, sd = groups.means.mean[0], np.sqrt(np.diag(groups.means.covariance[0]))
     assert mean[brass] == pytest.approx(8500.0, rel=0.2)
-    of_kind = {kind: [each for each in kinds.objects if each.memberships[0].kind == kind] for kind in (brass, other)}
-    assert len(of_kind[brass]) == 3
-    (decoy,) = of_kind[other]
-    assert 0.9 < decoy.memberships[0].probability <= 1.0
+    kinds = state["thing_kind"][0, :, 0]
+    assert (kinds == brass).sum() == 3
+    (decoy,) = np.flatnonzero(kinds == other)
+    assert 0.9 < state["probability"][0, decoy, 0] <= 1.0
     assert mean[other] == pytest.approx(720.0, abs=4.0 * sd[other])

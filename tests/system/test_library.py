@@ -13,8 +13,6 @@ from affordance import (
     AffordanceError,
     BadArgumentError,
     ImportOptions,
-    KindMemory,
-    Learner,
     Material,
     MaterialMemory,
     Prior,
@@ -45,7 +43,8 @@ from affordance import (
     run_suite,
     start_memory,
 )
-from affordance.belief.density_belief import DensityBelief
+from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief
+from affordance.belief.learners import LEARNERS
 from affordance.experiments import two_families
 from affordance.identification.recording.run import RunDescription
 from affordance.memory.simulated_trial import describe_trial
@@ -86,7 +85,8 @@ def test_a_whole_number_and_a_tuple_of_it_are_one_seed(record):
     np.testing.assert_array_equal(again.q, record.q)
     other = RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=(4, 1))
     assert other.memory.density("brass").mean != record.memory.density("brass").mean
-    assert start_memory(Learner.KINDS_DRAWN, 3) == start_memory("kinds_drawn", (3,))
+    one, other = start_memory(LEARNERS["kinds_drawn"], 3), start_memory("kinds_drawn", (3,))
+    assert (one.learner, one.seed) == (other.learner, other.seed)
 
 
 def test_paths_may_be_texts(tmp_path):
@@ -120,7 +120,7 @@ def test_spread_of_a_truncated_density_is_that_of_its_samples():
 
 def test_memory_of_kinds_has_densities_by_name_too(record):
     memory = TrialRunner(Settings(learner="kinds_map")).start_memory()
-    assert isinstance(memory, KindMemory)
+    assert memory.learner == LEARNERS["kinds_map"]
     learned = RUNNER.run_hold(RODS[0], memory, duration=1.0, seed=4).memory
     assert learned.density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=0.02)
 
@@ -128,9 +128,9 @@ def test_memory_of_kinds_has_densities_by_name_too(record):
 def test_lasting_memory_serves_every_learner(record, tmp_path):
     with open_memory(tmp_path / "memory.sqlite") as ledger:
         assert ledger.append([describe_trial(record)]) == 1
-        for learner in Learner:
+        for learner in LEARNERS.values():
             recalled = ledger.recall(learner)
-            assert type(recalled) is type(start_memory(learner))
+            assert recalled.learner == learner
             again = RUNNER.run_hold(RODS[1], recalled, duration=1.0).memory
             assert again.density("brass").sd < recalled.density("brass").sd
         assert ledger.recall().density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=1e-3)
@@ -207,7 +207,10 @@ def build_load(size):
         (lambda: make_belief([[1.0]]), r"precision: has the shape \(1, 1\), must have \(2, 2\)"),
         (lambda: make_belief(np.eye(2), [NAN, 0.0]), r"information_vector\[0\]: is nan, must be finite"),
         (lambda: DensityBelief.from_moments([1.0], [[0.0]]), "covariance: is singular, must be positive definite"),
-        (lambda: MaterialMemory((GREY.colour,)), "belief: is about 0 densities, must be about 1, one for each"),
+        (
+            lambda: MaterialMemory.from_belief((GREY.colour,), EMPTY_BELIEF),
+            "belief: is about 0 densities, must be about 1, one for each",
+        ),
         (lambda: NOVICE.belief.compute_percentiles([25, 50, 75]), r"fractions\[0\]: is 25, must be from 0 to 1; 25"),
         (lambda: expect({"brass": -8500}), r"densities\['brass'\]: is -8500, must be from 0.001"),
         (lambda: expect({"bras": 8500}), "densities: is 'bras', must be one of .*did you mean"),
@@ -243,7 +246,7 @@ def build_load(size):
         (lambda: Selection(robot=3).narrow(), "robot: is of type int, must be of type str"),
         # Calls that were meant otherwise.
         (lambda: hold(RODS, NOVICE), "tool: is of type tuple, must be of type Tool; load_tools"),
-        (lambda: hold(RODS[0], None), "memory: is of type NoneType, must be of type Memory"),
+        (lambda: hold(RODS[0], None), "memory: is of type NoneType, must be of type MaterialMemory"),
         (lambda: hold(RODS[0], NOVICE, seed=-3), "seed: is -3, must be from 0 to 4294967295"),
         (lambda: TrialRunner("density"), "settings: is of type str, must be of type Settings"),
         (lambda: rank(RODS, None, NOVICE), r"options\[0\]: is of type Tool, must be of type Option; list_options.to"),
@@ -294,7 +297,7 @@ def test_what_is_printed_is_short_and_says_what_matters(record, ranking):
         "best": (ranking.best, "RankedOption(stick by steel: 6.8"),
         "option": (ranking.best.option, "Option(stick by steel, 2 parts)"),
         "tool": (STICK, "Tool(stick: 0.606 kg of beech, steel, grips "),
-        "runner": (start_memory("kinds_map"), "KindMemory(0 kinds of 0 colours, 0 objects in 0 lifts"),
+        "runner": (start_memory("kinds_map"), "MaterialMemory(kinds_map, no colour: of no density)"),
         "robot": (load_robot(MODELS / "arm.dmd.yaml"), "SerialChain("),
     }
     for name, (each, start) in printed.items():

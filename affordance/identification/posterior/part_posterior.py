@@ -139,7 +139,7 @@ def infer_parts(
             break
     expected = phantom + common + discrepancy + Phi @ prior.densities.covariance @ Phi.T
     p_value = prior.densities.compute_p_value(of_rho, likelihood.count_errors(load, expected))
-    memory = prior.memory.learn(prior.densities, lambda _: of_rho, deviation_sd).memory
+    memory = prior.memory.learn(lambda _: of_rho, deviation_sd).memory
     belief = ObjectBelief(memory, densities, prior.geometry)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:

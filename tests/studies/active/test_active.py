@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from helpers.active_runs import TASKS, choose_actively
 
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from studies.active import world as worlds
 from studies.active.figure import draw_rules
 from studies.active.kinds import compare_information

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import DENSITY, LEARNERS
 from affordance.objects.materials import load_materials
 from studies.active.repeats import RepeatsConfig, describe_repeats, load_stock, run_block
 
@@ -30,7 +30,7 @@ def test_one_piece_of_every_material_is_held(found: dict[str, Any]) -> None:
 def test_one_deviation_counts_once(found: dict[str, Any]) -> None:
     """The root mean square of eight observers' standardised errors is below 1.7 (by chance with p = 0.997 each)."""
     everyone = [found["repeat_z"], *found["repeat_z_observers"].values()]
-    assert len(everyone) == 1 + len(Learner)
+    assert len(everyone) == 1 + len(LEARNERS)
     for z in everyone:
         assert max(z.values()) < 1.7
         assert found["repeat_z_anew"]["oak"] > 2.0 * z["oak"]
@@ -47,7 +47,7 @@ def test_no_learner_leaves_a_light_rod_by_errors_alone(monkeypatch: pytest.Monke
     (beech,) = (piece for piece in load_stock() if piece.components[0].material.name == "beech")
     monkeypatch.setattr("studies.active.repeats.load_stock", lambda: (beech,))
     found = run_block(RepeatsConfig(num_observers=24), 6)
-    for name in ("repeat_z", *(learner.value for learner in Learner)):
+    for name in ("repeat_z", *(learner.name for learner in LEARNERS.values())):
         assert np.abs(found[name]).max() < 4.5, name
 
 
@@ -57,7 +57,7 @@ def test_all_agree_after_one_hold() -> None:
     np.testing.assert_allclose(z, list(once["repeat_z_anew"].values()), rtol=1e-6)
     for learner, found in once["repeat_z_observers"].items():
         # With kinds, errors that grow with torque are evaluated at the breadth of a category.
-        rtol = 1e-6 if learner == Learner.DENSITY.value else 1e-3
+        rtol = 1e-6 if learner == DENSITY.name else 1e-3
         np.testing.assert_allclose(z, list(found.values()), rtol=rtol)
 
 

@@ -6,14 +6,14 @@ import pytest
 from helpers.results_files import read_numbers
 from helpers.study_runs import run_study
 
-from affordance.belief.kind_memory import KAPPA, start_memory
-from affordance.belief.learner import Learner
+from affordance.belief.kinds_learner import KAPPA
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.experiments import lifts, linear
 from affordance.experiments.holds import compute_volume
 from affordance.experiments.linear import GROUPS
 from affordance.experiments.observers import Setup
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.static_lifts import Lift, StaticLifter
+from affordance.simulation.static_lifts import StaticLifter
 from studies.people import command, fit
 from studies.people.fit import Fraction, estimate_people_fraction
 
@@ -119,17 +119,19 @@ def few(monkeypatch):
 
 @pytest.mark.parametrize(("kappa", "fraction"), [(8.0, 0.0), (0.12, 1.0)])
 def test_a_broad_category_never_learns_the_odd_object_and_a_narrow_one_does_at_once(kappa, fraction):
-    setup = Setup().change(learner=Learner.KINDS_MAP)
-    assert fit.find_fraction(setup, TOOLS["linear_plus_plus"], kappa, 0) == pytest.approx(fraction, abs=0.1)
+    setup = Setup().change(learner=KINDS_MAP)
+    (found,) = fit.find_fractions(setup, TOOLS["linear_plus_plus"], kappa, [0])
+    assert found == pytest.approx(fraction, abs=0.1)
 
 
-@pytest.mark.parametrize("learner", [Learner.KINDS_MAP, Learner.KINDS_DRAWN])
+@pytest.mark.parametrize("learner", [KINDS_MAP, KINDS_DRAWN])
 def test_observers_are_those_of_the_experiment(few, learner):
     """With the fitted kappa the fraction of an observer is that of ``affordance run``, to the last bit."""
     setup, tools = Setup().change(learner=learner), TOOLS["linear_plus_plus"]
-    table = lifts.lift(setup, tools, linear.design, 0).to_dataframe()
+    (data,) = lifts.lift(setup, tools, linear.design, [0])
+    table = data.to_dataframe()
     table["size"] = table["object"].map({tool.name: compute_volume(tool) for tool in tools})
-    assert fit.find_fraction(setup, tools, KAPPA[learner.pick], 0) == linear.measure(table)["f"]
+    assert fit.find_fractions(setup, tools, KAPPA[learner.pick], [0]) == [linear.measure(table)["f"]]
 
 
 def multiply_densities(tools, factor):
@@ -153,17 +155,17 @@ def test_learned_fraction_does_not_depend_on_the_scale_of_densities():
     tools = TOOLS["linear_plus_plus"]
     names = [tool.name for tool in tools]
     held = [names.index(each) for each in TRIALS["object"]]
-    some = [Lift(tool) for tool in (*held[:20], *held[120:180])]
-    last = [k for k, each in enumerate(some) if each.tool == names.index("test")][-6:]
+    some = [*held[:20], *held[120:180]]
+    last = [k for k, each in enumerate(some) if each == names.index("test")][-6:]
+    learner, seeds = KINDS_MAP.change(kappa=0.22), [(seed, 1) for seed in range(8)]
     fractions = {}
     for factor in (1.0, 5.0, 0.2):
         prior = replace(DEFAULT_SETTINGS.prior, deviation_sd=factor * DEFAULT_SETTINGS.prior.deviation_sd)
-        lifter = StaticLifter(multiply_densities(tools, factor), replace(DEFAULT_SETTINGS, prior=prior))
-        forces = [
-            lifter.run(some, start_memory(Learner.KINDS_MAP, (seed,), 0.22), (seed, 1)).force[last].mean()
-            for seed in range(8)
-        ]
-        fractions[factor] = np.mean(np.array(forces) / 9.81 - 0.9) / 0.6
+        settings = replace(DEFAULT_SETTINGS, prior=prior, learner=learner)
+        lifter = StaticLifter(multiply_densities(tools, factor), settings)
+        errors = lifter.draw_errors(seeds, len(some))
+        record = lifter.run(np.tile(np.array(some)[:, None], 8), lifter.start(seeds), errors, seeds)
+        fractions[factor] = np.mean(record.force[last] / 9.81 - 0.9) / 0.6
     assert fractions[1.0] > 0.5
     for factor in (5.0, 0.2):
         assert fractions[factor] == pytest.approx(fractions[1.0], abs=0.35)  # two standard errors of eight observers

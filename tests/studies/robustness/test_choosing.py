@@ -41,7 +41,7 @@ def experience():
     """Thirty observers, unsure at first and sure at last, that steel is the denser one."""
     rho = np.array([2500.0, 4000.0])
     memories = [
-        MaterialMemory((WOOD, STEEL), DensityBelief(precision, precision @ rho))
+        MaterialMemory.from_belief((WOOD, STEEL), DensityBelief(precision, precision @ rho))
         for precision in (*[UNSURE] * 3, *[SURE] * 4)
     ]
     return [memories] * 30

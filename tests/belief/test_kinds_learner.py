@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -6,11 +7,12 @@ from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, 
 from scipy.stats import chisquare
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KAPPA, KindMemory, find_kind, start_memory
-from affordance.belief.kinds_gate import GateSettings, KindSettings
-from affordance.belief.learner import Learner, Pick
+from affordance.belief.kinds import count_things, make_room_for_thing
+from affordance.belief.kinds_gate import adopt, weigh
+from affordance.belief.kinds_learner import KAPPA, Kinds, Pick
+from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.objects.appearance import PartAppearance
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -51,11 +53,44 @@ def weigh_alone(density, sd=150.0):
 
 def lift(memory, name, find_likelihood):
     recollection = memory.recall(show(name), PRIOR)
-    return recollection.memory.learn(recollection.densities, find_likelihood, PRIOR.deviation_sd).memory
+    return recollection.memory.learn(find_likelihood, PRIOR.deviation_sd).memory
 
 
 def start(pick=Pick.MAP, kappa=KAPPA_TRIED, seed=(0,)):
-    return KindMemory(KindSettings(GateSettings(kappa), pick, seed))
+    return start_memory(Kinds(pick, kappa=kappa), seed)
+
+
+def repeat(find_likelihood):
+    """A likelihood as a learner asks for it, of several beliefs at once."""
+    return lambda normals, observers=None: Likelihood.stack([find_likelihood(None)] * len(normals))
+
+
+def judge_lift(memory, name, find_likelihood, prior=PRIOR):
+    """Hypotheses about an object that is lifted: their kinds, verdicts, and a function that adopts one of them."""
+    recalled = memory.recall(show(name), prior).memory
+    seen, find = recalled.at_hand.seen, repeat(find_likelihood)
+    state = make_room_for_thing(recalled.state, seen)
+    verdicts = weigh(state, seen, find)
+
+    def take(place):
+        lesson = adopt(state, seen, verdicts, np.array([place]), find)
+        (number,) = seen.things
+        things = (*recalled.things[:number], recalled.at_hand.thing, *recalled.things[number + 1 :])
+        return replace(recalled, state=lesson.state, things=things, num_lifts=memory.num_lifts + 1, at_hand=None)
+
+    return [tuple(kinds) for kinds in verdicts.hypotheses.kinds.tolist()], verdicts, take
+
+
+def count_kinds(memory):
+    return int(memory.state["is_kind"].sum())
+
+
+def list_things(memory):
+    """For each thing the kinds of its colours, and the columns that have a density of their own."""
+    for number, thing in enumerate(memory.things):
+        m = len(thing.colours)
+        kinds, is_own = memory.state["thing_kind"][0, number, :m], memory.state["is_own"][0, number]
+        yield thing, tuple(kinds.tolist()), tuple(np.flatnonzero(is_own).tolist()), number
 
 
 def believe(memory, name):
@@ -86,47 +121,49 @@ def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed, monkeypatch
         name = str(rng.choice(FAMILIAR))
         colours = OBJECTS[name][0]
         R, y, V = draw_lift(rng, name)
-        memory = memory.recall(show(name), PRIOR).memory
-        verdicts = memory.weigh(measure(R, y, V))
+        hypotheses, verdicts, take = judge_lift(memory, name, measure(R, y, V))
+        recalled = memory.recall(show(name), PRIOR).memory
         expected, starts = judge(lifts, name, colours, R, y, V, born, priors, kappa=KAPPA_TRIED)
-        unmanned = [kind for kind in range(len(memory.kinds.colours)) if not memory.kinds.count_objects()[kind]]
-        labels = ["unmanned" if kind in unmanned else names.pop(0) for kind in range(len(memory.kinds.colours))]
-        first_new = len(labels)
+        first_new = count_kinds(recalled)
+        unmanned = count_things(recalled.state)[0] == 0
+        labels = ["unmanned" if unmanned[kind] else names.pop(0) for kind in range(first_new)]
         found = {
-            tuple("new" if kind >= first_new else labels[kind] for kind in verdict.hypothesis.kinds): verdict
-            for verdict in verdicts
+            tuple("new" if k >= first_new else labels[k] for k in kinds): i for i, kinds in enumerate(hypotheses)
         }
         assert found.keys() == expected.keys()
-        for kinds, verdict in found.items():
-            assert verdict.probability == pytest.approx(expected[kinds], rel=1e-7, abs=1e-12)
+        for kinds, place in found.items():
+            assert verdicts.probability[place] == pytest.approx(expected[kinds], rel=1e-7, abs=1e-12)
 
-        chosen = memory.settings.pick_verdict(verdicts, memory.num_lifts + 1)
+        draw = np.random.default_rng([seed, memory.num_lifts + 1])
+        (chosen,) = memory.learner.pick_verdicts(verdicts, 1, draw)
         taken = []
-        for column, kind in enumerate(chosen.hypothesis.kinds):
+        for column, kind in enumerate(hypotheses[chosen]):
             if kind >= first_new:
                 taken.append(f"{len(lifts)}.{column}")
                 born[taken[-1]] = len(born)
-                priors[taken[-1]] = starts[next(kinds for kinds, verdict in found.items() if verdict is chosen)][
-                    column
-                ]
+                priors[taken[-1]] = starts[next(kinds for kinds, place in found.items() if place == chosen)][column]
             else:
                 taken.append(labels[kind])
-        memory = memory.take(verdicts, chosen, measure(R, y, V), PRIOR.deviation_sd).memory
+        learned = lift(memory, name, measure(R, y, V))  # by what it draws itself
+        memory = take(chosen)
+        for key, array in memory.state.items():
+            np.testing.assert_array_equal(learned.state[key], array)
         lifts.append(BruteLift(name, colours, tuple(taken), R, y, V))
 
         last = {done.name: done for done in lifts}
-        for known in memory.kinds.objects:  # a kind is identified by the objects that are of it
-            lifted = next(done for done in last.values() if show(done.name) == list(known.appearance))
-            for membership, kind in zip(known.memberships, lifted.kinds, strict=True):
-                names += [""] * (membership.kind + 1 - len(names))
-                names[membership.kind] = kind
+        for thing, of_kinds, own, number in list_things(memory):  # a kind is identified by the objects that are of it
+            lifted = next(done for done in last.values() if show(done.name) == list(thing.appearance))
+            for place, kind in zip(of_kinds, lifted.kinds, strict=True):
+                names += [""] * (place + 1 - len(names))
+                names[place] = kind
             columns, own_mean, own_covariance = believe_own(lifts, lifted.name, born, KAPPA_TRIED, priors)
-            assert known.own.columns == tuple(columns)
-            np.testing.assert_allclose(known.own.belief.untruncated_mean, own_mean, rtol=1e-7)
-            np.testing.assert_allclose(known.own.belief.covariance, own_covariance, rtol=1e-6, atol=1e-3)
+            assert own == tuple(columns)
+            found_covariance = memory.state["own_covariance"][0, number][np.ix_(own, own)]
+            np.testing.assert_allclose(memory.state["own_mean"][0, number][list(own)], own_mean, rtol=1e-7)
+            np.testing.assert_allclose(found_covariance, own_covariance, rtol=1e-6, atol=1e-3)
         mean, covariance = believe_kinds(lifts, names, priors)
-        np.testing.assert_allclose(memory.kinds.belief.untruncated_mean, mean, rtol=1e-8)
-        np.testing.assert_allclose(memory.kinds.belief.covariance, covariance, rtol=1e-6, atol=1e-3)
+        np.testing.assert_allclose(memory.group().means.mean[0], mean, rtol=1e-8)
+        np.testing.assert_allclose(memory.group().means.covariance[0], covariance, rtol=1e-6, atol=1e-3)
 
 
 def enumerate_paths(memory, lifts):
@@ -135,19 +172,16 @@ def enumerate_paths(memory, lifts):
         yield describe(memory), 1.0
         return
     (name, find_likelihood), *rest = lifts
-    memory = memory.recall(show(name), PRIOR).memory
-    verdicts = memory.weigh(find_likelihood)
-    for chosen in verdicts:
-        for end, probability in enumerate_paths(
-            memory.take(verdicts, chosen, find_likelihood, PRIOR.deviation_sd).memory, rest
-        ):
-            yield end, chosen.probability * probability
+    hypotheses, verdicts, take = judge_lift(memory, name, find_likelihood)
+    for place in range(len(hypotheses)):
+        for end, probability in enumerate_paths(take(place), rest):
+            yield end, verdicts.probability[place] * probability
 
 
 def describe(memory):
     """Kinds of every object's colours, and mean densities of the kinds."""
-    memberships = tuple(tuple(m.kind for m in known.memberships) for known in memory.kinds.objects)
-    return memberships, tuple(memory.kinds.belief.untruncated_mean.round(3))
+    kinds = tuple(kinds for _, kinds, *_ in list_things(memory))
+    return kinds, tuple(memory.group().means.mean[0].round(3).tolist())
 
 
 def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
@@ -181,12 +215,8 @@ def test_where_nothing_is_odd_both_learners_believe_the_same(rng):
         find_likelihood = measure(R, R @ rho + 100.0 * rng.standard_normal(3), V)
         kinds = lift(kinds, name, find_likelihood)
         recollection = materials.recall(show(name), PRIOR)
-        S = np.zeros((len(colours), recollection.densities.size))
-        S[np.arange(len(colours)), list(recollection.columns)] = 1.0
-        likelihood = find_likelihood(None)
-        whole = Likelihood(S.T @ likelihood.precision @ S, S.T @ likelihood.information_vector, 0.0)
-        materials = recollection.memory.learn(recollection.densities, lambda _, found=whole: found, 100.0).memory
-    assert len(kinds.kinds.colours) == 2
+        materials = recollection.memory.learn(find_likelihood, 100.0).memory
+    assert count_kinds(kinds) == 2
     assert kinds.colours == materials.colours
     np.testing.assert_allclose(kinds.belief.untruncated_mean, materials.belief.untruncated_mean, rtol=1e-9)
     np.testing.assert_allclose(kinds.belief.covariance, materials.belief.covariance, rtol=1e-9)
@@ -233,14 +263,10 @@ def test_gate_knows_no_scale_of_densities(scale, pick, monkeypatch):
         prior = Prior(PRIOR.mode, 1e9 * factor, factor * PRIOR.deviation_sd)  # flat: the first prior says nothing
         memory, probabilities = start(pick), []
         for name, density in [("rod", 5000.0), ("long rod", 8300.0), ("rod", 4800.0), ("long rod", 9000.0)] * 3:
-            memory = memory.recall(show(name), prior).memory
             find_likelihood = weigh_alone(factor * density, 400.0 * factor)
-            verdicts = memory.weigh(find_likelihood)
-            probabilities += [verdict.probability for verdict in verdicts]
-            memory = memory.learn(
-                memory.recall(show(name), prior).densities, find_likelihood, prior.deviation_sd
-            ).memory
-        ends.append((probabilities, memory.kinds.belief.untruncated_mean / factor))
+            probabilities += judge_lift(memory, name, find_likelihood, prior)[1].probability.tolist()
+            memory = memory.recall(show(name), prior).memory.learn(find_likelihood, prior.deviation_sd).memory
+        ends.append((probabilities, memory.group().means.mean[0] / factor))
     for one, other in zip(*ends, strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9)
     assert len(ends[0][1]) == 2
@@ -251,13 +277,11 @@ def test_evidence_that_a_member_is_odd_does_not_pile_up():
     memory = teach_family(start())
     p_new = []
     for _ in range(12):
-        memory = memory.recall(show("hollow rod"), PRIOR).memory
-        verdicts = memory.weigh(weigh_alone(6300.0))
-        p_new.append(verdicts[-1].probability)
-        memory = memory.learn(memory.recall(show("hollow rod"), PRIOR).densities, weigh_alone(6300.0), 100.0).memory
+        p_new.append(judge_lift(memory, "hollow rod", weigh_alone(6300.0))[1].probability[-1])
+        memory = lift(memory, "hollow rod", weigh_alone(6300.0))
     assert (np.diff(p_new) < 0.0).all()
-    assert len(memory.kinds.colours) == 1
-    assert all(known.own.columns == () for known in memory.kinds.objects)
+    assert count_kinds(memory) == 1
+    assert not memory.state["is_own"].any()
 
 
 def test_colours_with_an_error_are_the_most_probable_ones():
@@ -276,7 +300,7 @@ def test_restricting_keeps_some_colours_and_the_objects_that_show_no_other(rng):
         memory = lift(memory, name, measure(R, y, V))
     restricted = memory.restrict_to([RGB["steel"]])
     assert restricted.colours == (RGB["steel"],)
-    assert [len(known.appearance) for known in restricted.kinds.objects] == [1]
+    assert [len(thing.appearance) for thing in restricted.things] == [1]
     steel = memory.colours.index(RGB["steel"])
     np.testing.assert_allclose(restricted.belief.untruncated_mean[0], memory.belief.untruncated_mean[steel])
     assert memory.restrict_to(memory.colours) is memory
@@ -286,28 +310,29 @@ def test_colours_added_before_anything_is_felt_have_the_prior():
     memory = start().add_colours([RGB["brass"], RGB["steel"]], PRIOR)
     np.testing.assert_allclose(memory.belief.untruncated_mean, [1000.0, 1000.0])
     memory = lift(memory, "rod", weigh_alone(5000.0))
-    assert len(memory.kinds.colours) == 2
+    assert count_kinds(memory) == 2
     assert believe(memory, "bolt") == pytest.approx(1000.0)
 
 
 def test_learning_without_recalling_is_an_error():
     with pytest.raises(ValueError, match="no object was recalled since the last lift"):
-        start().learn(start().belief, weigh_alone(1.0), 100.0)
+        start().learn(weigh_alone(1.0), 100.0)
 
 
-@pytest.mark.parametrize("name", ["kappa", "concentration", "switching"])
+@pytest.mark.parametrize("name", ["kappa", "concentration", "switching", "spread"])
 @pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
 def test_settings_that_make_no_sense_are_errors(name, value):
-    with pytest.raises(ValueError, match=f"^{name}: is .*, must be from 1e-09 to 1000000000"):
-        KindSettings(GateSettings(0.25)._replace(**{name: value}))
+    with pytest.raises(ValueError, match=f"^Parameters: {name}: is .*, must be (from 1e-09 to 1000000000|finite)"):
+        Kinds(**{name: value})
 
 
-def test_learners_start_with_their_memories():
-    assert start_memory(Learner.DENSITY, (0,)) == MaterialMemory()
-    for learner, pick in ((Learner.KINDS_MAP, Pick.MAP), (Learner.KINDS_DRAWN, Pick.DRAWN)):
-        memory = start_memory(learner, (4, 2))
-        assert memory.settings == KindSettings(GateSettings(KAPPA[pick]), pick, (4, 2))
-        assert start_memory(learner, (0,), kappa=0.4).settings.gate.kappa == 0.4
+def test_kappa_is_the_one_that_was_fitted_with_the_way_to_pick():
+    for learner, pick in ((KINDS_MAP, Pick.MAP), (KINDS_DRAWN, Pick.DRAWN)):
+        assert learner == Kinds(pick.value) == Kinds(pick, kappa=KAPPA[pick])
+        assert learner.parameters.kappa == KAPPA[pick]
+        other = learner.change(kappa=0.4)
+        assert (other.pick, other.parameters.kappa, other.usual) == (pick, 0.4, learner)
+        assert other != learner
 
 
 def test_a_thing_of_its_own_is_recalled_as_it_was_left():
@@ -315,7 +340,7 @@ def test_a_thing_of_its_own_is_recalled_as_it_was_left():
     memory = teach_family(start())
     for _ in range(3):
         recalled = memory.recall(show("hollow rod"), PRIOR)
-        lesson = recalled.memory.learn(recalled.densities, weigh_alone(700.0), PRIOR.deviation_sd)
+        lesson = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation_sd)
         memory = lesson.memory
     again = memory.recall(show("hollow rod"), PRIOR).densities
     np.testing.assert_allclose(again.untruncated_mean, lesson.densities.untruncated_mean, rtol=1e-12)
@@ -328,15 +353,10 @@ def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
     for name in ("rod", "bolt", "long rod", "rod", "bolt"):
         R, y, V = draw_lift(rng, name)
         memory = lift(memory, name, measure(R, y, V))
-    memory = memory.recall(show("mace"), PRIOR).memory
-    find_likelihood = measure(*draw_lift(rng, "mace"))
-    verdicts = memory.weigh(find_likelihood)
+    hypotheses, _, take = judge_lift(memory, "mace", measure(*draw_lift(rng, "mace")))
     for column in range(2):
-        by_kind = {verdict.hypothesis.kinds[column]: verdict for verdict in verdicts}
-        probabilities = []
-        for verdict in by_kind.values():
-            taken = memory.take(verdicts, verdict, find_likelihood, PRIOR.deviation_sd).memory
-            probabilities.append(taken.kinds.objects[-1].memberships[column].probability)
+        by_kind = {kinds[column]: place for place, kinds in enumerate(hypotheses)}
+        probabilities = [take(place).state["probability"][0, -1, column] for place in by_kind.values()]
         assert len(probabilities) > 1
         assert sum(probabilities) == pytest.approx(1.0, rel=1e-9)
 
@@ -345,7 +365,7 @@ def test_belief_about_things_never_lifted_has_one_density_a_colour():
     """A colour has the density of its most populous kind, whichever place that has among the kinds."""
     memory = lift(teach_family(start()), "hollow rod", weigh_alone(700.0))
     memory = lift(memory, "bolt", weigh_alone(3000.0))
-    assert len(memory.kinds.colours) == 3
+    assert count_kinds(memory) == 3
     assert memory.belief.size == len(memory.colours) == 2
     np.testing.assert_allclose(memory.belief.untruncated_mean, [5000.0, 3000.0], rtol=0.02)
 
@@ -365,6 +385,6 @@ def test_the_kind_of_an_object_is_found_by_its_look():
     memory = start()
     for name, density in (("rod", 5000.0), ("long rod", 5000.0), ("hollow rod", 700.0), ("bolt", 3000.0)) * 3:
         memory = lift(memory, name, weigh_alone(density))
-    assert [find_kind(memory, show(name)) for name in ("rod", "long rod", "hollow rod", "bolt")] == [1, 1, 2, 1]
-    assert find_kind(memory, show("unseen rod")) == 0
-    assert find_kind(MaterialMemory(), show("bolt")) == 0
+    assert [memory.find_kind(show(name)) for name in ("rod", "long rod", "hollow rod", "bolt")] == [1, 1, 2, 1]
+    assert memory.find_kind(show("unseen rod")) == 0
+    assert lift(MaterialMemory(), "bolt", weigh_alone(3000.0)).find_kind(show("bolt")) == 0

@@ -1,0 +1,193 @@
+"""Learner with kinds, which distinguishes odd members of a material from objects of another kind.
+
+Before a lift, the belief about an object that was lifted before is the density of its kind, or its own; about a new
+object it is that of the most populous kind of its colour. After a lift the gate (``kinds_gate``) computes the
+probabilities of the kinds of the object, the most probable hypothesis or a random one is adopted, and its kinds are
+updated by Bayes' rule.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Self, override
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arguments import check_member
+from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
+from affordance.belief.kinds import (
+    KindPrior,
+    add_kinds,
+    believe_kinds,
+    close_gaps,
+    count_things,
+    find_most_populous,
+    make_room_for_thing,
+    select_colours,
+    start_kinds,
+)
+from affordance.belief.kinds_gate import Verdicts, adopt, predict_densities, weigh
+from affordance.belief.learner import Draws, FindLikelihood, Groups, Learner, Lesson, Seen, State, describe_start
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.normals import Normals
+from affordance.belief.rows import get_felt
+from affordance.files.constraints import Setting, Within
+
+# Bounds of the gate's numbers, dimensionless.
+_POSITIVE = Within(1e-9, 1e9)
+
+
+class Pick(enum.Enum):
+    """Rule by which a hypothesis about an object's kinds is adopted."""
+
+    MAP = "map"  # the most probable one, for a working arm
+    DRAWN = "drawn"  # one drawn by its probability, to simulate people
+
+
+# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.214, 95 %
+# interval 0.171 to 0.244, and 0.225, 0.185 to 0.272 (`affordance study people`; docs/decisions/0026-kinds.md).
+KAPPA = {Pick.MAP: 0.21, Pick.DRAWN: 0.22}
+_LABELS = {Pick.MAP: "kinds, most probable", Pick.DRAWN: "kinds, drawn"}
+
+
+class Kinds(Learner):
+    """Learner with one or more kinds for each colour; its state is described in ``kinds``."""
+
+    @dataclass(frozen=True)
+    class Parameters:
+        """Parameters of the gate.
+
+        Attributes:
+            kappa: Breadth of a category over its mean density.
+            concentration: Concentration alpha of new kinds, in objects.
+            switching: How many lifts of evidence an object needs before it changes its kind (c).
+            spread: Ratio s of the SD of a further kind's density to the root mean square of the most populous kind's.
+        """
+
+        kappa: Annotated[
+            float,
+            _POSITIVE,
+            Setting("1", "fitted to two groups of people, once for each way to pick (docs/decisions/0026-kinds.md)"),
+        ] = KAPPA[Pick.MAP]
+        concentration: Annotated[
+            float, _POSITIVE, Setting("1", "Laplace's rule of succession: as if one more object had been seen")
+        ] = 1.0
+        switching: Annotated[
+            float, _POSITIVE, Setting("1", "Laplace's rule of succession: as if one more lift had been seen")
+        ] = 1.0
+        spread: Annotated[
+            float, _POSITIVE, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")
+        ] = 2.0
+
+    def __init__(self, pick: Pick | str = Pick.MAP, **parameters: Any) -> None:
+        """Sets the way to pick a hypothesis, and parameters by name; kappa is the one that was fitted with it."""
+        self.pick = check_member("pick", pick, Pick)
+        super().__init__(**{"kappa": KAPPA[self.pick], **parameters})
+
+    @property
+    @override
+    def name(self) -> str:
+        return f"kinds_{self.pick.value}" if type(self) is Kinds else super().name
+
+    @property
+    @override
+    def label(self) -> str:
+        return _LABELS[self.pick] if type(self) is Kinds else super().label
+
+    @property
+    @override
+    def usual(self) -> Self:
+        return type(self)(self.pick)
+
+    @override
+    def change(self, **parameters: Any) -> Self:
+        return super().change(pick=self.pick, **parameters)
+
+    @override
+    def start(self, rng: Draws, parameters: Any, prior: Prior, num_colours: int, size: int) -> State:
+        state = describe_start(parameters, prior, size)
+        return {**state, **start_kinds(num_colours, KindPrior(state["prior_mode"], state["prior_sd"]))}
+
+    @override
+    def believe(self, state: State) -> Normals:
+        """Returns the belief about new objects of each colour, which is that about its most populous kind."""
+        common = self._find_common(state)
+        believed, rows = believe_kinds(state), np.arange(len(common))[:, None]
+        covariance = believed.covariance[rows[:, :, None], common[:, :, None], common[:, None, :]]
+        return Normals(believed.mean[rows, common], covariance)
+
+    @override
+    def expect(self, state: State, seen: Seen) -> Normals:
+        state = make_room_for_thing(state, seen)
+        scatter_sd = np.broadcast_to(state["deviation_sd"][:, None], (len(seen.things), len(seen.colours)))
+        everyone = np.arange(len(seen.things))
+        return predict_densities(state, seen, everyone, self.find_groups(state, seen), scatter_sd)
+
+    @override
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        """Infers the kinds of the object, and learns from the lift.
+
+        The cost is a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, for any number of lifts.
+        """
+        state = make_room_for_thing(state, seen)
+        verdicts = weigh(state, seen, find_likelihood)
+        return adopt(state, seen, verdicts, self.pick_verdicts(verdicts, len(seen.things), rng), find_likelihood)
+
+    def pick_verdicts(self, verdicts: Verdicts, size: int, rng: Draws) -> NDArray[np.intp]:
+        """Picks a verdict for each of B observers, by its number among all, (B,)."""
+        observers = verdicts.hypotheses.observers
+        first = np.searchsorted(observers, np.arange(size))
+        places = np.arange(len(observers)) - first[observers]
+        probability = np.zeros((size, int(places.max()) + 1))
+        probability[observers, places] = verdicts.probability
+        if self.pick is Pick.MAP:
+            return first + probability.argmax(axis=1)
+        # In the arithmetic of numpy.random.Generator.choice.
+        cumulative = probability.cumsum(axis=1)
+        cumulative /= cumulative[:, -1:]
+        below: NDArray[np.intp] = (cumulative <= rng.random((size,))[:, None]).sum(axis=1)
+        return first + below
+
+    @override
+    def meet(self, state: State, probabilities: Array) -> tuple[State, int]:
+        """Adds a colour with a kind, which starts with the prior, unless a known colour is the most probable one."""
+        best, M = int(probabilities.argmax()), len(probabilities) - 1
+        if best < M:
+            return state, best
+        prior = KindPrior(state["prior_mode"], state["prior_sd"])
+        return close_gaps(add_kinds(state, (M,), [prior], np.ones((len(prior.mean), 1), dtype=bool))), M
+
+    @override
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        return select_colours(state, colours, things)
+
+    @override
+    def get_felt(self, state: State, seen: Seen) -> Likelihood | None:
+        felt = get_felt(state, seen)
+        return felt if felt.precision.any() else None
+
+    @override
+    def group(self, state: State) -> Groups:
+        return Groups(
+            believe_kinds(state),
+            state["kind_colour"],
+            self._find_common(state),
+            count_things(state),
+            state["kind_mean"],
+            state["kind_sd"],
+        )
+
+    @override
+    def find_groups(self, state: State, seen: Seen) -> NDArray[np.intp]:
+        """Finds the kind of an object in each of its colours, the most populous one for a new object, (B, m)."""
+        state = make_room_for_thing(state, seen)
+        thing = np.arange(len(seen.things)), seen.things
+        is_known = (state["num_lifts"][thing] > 0)[:, : len(seen.colours)]
+        own = state["thing_kind"][thing][:, : len(seen.colours)]
+        return np.where(is_known, own, find_most_populous(state, seen.colours))
+
+    def _find_common(self, state: State) -> NDArray[np.intp]:
+        """Finds the most populous kind of every colour, (B, M); every colour has a kind."""
+        return find_most_populous(state, range(int(state["kind_colour"].max(initial=-1)) + 1))

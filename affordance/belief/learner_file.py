@@ -1,0 +1,46 @@
+"""Learners named on the command line: those of the program by name, one's own as ``FILE.py:CLASS``."""
+
+import inspect
+from pathlib import Path
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
+from affordance.exceptions import BadValueError, describe_choice, show_value
+from affordance.runs.program_file import load_program
+
+_OPTION = "--learner"
+
+
+def load_learner(word: str) -> Learner:
+    """Returns the learner of a name, or that of a class in a Python file, which is run.
+
+    Raises:
+        BadValueError: There is no such learner, file or class, the file cannot be run, or the class is no learner.
+    """
+    if word in LEARNERS:
+        return LEARNERS[word]
+    file, _, name = word.rpartition(":")
+    if not file.endswith(".py"):
+        example = f"{word}:CLASS" if word.endswith(".py") else "FILE.py:CLASS"
+        raise BadValueError(_OPTION, "", f"{describe_choice(word, LEARNERS)}, or one's own, as {example}")
+    module = load_program(Path(file), _OPTION)
+    own = [each for each, value in vars(module).items() if _is_own_learner(value, module.__name__)]
+    found = getattr(module, name, None)
+    if not (isinstance(found, type) and issubclass(found, Learner)):
+        problem = describe_choice(name, own) if own else f"is {show_value(name)}, but the file has no learner"
+        raise BadValueError(Path(file), "class", problem)
+    if missing := sorted(getattr(found, "__abstractmethods__", ())):
+        raise BadValueError(Path(file), name, f"has no method {missing[0]!r}, which a learner must have")
+    learner = found()
+    if learner.name in LEARNERS:
+        raise BadValueError(Path(file), name, f"is named {learner.name!r}, as a learner of the program, must not be")
+    return learner
+
+
+def _is_own_learner(value: object, module: str) -> bool:
+    return (
+        isinstance(value, type)
+        and issubclass(value, Learner)
+        and value.__module__ == module
+        and not inspect.isabstract(value)
+    )

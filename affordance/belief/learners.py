@@ -1,0 +1,23 @@
+"""Learners that the program has, by their names in files and on the command line."""
+
+from collections.abc import Mapping
+
+from affordance.belief.kinds_learner import Kinds, Pick
+from affordance.belief.learner import Learner
+from affordance.belief.one_density import OneDensity
+
+DENSITY, KINDS_MAP, KINDS_DRAWN = OneDensity(), Kinds(Pick.MAP), Kinds(Pick.DRAWN)
+LEARNERS: Mapping[str, Learner] = {each.name: each for each in (DENSITY, KINDS_MAP, KINDS_DRAWN)}
+# The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
+# it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
+ARM_LEARNER = KINDS_MAP
+
+
+def label_learner(name: str) -> str:
+    """Returns the name in words of a learner's name in files."""
+    return LEARNERS[name].label if name in LEARNERS else name
+
+
+def list_learners(chosen: Learner) -> list[Learner]:
+    """Lists the learners that are compared: those of the program, and one that was chosen, by its own parameters."""
+    return [*{**LEARNERS, chosen.name: chosen}.values()]
