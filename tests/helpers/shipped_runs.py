@@ -90,7 +90,7 @@ def make_models(folder: Path, *, num_novel: int) -> Path:
 
 @contextmanager
 def save_time() -> Iterator[None]:
-    """Moves the parts of each tool in two ways only (``choice/test_off_axis.py``: in all), and draws few samples."""
+    """Moves the parts of each tool in two ways only (``test_off_axis.py`` tries all), and draws few samples."""
     every = off_axis.list_shifted
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(next_lift, "SAMPLES", 250)
