@@ -143,7 +143,7 @@ def describe_contrast(contrast: Contrast) -> str:
     if not contrast.is_of_people:
         return (
             f"{pair} are distinguished best by {contrast.measure}: they differ by {size}; the spread "
-            "between people is not given (numbers.NAME.people), so whether they would show it is not known"
+            "between people is not given, so whether they would show it is not known"
         )
     if abs(contrast.effect) < _SMALL:
         return (

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
-from affordance.experiments import com, suite, weight
+from affordance.experiments import com, experience, suite, weight
 from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results
@@ -235,8 +235,11 @@ def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_
     assert "loads" in found.left_out["weight"]
 
 
-def test_memory_of_one_observer_is_filled_by_what_it_felt(tmp_path):
+@pytest.mark.usefixtures("unrendered")
+def test_memory_of_one_observer_is_filled_by_what_it_felt(tmp_path, monkeypatch):
     """The four simulations of the paper fill one memory, and the trials of the second begin where the first ended."""
+    for module in (weight, com, experience):
+        monkeypatch.setattr(module, "DURATION", 0.2)
     place = tmp_path / "memory.sqlite"
     for name, count in (("weight", 5), ("com", 14)):
         run_suite([name], remember_in(Setup(observers=1, out=tmp_path / "out"), place))
