@@ -34,6 +34,7 @@ from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.materials import DENSITIES, Material, MaterialLike, find_colour
+from affordance.runs.random_streams import ObserverDraws
 
 # Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
@@ -263,7 +264,7 @@ class MaterialMemory:
         def find(normals: Normals, observers: object = None) -> Likelihood:
             return Likelihood.stack([find_likelihood(_get_only(normals.take([row]))) for row in range(len(normals))])
 
-        rng = np.random.default_rng([*self.seed, self.num_lifts + 1])
+        rng = ObserverDraws([(*self.seed, self.num_lifts + 1)])
         state = {**self.state, "deviation_sd": np.full(1, deviation_sd)}
         lesson = self.learner.learn(state, at_hand.seen, find, rng)
         things = self.things if at_hand.number < len(self.things) else (*self.things, at_hand.thing)
@@ -296,7 +297,7 @@ class MaterialMemory:
         return 0
 
     def _start(self, colours: tuple[Colour, ...], prior: Prior) -> "MaterialMemory":
-        rng = np.random.default_rng([*self.seed, 0])
+        rng = ObserverDraws([(*self.seed, 0)])
         state = self.learner.start(rng, self.learner.parameters, prior, len(colours), 1)
         return replace(self, colours=colours, state={**state, **describe_prior(prior, 1)})
 

@@ -8,7 +8,7 @@ from helpers.answers import answer
 from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 
-from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP, LEARNERS
+from affordance.belief.learners import LEARNERS
 from affordance.experiments import linear, spoilt_family, two_families
 from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
 
@@ -89,7 +89,7 @@ def format_contrast(first, second, sd):
     rng = np.random.default_rng(1)
     values = {
         learner: mean + 0.1 * rng.standard_normal(100)
-        for learner, mean in zip((KINDS_MAP, KINDS_DRAWN), (first, second), strict=True)
+        for learner, mean in zip(("kinds_map", "kinds_drawn"), (first, second), strict=True)
     }
     predictions = {"end_N": {learner: summarise(each) for learner, each in values.items()}}
     spreads = {} if sd is None else {"end_N": PeopleSpread(sd, "a paper")}
