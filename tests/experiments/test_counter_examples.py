@@ -14,8 +14,9 @@ import pytest
 import xarray as xr
 from helpers.robustness_runs import CONTRADICTED
 
-from affordance.belief import kind_memory
-from affordance.belief.learner import Learner, Pick
+from affordance.belief import kinds_learner
+from affordance.belief.kinds_learner import Pick
+from affordance.belief.learners import DENSITY, KINDS_MAP
 from affordance.experiments import (
     com,
     experience,
@@ -44,7 +45,7 @@ ONE_KIND, OWN_KINDS = 8.0, 0.02
 
 def widen(patch: pytest.MonkeyPatch, kappa: float) -> None:
     for pick in Pick:
-        patch.setitem(kind_memory.KAPPA, pick, kappa)
+        patch.setitem(kinds_learner.KAPPA, pick, kappa)
 
 
 def hold_rods(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
@@ -84,10 +85,10 @@ def lift_without_doubts(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimRe
     things, tools = next_lift.read(setup)
     patch.setattr(next_lift, "read", lambda setup: (things, tools[:1]))
     patch.setattr(next_lift, "list_felt", lambda *arguments: {})
-    learners = (Learner.DENSITY, Learner.KINDS_MAP)
+    learners = (DENSITY, KINDS_MAP)
     data = [next_lift.observe(setup.change(learner=each), things, 0).expand_dims("observer") for each in learners]
     numbers = [next_lift.summarise(next_lift.measure(each, things)) for each in data]
-    return next_lift.judge({each.value: found for each, found in zip(learners, numbers, strict=True)})
+    return next_lift.judge({each.name: found for each, found in zip(learners, numbers, strict=True)})
 
 
 def see_slowly_and_too_small(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from affordance.belief.kind_memory import start_memory
-from affordance.belief.learner import Learner
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import LEARNERS
+from affordance.belief.material_memory import MaterialMemory, start_memory
 from affordance.experiments import next_lift
 from affordance.experiments.observers import Setup
 from affordance.plant.load import load_arm
@@ -79,7 +78,7 @@ def list_felt(things, memory):
     return next_lift.list_felt(things, memory, DEFAULT_SETTINGS.prior)
 
 
-@pytest.mark.parametrize("learner", Learner)
+@pytest.mark.parametrize("learner", LEARNERS.values())
 def test_what_several_holds_of_an_object_tell_adds_up(learner):
     memory, felt = start_memory(learner), []
     for _ in range(2):

@@ -5,16 +5,16 @@ import json
 import numpy as np
 import pytest
 
-from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers, measure_learners, predict
 from affordance.reporting.learner_predictions import PeopleSpread
 
-MAP, DRAWN = Learner.KINDS_MAP, Learner.KINDS_DRAWN
+MAP, DRAWN = "kinds_map", "kinds_drawn"
 ONE, OTHER = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 9.0])
 VALUES = {
-    MAP.value: {"end_N": ONE, "drop_m": np.stack([ONE, OTHER], axis=1)},
-    DRAWN.value: {"end_N": OTHER, "drop_m": np.stack([ONE, ONE], axis=1)},
+    MAP: {"end_N": ONE, "drop_m": np.stack([ONE, OTHER], axis=1)},
+    DRAWN: {"end_N": OTHER, "drop_m": np.stack([ONE, ONE], axis=1)},
 }
 
 
@@ -56,6 +56,6 @@ def test_file_has_everything_and_null_for_what_is_infinite(predicted):
 
 
 def test_every_learner_is_measured_by_its_own_settings():
-    found = measure_learners(Setup(), lambda setup: {"name": setup.settings.learner.value})
-    assert found.values == {learner.value: {"name": learner.value} for learner in Learner}
+    found = measure_learners(Setup(), lambda setup: {"name": setup.settings.learner.name})
+    assert found.values == {name: {"name": name} for name in LEARNERS}
     assert found.find_spreads({}) == {}
