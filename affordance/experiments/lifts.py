@@ -13,10 +13,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from affordance.arguments import check_number
+from affordance.arguments import Seed, check_number
 from affordance.arrays import Array, about
 from affordance.belief.kind_memory import KAPPA
 from affordance.belief.learner import Learner
+from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, expect, show_kinds
 from affordance.experiments.objects import check_can_be_held
@@ -30,7 +31,7 @@ from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.claims import with_interval
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
-from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
+from affordance.simulation.static_lifts import Lift, LiftRecord, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
 # Function that draws the trials of an observer, given its number and a random generator.
@@ -146,15 +147,24 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> 
     """Lets one observer lift the objects of its trials, one after the other, and learn from each."""
     seed, names = (setup.seed, observer), [tool.name for tool in tools]
     trials = design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
-    objects = [names.index(each) for each in trials["object"]]
-    lifter = StaticLifter(tools, setup.settings)
-    record = lifter.run([Lift(each) for each in objects], setup.start_memory(observer), (*seed, Stream.LIFT))
-    pairs = zip(objects, record.memories[:-1], record.memories[1:], strict=True)
-    seen = pd.DataFrame([expect(tools[each], before, after, setup.settings) for each, before, after in pairs])
+    lifts = [Lift(names.index(each)) for each in trials["object"]]
+    _, felt = lift_objects(tools, lifts, setup.start_memory(observer), (*seed, Stream.LIFT), setup.settings)
     variables = (
         ("block", trials["block"].to_numpy(dtype=str), "1", "block"),
         ("cycle", trials["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
         ("object", trials["object"].to_numpy(dtype=str), "1", "object"),
+    )
+    return felt.assign({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
+
+
+def lift_objects(
+    tools: Sequence[Tool], lifts: Sequence[Lift], memory: Memory, seed: Seed, settings: Settings
+) -> tuple[LiftRecord, xr.Dataset]:
+    """Computes the lifts of one observer; returns their record, and what is measured of them along ``lift``."""
+    record = StaticLifter(tools, settings).run(lifts, memory, seed)
+    pairs = zip(lifts, record.memories[:-1], record.memories[1:], strict=True)
+    seen = pd.DataFrame([expect(tools[each.tool], before, after, settings) for each, before, after in pairs])
+    variables = (
         ("force", record.force, "N", "upward force before release"),
         ("weight", record.weight, "N", "true weight"),
         ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
@@ -162,7 +172,8 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> 
         ("kind", seen.kind, "1", "kind of the object after the lift; 0 without kinds"),
         ("p_value", record.compute_p_values(), "1", "p-value of what was felt, by the belief before the lift"),
     )
-    return xr.Dataset({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
+    found = xr.Dataset({name: ("lift", values, about(unit, meaning)) for name, values, unit, meaning in variables})
+    return record, found
 
 
 def summarise_lifts(
