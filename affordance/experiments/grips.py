@@ -102,7 +102,7 @@ def choose_by_sample(choice: Choice, memories: Sequence[Memory], seed: tuple[int
 
 
 def choose_by_expectation(
-    choice: Choice, memories: Sequence[Memory], seed: tuple[int, int]
+    choice: Choice, memories: Sequence[Memory], seed: tuple[int, ...]
 ) -> tuple[Chosen, NDArray[np.bool_]]:
     """Chooses the grip of least expected absolute work under each belief.
 

@@ -148,7 +148,8 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> 
     seed, names = (setup.seed, observer), [tool.name for tool in tools]
     trials = design(observer, np.random.default_rng([*seed, Stream.LIFT_ORDER]))
     lifts = [Lift(names.index(each)) for each in trials["object"]]
-    _, felt = lift_objects(tools, lifts, setup.start_memory(observer), (*seed, Stream.LIFT), setup.settings)
+    lifter, memory = StaticLifter(tools, setup.settings), setup.start_memory(observer)
+    _, felt = lift_objects(lifter, tools, lifts, memory, (*seed, Stream.LIFT))
     variables = (
         ("block", trials["block"].to_numpy(dtype=str), "1", "block"),
         ("cycle", trials["cycle"].to_numpy(), "1", "repetition within the block, from 1"),
@@ -158,17 +159,18 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observer: int) -> 
 
 
 def lift_objects(
-    tools: Sequence[Tool], lifts: Sequence[Lift], memory: Memory, seed: Seed, settings: Settings
+    lifter: StaticLifter, tools: Sequence[Tool], lifts: Sequence[Lift], memory: Memory, seed: Seed
 ) -> tuple[LiftRecord, xr.Dataset]:
     """Computes the lifts of one observer; returns their record, and what is measured of them along ``lift``."""
-    record = StaticLifter(tools, settings).run(lifts, memory, seed)
+    record = lifter.run(lifts, memory, seed)
     pairs = zip(lifts, record.memories[:-1], record.memories[1:], strict=True)
-    seen = pd.DataFrame([expect(tools[each.tool], before, after, settings) for each, before, after in pairs])
+    seen = pd.DataFrame([expect(tools[each.tool], before, after, lifter.settings) for each, before, after in pairs])
     variables = (
         ("force", record.force, "N", "upward force before release"),
         ("weight", record.weight, "N", "true weight"),
         ("expected", record.expected, "kg", "mass at the most probable densities, before the lift"),
         ("believed_density", seen.believed_density, "kg/m^3", "most probable density of the colour, before the lift"),
+        ("felt", record.felt, "N", "weight believed of the object once it was felt, before the next"),
         ("kind", seen.kind, "1", "kind of the object after the lift; 0 without kinds"),
         ("p_value", record.compute_p_values(), "1", "p-value of what was felt, by the belief before the lift"),
     )

@@ -59,11 +59,11 @@ class Setup:
         """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""
         return replace(self, settings=replace(self.settings, **settings))
 
-    def start_memory(self, observer: int) -> Memory:
-        """Returns the memory with which an observer begins."""
+    def start_memory(self, *observer: int) -> Memory:
+        """Returns the memory with which an observer, given by its number or several, begins."""
         if self.known:
             return parse_memory(self.known)
-        return start_memory(self.settings.learner, (self.seed, observer, Stream.KINDS))
+        return start_memory(self.settings.learner, (self.seed, *observer, Stream.KINDS))
 
 
 def run_observers(

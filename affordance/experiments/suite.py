@@ -3,11 +3,12 @@
 import importlib
 import logging
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple, Protocol
 
 from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError, describe_choice
 from affordance.experiments.observers import Setup
@@ -25,19 +26,40 @@ from affordance.vision.pixels.rgbd import save_frame
 _LOG = logging.getLogger(__name__)
 
 
-class Experiment(NamedTuple):
-    """Functions of an experiment, and what is known of it before it is run, as its module has them.
+class Experiment(Protocol):
+    """Functions of an experiment, and what is known of it before it is run."""
 
-    Attributes:
-        run: Runs it.
-        read: Reads and checks its files, simulating nothing.
-        predict: Computes the numbers of each observer of every learner; None if it is run with one learner at a time.
-        observers: Number of observers unless another is asked for, OBSERVERS.
-        needs: Tasks that the arm must be able to do, NEEDS; if the import of an arm could not fit one, it is not
-            planned.
-        no_memory: Reason why no lasting memory can learn from it, NO_MEMORY; empty if its one observer holds objects.
-        every_learner: Whether observers of every learner are simulated, so that none can be chosen, EVERY_LEARNER.
-    """
+    @property
+    def run(self) -> Callable[[Setup], Results]:
+        """Runs it."""
+
+    @property
+    def read(self) -> Callable[[Setup], Any]:
+        """Reads and checks its files, simulating nothing."""
+
+    @property
+    def predict(self) -> Callable[[Setup], ObserverNumbers] | None:
+        """Computes the numbers of each observer of every learner; None if it is run with one learner at a time."""
+
+    @property
+    def observers(self) -> int:
+        """Number of observers unless another is asked for."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Tasks that the arm must be able to do; if the import of an arm could not fit one, it is not planned."""
+
+    @property
+    def no_memory(self) -> str:
+        """Reason why no lasting memory can learn from it; empty if its one observer holds objects."""
+
+    @property
+    def every_learner(self) -> bool:
+        """Whether observers of every learner are simulated, so that none can be chosen."""
+
+
+class ExperimentModule(NamedTuple):
+    """Experiment of a module; names in capital letters are its constants OBSERVERS, NEEDS and so on."""
 
     run: Callable[[Setup], Results]
     read: Callable[[Setup], Any]
@@ -62,14 +84,19 @@ class SuiteResult(NamedTuple):
     left_out: dict[str, str]
 
 
-def find_experiment(name: str) -> Experiment:
+def find_experiment(name: str) -> ExperimentModule:
     """Finds an experiment by its name; raises a BadValueError for another one."""
     if name not in NAMES:
         raise BadValueError("experiment", "", describe_choice(name, NAMES))
     module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
-    return Experiment(
+    return read_module(module)
+
+
+def read_module(module: ModuleType) -> ExperimentModule:
+    """Reads the functions and constants of a module that is an experiment."""
+    return ExperimentModule(
         module.run,
-        module.read,
+        getattr(module, "read", lambda setup: None),
         getattr(module, "predict", None),
         getattr(module, "OBSERVERS", 200),
         getattr(module, "NEEDS", ()),
@@ -79,14 +106,18 @@ def find_experiment(name: str) -> Experiment:
 
 
 def run_suite(
-    names: Sequence[str], setup: Setup, *, cluster: str | None = None, announce: Callable[[Path], None] | None = None
+    names: Sequence[str] | Mapping[str, Experiment],
+    setup: Setup,
+    *,
+    cluster: str | None = None,
+    announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder of results holds.
 
     If several experiments are run, those that cannot be done are left out and named in the log and the report.
 
     Args:
-        names: Names of experiments, one or more.
+        names: Names of experiments, one or more; or experiments of one's own, by name.
         setup: Setup of all of them; each has a subfolder of its name in the folder of results.
         cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
         announce: Function that is given the report after the first of several experiments, which then grows.
@@ -102,14 +133,19 @@ def run_suite(
     find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
-    attempts = _Attempts(len(names))
-    found = [name for name in names if attempts.make(name, partial(_read, name, setup), InfeasibleError)]
+    known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
+    attempts = _Attempts(len(known))
+    found = [
+        name
+        for name, each in known.items()
+        if attempts.make(name, partial(_read, name, each, setup), InfeasibleError)
+    ]
     done: list[str] = []
     try:
         with use_cluster(cluster, setup.models) if cluster is not None else nullcontext():
             for name in found:
                 start = time.perf_counter()
-                for results in attempts.make(name, partial(find_experiment(name).run, setup)):
+                for results in attempts.make(name, partial(known[name].run, setup)):
                     prepare_folder(setup.out / name)
                     remove_leftovers(setup.out)
                     write_results(results, name, setup, start)
@@ -127,9 +163,9 @@ def run_suite(
     return SuiteResult(write_report(setup.out), attempts.left_out)
 
 
-def _read(name: str, setup: Setup) -> None:
+def _read(name: str, experiment: Experiment, setup: Setup) -> None:
     """Reads the files of an experiment, unless the import of the arm has found that it cannot be done."""
-    experiment, lacks = find_experiment(name), read_lacks(setup.models)
+    lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:
             problem = f"cannot be done by this arm, as its import found: {lacks[need]}"

@@ -41,6 +41,9 @@ class LiftRecord(NamedTuple):
     force: Array  # upward force exerted before release, (N,), [N]
     weight: Array  # true weight, (N,), [N]
     expected: Array  # expected mass, at the most probable densities before each lift, (N,), [kg]
+    felt: (
+        Array  # weight at the most probable densities given what was felt in the lift too, (N,), [N]; NaN if nothing
+    )
     memories: tuple[Memory, ...]  # memories before the first lift and after each lift, N + 1 of them
     densities: tuple[DensityBelief, ...]  # beliefs about the object before each lift, N of them
     # Likelihoods of these densities, N of them; None for a lift from which nothing is learned.
@@ -91,7 +94,7 @@ class StaticLifter:
         The computing time of each lift is that of the memory's ``recall`` and ``learn``.
         """
         seed = check_seed(seed)
-        forces, expected, memories = [], [], [memory]
+        forces, expected, felt, memories = [], [], [], [memory]
         beliefs: list[DensityBelief] = []
         likelihoods: list[Likelihood | None] = []
         for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
@@ -113,12 +116,14 @@ class StaticLifter:
                 )
                 memories.append(lesson.memory)
                 likelihoods.append(lesson.likelihood)
+                felt.append(float(Phi[0] @ lesson.densities.compute_mode()) * self._gravity)
             else:
                 memories.append(memories[-1])
                 likelihoods.append(None)
+                felt.append(np.nan)
         weights = np.array([self._tools[lift.tool].weight for lift in lifts])
-        felt = (tuple(memories), tuple(beliefs), tuple(likelihoods))
-        return LiftRecord(np.array(forces), weights, np.array(expected), *felt)
+        learned = (tuple(memories), tuple(beliefs), tuple(likelihoods))
+        return LiftRecord(np.array(forces), weights, np.array(expected), np.array(felt), *learned)
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact
