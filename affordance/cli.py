@@ -29,6 +29,7 @@ COMMANDS = {
     "watch": "watch an observer of an experiment live in the browser",
     "predict": "predict what each learner would do in an experiment, and which number distinguishes them best",
     "lift": "let observers lift, hold or look at objects trial by trial, as a table says",
+    "new-experiment": "write an experiment of one's own that runs, as a Python file to change",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
     "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",
     "settings": "list the settings that --set changes, with value, unit and source",

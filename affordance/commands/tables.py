@@ -5,19 +5,16 @@ from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
-from affordance.experiments.suite import COMPARISONS, NAMES
+from affordance.commands.setups import check_own_name
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.table_results import TableExperiment
 from affordance.experiments.trials import COLUMNS, read_trials
-from affordance.files.constraints import FileName, run_check
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.robots.robot import Robot
 
 # Suffixes of tables.
 SUFFIXES = (".csv", ".tsv", ".txt")
-# Folders of results that no table, and no experiment of a user, may write to.
-_TAKEN = (*NAMES, *COMPARISONS, "arms", "frames")
 
 
 def add_table_options(parser: argparse.ArgumentParser) -> None:
@@ -54,18 +51,6 @@ def open_table(
         learners=learners,
         people_sd=None if sd is None else check_number("--people-sd", sd, 1e-6, 1e3, "N"),
     )
-
-
-def check_own_name(path: Path) -> str:
-    """Returns the name of a file's results, its own without suffix; one that is taken, or no name, is refused."""
-    try:
-        run_check("", FileName().check, path.stem)
-    except BadArgumentError as error:
-        raise BadValueError(path, "", f"names the folder of its results, which {error.problem}") from error
-    if path.stem in _TAKEN:
-        problem = f"would write to the results of {path.stem}, must have another name, such as my_{path.name}"
-        raise BadValueError(path, "", problem)
-    return path.stem
 
 
 def _split(word: str) -> tuple[str, str]:

@@ -114,6 +114,7 @@ def run_lifts(
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
+    check_can_be_lifted(name, tools, setup.settings)
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []

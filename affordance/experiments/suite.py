@@ -2,9 +2,12 @@
 
 import importlib
 import logging
+import tempfile
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -161,6 +164,20 @@ def run_suite(
         remove_section(setup.out / name)  # from another run, perhaps with other models
     note_left_out(setup.out, attempts.left_out, done=done)
     return SuiteResult(write_report(setup.out), attempts.left_out)
+
+
+def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
+    """Runs one observer, and with it the whole analysis up to figures and report, into a folder that is thrown away.
+
+    The observer is kept, so that it is not run again. Results of another type raise a BadValueError.
+    """
+    one, start = replace(setup, observers=1, jobs=1), time.perf_counter()
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+        warnings.simplefilter("ignore")  # of statistics over one observer
+        results = experiment.run(one)
+        if not isinstance(results, Results):
+            raise BadValueError(f"{name}.py", "run", f"returns a {type(results).__name__}, must return Results")
+        write_results(results, name, replace(one, out=Path(folder)), start)
 
 
 def _read(name: str, experiment: Experiment, setup: Setup) -> None:

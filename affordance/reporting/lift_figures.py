@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from affordance.arrays import Array
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
@@ -130,6 +131,8 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
         row[0].set_ylabel(title)
     for axes in panels[-1]:
         axes.set_xlabel("trial with this object")
+    for axes in panels.flat:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     handles, labels = panels[0][0].get_legend_handles_labels()
     if len(groups) > 1:
         figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4)
