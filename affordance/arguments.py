@@ -76,11 +76,7 @@ def check_fractions(name: str, values: Any) -> Array:
 
 def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
     """Checks an array of finite numbers, of a shape with None for any length; returns floating-point numbers."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError) as error:
-        problem = f"is {show_value(values)}, must be numbers of shape {_show_shape(shape)}"
-        raise BadArgumentError(name, "", problem) from error
+    array = read_numbers(name, values, f" of shape {_show_shape(shape)}")
     if array.ndim != len(shape) or any(b not in (None, a) for a, b in zip(array.shape, shape, strict=True)):
         raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {_show_shape(shape)}")
     if not np.isfinite(array).all():
@@ -88,6 +84,14 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
         where = "".join(f"[{each}]" for each in place)
         raise BadArgumentError(f"{name}{where}", "", f"is {array[place]}, must be finite")
     return array
+
+
+def read_numbers(name: str, values: Any, form: str = "") -> Array:
+    """Converts numbers of any shape to an array; whether they are finite is not checked."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise BadArgumentError(name, "", f"is {show_value(values)}, must be numbers{form}") from error
 
 
 def check_symmetry(name: str, matrix: Array) -> None:
@@ -99,7 +103,7 @@ def check_symmetry(name: str, matrix: Array) -> None:
 def check_colour(name: str, values: Any) -> tuple[float, float, float]:
     """Checks a colour: red, green and blue from 0 to 1."""
     if isinstance(values, str):
-        raise BadArgumentError(name, "", f"is {values!r}, must be red, green and blue from 0 to 1")
+        raise BadArgumentError(name, "", f"is {show_value(values)}, must be red, green and blue from 0 to 1")
     red, green, blue = (float(value) for value in check_array(name, values, (3,)))
     for i, value in enumerate((red, green, blue)):
         if not 0.0 <= value <= 1.0:

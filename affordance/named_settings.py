@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from affordance.arguments import check_kind
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.files.bounded import parse_yaml
 from affordance.files.constraints import Setting, list_field_types
@@ -71,11 +72,13 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
     Raises:
         BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
     """
+    check_kind("settings", settings, Settings, "Settings(...) makes them")
+    check_kind("changes", changes, Mapping, "such as {'prior.sd': 8000}")
     prefix = "settings." if isinstance(source, Path) else ""
     flat = dict(_flatten(changes, ""))
     if _NOISE_MODEL in flat:
         model = flat.pop(_NOISE_MODEL)
-        if model not in NOISE_MODELS:
+        if model not in list(NOISE_MODELS):  # a list: what YAML gives may have no hash
             raise BadValueError(source, f"{prefix}{_NOISE_MODEL}", describe_choice(model, NOISE_MODELS))
         if not isinstance(settings.noise, NOISE_MODELS[model]):
             settings = dataclasses.replace(settings, noise=NOISE_MODELS[model]())

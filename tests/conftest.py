@@ -5,6 +5,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 # Before numpy is imported: matrices here are small, and threads of its libraries would wait for each other.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -21,12 +22,15 @@ from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.files.model_folder import MODELS
+from affordance.objects.colour import Colour
+from affordance.objects.load import load_tools
+from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.proprioception.static_hold import StaticHold
-from affordance.settings import DEFAULT_SETTINGS
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import TrialRunner
 
 HERE = Path(__file__).parent
@@ -49,6 +53,14 @@ LONGEST = (
 )
 DRAFT_DPI = 60
 save_finely = Figure.savefig
+
+
+class HeldObjects(NamedTuple):
+    """Objects that are held, the colours that they show, and settings."""
+
+    tools: tuple[Tool, ...]
+    colours: tuple[Colour, ...]
+    settings: Settings
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -150,6 +162,13 @@ def hold(arm: Arm) -> StaticHold:
 def at_home(arm: Arm) -> Array:
     """State of rest in the home posture."""
     return np.concatenate([arm.home, np.zeros(arm.num_joints)])
+
+
+@pytest.fixture(scope="session")
+def weight() -> HeldObjects:
+    """The rods and the decoy of Simulation I."""
+    tools = load_tools(MODELS / "tools" / "weight.yaml")
+    return HeldObjects(tools, list_colours(tools), DEFAULT_SETTINGS)
 
 
 @pytest.fixture(scope="session")

@@ -6,6 +6,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.belief.learner import Learner
+from affordance.exceptions import BadValueError
 from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -35,6 +36,12 @@ def test_every_setting_says_source_meaning_and_unit(name):
     assert bool(setting.unit) == (
         (not isinstance(setting.value, str | bool) and setting.value is not None) or "period" in name
     )
+
+
+@pytest.mark.parametrize("model", ["grey", ["weber"], 3])
+def test_an_unknown_noise_model_is_refused(model):
+    with pytest.raises(BadValueError, match=r"noise\.model: is .*, must be one of weber, white"):
+        change_settings(Settings(), {"noise.model": model})
 
 
 def test_words_change_what_they_name_and_nothing_else():

@@ -67,7 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "mass that the camera does not see, relative (default .2; .02 of solid stock)"
     add("--unseen", type=float, default=0.2, metavar="SD", help=what)
     add("--materials", type=Path, metavar="FILE", help="materials of that file (default: the robot's, else ours)")
-    what = "lasting memory of materials, which learns from this run: SQLite file, new if there is none, or URL"
+    what = "lasting memory of materials, which learns from this run: SQLite file, new if there is none"
     add("--memory", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
     add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")

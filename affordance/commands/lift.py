@@ -9,10 +9,11 @@ from affordance.belief.learner import Learner
 from affordance.commands.options import add_run_options, check_bounds, read_robot, refuse_changes
 from affordance.commands.setups import read_setup
 from affordance.commands.tables import add_table_options, open_table
-from affordance.experiments.suite import run_suite
-from affordance.experiments.table_results import describe_means
+from affordance.experiments.suite import Experiment, check_own_name, run_suite
+from affordance.experiments.table_lifts import TableExperiment
 from affordance.files.bounded import read_json
 from affordance.named_settings import parse_changes
+from affordance.reporting.lift_means import describe_means
 from affordance.robots.kept import open_robot
 
 
@@ -33,16 +34,18 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_changes(arguments, ["learner"], "--learner says which, more than once")
     robot = open_robot(*read_robot(arguments))
     learners = tuple(dict.fromkeys(map(Learner, arguments.learner))) or tuple(Learner)
-    experiment = open_table(arguments, arguments.trials, robot, learners)
-    setup = replace(read_setup(arguments, robot, parse_changes(arguments.changes)), observers=experiment.observers)
-    report, _ = run_suite({experiment.name: experiment}, setup)
-    means = read_json(setup.out / experiment.name / "metrics.json")["means"]
+    name = check_own_name(arguments.trials)
+    table, tasks = open_table(arguments, arguments.trials, robot)
+    trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
+    setup = replace(read_setup(arguments, robot, parse_changes(arguments.changes)), observers=trials.observers)
+    report, _ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
+    means = read_json(setup.out / name / "metrics.json")["means"]
     if arguments.json:
         print(json.dumps(means, indent=2))
         return 0
     print(describe_means(means))
-    if experiment.table.unused:
-        print(f"Columns that are left out of lifts.csv: {', '.join(experiment.table.unused)}")
-    print(f"The lifts: {setup.out / experiment.name / 'lifts.csv'}")
+    if table.unused:
+        print(f"Columns that are left out of lifts.csv: {', '.join(table.unused)}")
+    print(f"The lifts: {setup.out / name / 'lifts.csv'}")
     print(f"The report: {report}")
     return 0

@@ -4,9 +4,9 @@ import argparse
 import inspect
 from pathlib import Path
 
-from affordance.commands.setups import check_own_name
 from affordance.exceptions import BadValueError
 from affordance.experiments import starting_point
+from affordance.experiments.suite import check_own_name
 from affordance.files.atomic import write_text
 
 

@@ -11,11 +11,12 @@ from affordance.commands.options import (
     read_robot,
     refuse_changes,
 )
-from affordance.commands.setups import open_experiment, read_setup
+from affordance.commands.setups import check_experiment, read_setup
 from affordance.commands.tables import SUFFIXES, add_table_options, open_table
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
-from affordance.experiments.suite import NAMES, Experiment, find_experiment
+from affordance.experiments.suite import NAMES, Experiment, check_own_name, find_experiment, open_experiment
+from affordance.experiments.table_lifts import TableExperiment
 from affordance.named_settings import parse_changes
 from affordance.reporting.learner_predictions import POWER, format_predictions
 from affordance.robots.kept import open_robot
@@ -42,18 +43,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prints means with intervals, the spread of observers, and the best measurement."""
     check_number("--power", arguments.power, 0.5, 0.999)
+    if arguments.people_sd is not None:
+        check_number("--people-sd", arguments.people_sd, 1e-6, 1e3, "N")
     path = Path(arguments.experiment)
     if path.suffix in SUFFIXES:
         check_bounds(arguments)
         robot = open_robot(*read_robot(arguments))
-        table = open_table(arguments, path, robot)
-        arguments.repeats = table.observers
-        return _predict(table.name, table, arguments, robot)
+        name = check_own_name(path)
+        table, tasks = open_table(arguments, path, robot)
+        trials = TableExperiment(name, table, tasks, arguments.repeats or 1, people_sd=arguments.people_sd)
+        arguments.repeats = trials.observers
+        return _predict(name, Experiment(trials.run, trials.read, trials.predict), arguments, robot)
     for option in ("objects", "columns", "people_sd", "meshes", "materials"):
         if getattr(arguments, option):
             problem = f"is of a table of trials, must be omitted for {arguments.experiment}"
             raise BadValueError(f"--{option.replace('_', '-')}", "", problem)
-    with open_experiment(arguments, NAMES) as (name, experiment):
+    check_experiment(arguments, NAMES)
+    with open_experiment(arguments.experiment) as (name, experiment):
         if arguments.repeats is None:
             arguments.repeats = min(_OBSERVERS, experiment.observers)
         check_bounds(arguments)

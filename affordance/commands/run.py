@@ -7,9 +7,17 @@ from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.commands import options
-from affordance.commands.setups import open_experiment, read_setup
+from affordance.commands.setups import check_experiment, read_setup
 from affordance.exceptions import BadValueError
-from affordance.experiments.suite import NAMES, OF_THE_PAPER, Experiment, find_experiment, rehearse, run_suite
+from affordance.experiments.suite import (
+    NAMES,
+    OF_THE_PAPER,
+    Experiment,
+    find_experiment,
+    open_experiment,
+    rehearse,
+    run_suite,
+)
 from affordance.memory.past_arms import describe_past_arms
 from affordance.named_settings import parse_changes
 from affordance.plant.load import load_arm
@@ -50,7 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
-    with open_experiment(arguments, ("all", *NAMES)) as (name, experiment):
+    check_experiment(arguments, ("all", *NAMES))
+    with open_experiment(arguments.experiment) as (name, experiment):
         return _run({name: experiment}, arguments, is_own=name not in NAMES)
 
 

@@ -1,6 +1,6 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering with a tool that was never held.
 
-Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool
+Observers hold the first two objects of Simulation II, and after each trial choose by which end to hold a novel tool
 so that driving a nail with a demanded peak force takes the least absolute work of the joints. They never hold it.
 Which grip is truly cheaper is found by simulating the blows, contact included. Expected: the share of correct choices
 grows from chance to 65 % after one trial and to all after two (figure 10).

@@ -9,6 +9,7 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.memory_file import format_memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.observers import Setup
+from affordance.files.constraints import SEEDS
 from affordance.memory.ledger import has_memory, open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.memory.simulated_trial import describe_trial
@@ -19,7 +20,7 @@ from affordance.simulation.trial_record import TrialRecord
 def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ()) -> Setup:
     """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
 
-    The number of remembered trials is added to the seed, so that no error of measurement is drawn again. Settings
+    The number of remembered trials is added to the seed, past the largest from 0, so that no error of measurement is drawn again. Settings
     must not be changed afterwards, as the learner's belief depends on them.
 
     Args:
@@ -45,7 +46,8 @@ def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ())
     remember = partial(
         _append, place, uuid.uuid4().hex
     )  # so that observers of another run are not taken for this one's
-    return replace(setup, known=format_memory(known), remember=remember, seed=setup.seed + trials)
+    seed = (setup.seed + trials) % (int(SEEDS.high) + 1)
+    return replace(setup, known=format_memory(known), remember=remember, seed=seed)
 
 
 def _append(place: str, run: str, record: TrialRecord) -> None:

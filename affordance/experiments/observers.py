@@ -5,15 +5,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from affordance.arguments import JOBS, REPEATS
 from affordance.arrays import Arrays
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.memory_file import parse_memory
 from affordance.belief.object_belief import Memory
+from affordance.files.constraints import SEEDS, check_fields
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.runs.random_streams import Stream
@@ -46,14 +48,18 @@ class Setup:
             (``lasting_memory.remember_in``).
     """
 
-    observers: int = 200
-    seed: int = 0
-    jobs: int = 1
+    observers: Annotated[int, REPEATS] = 200
+    seed: Annotated[int, SEEDS] = 0
+    jobs: Annotated[int, JOBS] = 1
     models: Path = MODELS
     out: Path = Path("results")
     settings: Settings = DEFAULT_SETTINGS
     known: str = ""
     remember: Callable[[Any], None] = field(default=remember_nothing, metadata={"reports": True})
+
+    def __post_init__(self) -> None:
+        """Checks the fields, and makes paths of texts; a wrong one raises a BadArgumentError."""
+        check_fields(self)
 
     def change(self, **settings: Any) -> "Setup":
         """Returns the setup with other settings: ``setup.change(learner=Learner.KINDS_MAP)``."""

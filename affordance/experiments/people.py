@@ -1,4 +1,4 @@
-"""People's results beside those of observers: published means with intervals, and the spread between people."""
+"""Results of people, for comparison with observers: published means with intervals, and the spread between people."""
 
 import math
 from collections.abc import Mapping

@@ -1,6 +1,6 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool that was never held.
 
-Observers hold the two honest objects of Simulation II, and after each trial choose by which end to hold a novel tool
+Observers hold the first two objects of Simulation II, and after each trial choose by which end to hold a novel tool
 so that moving its free end along a path takes the least absolute work of the joints. They never hold it: they compare
 inner simulations at densities that they believe in. Expected: the share of correct choices grows from chance (figure
 8).

@@ -11,7 +11,6 @@ import pandas as pd
 
 from affordance.experiments.drawings import draw_forces
 from affordance.experiments.lifts import (
-    check_can_be_lifted,
     cylinder,
     measure_each,
     repeat,

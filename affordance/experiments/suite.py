@@ -5,72 +5,67 @@ import logging
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
-from affordance.exceptions import AffordanceError, BadValueError, InfeasibleError, SeeingError, describe_choice
+from affordance.arguments import check_kind
+from affordance.exceptions import (
+    AffordanceError,
+    BadArgumentError,
+    BadValueError,
+    InfeasibleError,
+    SeeingError,
+    describe_choice,
+)
 from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results, write_results
 from affordance.files.atomic import remove_leftovers
+from affordance.files.constraints import FileName, run_check
 from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
 from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
 from affordance.runs.commit import find_commit
+from affordance.runs.program_errors import blame_program
+from affordance.runs.program_file import load_program
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.vision.pixels.rgbd import save_frame
 
 _LOG = logging.getLogger(__name__)
 
 
-class Experiment(Protocol):
-    """Functions of an experiment, and what is known of it before it is run."""
+class Experiment(NamedTuple):
+    """Functions of an experiment, and what is known of it before it is run.
 
-    @property
-    def run(self) -> Callable[[Setup], Results]:
-        """Runs it."""
-
-    @property
-    def read(self) -> Callable[[Setup], Any]:
-        """Reads and checks its files, simulating nothing."""
-
-    @property
-    def predict(self) -> Callable[[Setup], ObserverNumbers] | None:
-        """Computes the numbers of each observer of every learner; None if it is run with one learner at a time."""
-
-    @property
-    def observers(self) -> int:
-        """Number of observers unless another is asked for."""
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """Tasks that the arm must be able to do; if the import of an arm could not fit one, it is not planned."""
-
-    @property
-    def no_memory(self) -> str:
-        """Reason why no lasting memory can learn from it; empty if its one observer holds objects."""
-
-    @property
-    def every_learner(self) -> bool:
-        """Whether observers of every learner are simulated, so that none can be chosen."""
-
-
-class ExperimentModule(NamedTuple):
-    """Experiment of a module; names in capital letters are its constants OBSERVERS, NEEDS and so on."""
+    Attributes:
+        run: Runs it.
+        read: Reads and checks its files, simulating nothing.
+        predict: Computes the numbers of each observer of every learner; None if it is run with one learner at a time.
+        observers: Number of observers unless another is asked for.
+        needs: Tasks that the arm must be able to do; if the import of an arm could not fit one, it is not planned.
+        no_memory: Reason why no lasting memory can learn from it; empty if its one observer holds objects.
+        every_learner: Whether observers of every learner are simulated, so that none can be chosen.
+    """
 
     run: Callable[[Setup], Results]
-    read: Callable[[Setup], Any]
-    predict: Callable[[Setup], ObserverNumbers] | None
-    observers: int
-    needs: tuple[str, ...]
-    no_memory: str
-    every_learner: bool
+    read: Callable[[Setup], Any] = lambda setup: None
+    predict: Callable[[Setup], ObserverNumbers] | None = None
+    observers: int = 200
+    needs: tuple[str, ...] = ()
+    no_memory: str = ""
+    every_learner: bool = False
+
+    @classmethod
+    def of(cls, module: ModuleType) -> "Experiment":
+        """Returns the experiment of a module: its functions by their names, and its constants, in capital letters."""
+        names = {each: each if each in ("run", "read", "predict") else each.upper() for each in cls._fields}
+        return cls(**{each: getattr(module, name) for each, name in names.items() if hasattr(module, name)})
 
 
 # Experiments of `affordance run all`, in order, and the others; each is a module here.
@@ -78,6 +73,8 @@ OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift")
 # Folders of what compares finished runs; it holds no longer once there is another run.
 COMPARISONS = ("agreement", "vision_comparison")
+# Folders of results that no table, and no experiment of a user, may write to.
+_TAKEN = (*NAMES, *COMPARISONS, "arms", "frames")
 
 
 class SuiteResult(NamedTuple):
@@ -87,29 +84,46 @@ class SuiteResult(NamedTuple):
     left_out: dict[str, str]
 
 
-def find_experiment(name: str) -> ExperimentModule:
-    """Finds an experiment by its name; raises a BadValueError for another one."""
+def find_experiment(name: str) -> Experiment:
+    """Finds an experiment by its name; raises a BadArgumentError for another one."""
     if name not in NAMES:
-        raise BadValueError("experiment", "", describe_choice(name, NAMES))
+        raise BadArgumentError("experiment", "", describe_choice(name, NAMES))
     module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
-    return read_module(module)
+    return Experiment.of(module)
 
 
-def read_module(module: ModuleType) -> ExperimentModule:
-    """Reads the functions and constants of a module that is an experiment."""
-    return ExperimentModule(
-        module.run,
-        getattr(module, "read", lambda setup: None),
-        getattr(module, "predict", None),
-        getattr(module, "OBSERVERS", 200),
-        getattr(module, "NEEDS", ()),
-        getattr(module, "NO_MEMORY", ""),
-        getattr(module, "EVERY_LEARNER", False),
-    )
+@contextmanager
+def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
+    """Finds an experiment by its name, or loads that of a user's Python file; yields its name too.
+
+    Mistakes in the file are named with their line, as long as the experiment is open.
+    """
+    path = Path(word)
+    if path.suffix != ".py":
+        yield word, find_experiment(word)
+        return
+    name = check_own_name(path)
+    with blame_program(path):
+        module = load_program(path, "experiment")
+        if not callable(getattr(module, "run", None)):
+            raise BadValueError(path, "run", "is missing, must be a function of a Setup that returns Results")
+        yield name, Experiment.of(module)
+
+
+def check_own_name(path: Path) -> str:
+    """Returns the name of a file's results, its own without suffix; one that is taken, or no name, is refused."""
+    try:
+        run_check("", FileName().check, path.stem)
+    except BadArgumentError as error:
+        raise BadValueError(path, "", f"names the folder of its results, which {error.problem}") from error
+    if path.stem in _TAKEN:
+        problem = f"would write to the results of {path.stem}, must have another name, such as my_{path.name}"
+        raise BadValueError(path, "", problem)
+    return path.stem
 
 
 def run_suite(
-    names: Sequence[str] | Mapping[str, Experiment],
+    names: Sequence[str] | str | Mapping[str, Experiment],
     setup: Setup,
     *,
     cluster: str | None = None,
@@ -120,23 +134,25 @@ def run_suite(
     If several experiments are run, those that cannot be done are left out and named in the log and the report.
 
     Args:
-        names: Names of experiments, one or more; or experiments of one's own, by name.
+        names: Name of an experiment, or several; or experiments of one's own by name.
         setup: Setup of all of them; each has a subfolder of its name in the folder of results.
         cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
-        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
-            nothing was written.
+        BadValueError: There is no such experiment, a file of the models is wrong, the folder cannot be written to, or
+            the cluster is not usable; nothing was written.
         ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
         SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
         AffordanceError: No experiment can be done; the message gives the reason for the first.
     """
+    names = (names,) if isinstance(names, str) else names
+    check_kind("setup", setup, Setup)
+    known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
     check_folder(setup.out)  # before planning, which takes minutes
     find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
-    known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
     attempts = _Attempts(len(known))
     found = [
         name

@@ -8,6 +8,8 @@ too.
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,20 +21,23 @@ from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.picking import NO_OPTION
-from affordance.exceptions import BadValueError, InfeasibleError
+from affordance.exceptions import InfeasibleError
 from affordance.experiments.grips import choose_by_expectation, plan_grips
 from affordance.experiments.holds import compute_surprise, compute_volume, expect, show_kinds
 from affordance.experiments.lifts import check_can_be_lifted, lift_objects
 from affordance.experiments.observers import Setup, run_observers
-from affordance.experiments.trials import DOINGS, TrialTable
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.experiments.trials import DOINGS, TrialTable, check_cost
 from affordance.objects.tool import Tool
+from affordance.reporting.formatting import count_observers
+from affordance.reporting.lift_figures import draw_by_object
+from affordance.reporting.lift_means import PEOPLE, average, list_numbers, tabulate_means
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from affordance.simulation.trial import get_runner
 
-# Name of people among the learners, where a table has their forces.
-PEOPLE = "people"
 # What is measured in a trial, with unit and meaning; NaN where there is nothing of it.
 MEASURED = {
     "force": ("N", "upward force before release, of a lift"),
@@ -44,8 +49,6 @@ MEASURED = {
     "moved": ("m", "largest movement of the object's centre from where it was given, upward, of a hold"),
     "chosen": ("1", "place of the chosen grip among the object's; -1 if none can be used"),
 }
-# Bounds by cost (SECURITY.md): a lift takes 2 ms, a second of a hold 0.05 s, and a row of the result a kilobyte.
-_MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
 
 
 class Trials(NamedTuple):
@@ -60,17 +63,106 @@ class Trials(NamedTuple):
     tools: tuple[Tool, ...]
 
 
-def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
-    """Raises a BadValueError for more trials, or longer holds, than can be computed in some hours."""
-    trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
-    most = min(_MOST_LIFTS // trials, math.inf if seconds == 0.0 else int(_MOST_SECONDS / seconds))
-    if repeats > most:
-        cost = f"{len(table.rows)} trials, {seconds / num_learners:g} s of holds and {num_learners} learners"
-        if most == 0:
-            raise BadValueError(table.source, "", f"has {cost}, which take too long, must be several tables")
-        raise BadValueError(
-            "--repeats", "", f"is {repeats}, must be at most {most} with {cost}; the nearest is {most}"
+@dataclass(frozen=True)
+class TableExperiment:
+    """Experiment whose trials are a table.
+
+    Attributes:
+        name: Name of its folder in that of the results.
+        table: Trials.
+        tasks: Tasks for which grips are chosen, by name.
+        repeats: Number of observers of each learner for each participant.
+        learners: Learners.
+        people_sd: Standard deviation of the force between people, [N]; None if it is not known.
+    """
+
+    name: str
+    table: TrialTable
+    tasks: Mapping[str, TaskCostModel] = field(default_factory=dict)
+    repeats: int = 1
+    learners: tuple[Learner, ...] = tuple(Learner)
+    people_sd: float | None = None
+
+    @property
+    def observers(self) -> int:
+        """Number of observers of each learner."""
+        return self.repeats * len(self.table.participants)
+
+    def read(self, setup: Setup) -> None:
+        """Checks what the trials cost, and that the arm can hold the objects."""
+        check_cost(self.table, self.repeats, len(self.learners))
+        check_can_be_presented(self.table, setup.settings)
+
+    def collect(self, setup: Setup) -> pd.DataFrame:
+        """Lets observers of each learner do the trials; the number of observers of the setup does not count.
+
+        Returns: The rows of the table, once for each observer, with what is measured; people's own after them.
+        """
+        trials, choices = _plan(setup, self.table, self.tasks)
+        places = [np.flatnonzero(trials.place == place) for place in range(len(self.table.participants))]
+        tables = []
+        for learner in self.learners:
+            data = run_observers(
+                self.name,
+                setup.change(learner=learner),
+                observe,
+                trials,
+                choices,
+                follows_from=(trials, [self.tasks[each] for each in sorted(self.tasks)]),
+                count=self.observers,
+            )
+            rows = _repeat(self.table, places, self.repeats)
+            kept = np.concatenate([np.arange(len(each)) for each in places * self.repeats])
+            for each in MEASURED:
+                rows[each] = data[each].values[rows["observer"], kept]
+            tables.append(rows.assign(learner=learner.value, chosen=_name_grips(self.table, rows)))
+        lifts = pd.concat(tables, ignore_index=True)
+        lifts["force"] = lifts["force"].where(lifts["do"] == "lift")
+        if self.table.rows["force"].notna().any():
+            people = _repeat(self.table, places, 1).assign(learner=PEOPLE, chosen="")
+            lifts = pd.concat([lifts, people[people["force"].notna()]], ignore_index=True)
+        return _finish(lifts, self.table, get_runner(setup.settings).gravity)
+
+    def run(self, setup: Setup) -> Results:
+        """Runs it."""
+        lifts = self.collect(setup)
+        means = average(lifts)
+        groups, objects = lifts["group"].unique(), lifts["object"].unique()
+        figures = {
+            column: (
+                f"{title}, trial by trial. Thin lines are single observers, bands 95 % intervals of means.",
+                partial(draw_by_object, lifts[lifts["measured"]], column, title),
+            )
+            for column, title in (("force", "force (N)"), ("moved", "movement of the object's centre (m)"))
+            if lifts.loc[lifts["measured"], column].notna().any()
+        }
+        numbers = {
+            "means": means,
+            "participants": len(self.table.participants),
+            "repeats_of_each": self.repeats,
+            "trials": len(self.table.rows),
+        }
+        return Results(
+            order=60,
+            title=f"Trials of {self.table.source.name}",
+            summary=(
+                f"{count_observers(self.observers)} of each of {len(self.learners)} learners did the trials of"
+                f" {len(self.table.participants)} participants in {len(groups)} groups, with {len(objects)} objects."
+            ),
+            finding="",
+            data=lifts,
+            numbers=numbers,
+            claims=(),
+            figures=figures,
+            tables={"Means over observers, with 95 % intervals.": tabulate_means(means)},
+            lifts=lifts,
+            learners=[each.value for each in self.learners],
         )
+
+    def predict(self, setup: Setup) -> ObserverNumbers:
+        """Computes the mean force of each observer of every learner, by group, phase and object."""
+        values, spreads = list_numbers(self.collect(setup), self.people_sd)
+        return ObserverNumbers(values, {}, lambda means: spreads)
 
 
 def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
@@ -88,66 +180,19 @@ def check_can_be_presented(table: TrialTable, settings: Settings) -> None:
         raise
 
 
-def collect(
-    name: str,
-    setup: Setup,
-    table: TrialTable,
-    tasks: Mapping[str, TaskCostModel] = {},
-    *,
-    repeats: int = 1,
-    learners: Sequence[Learner] = tuple(Learner),
-) -> pd.DataFrame:
-    """Lets observers of each learner do the trials of a table, and people's own forces follow.
-
-    Args:
-        name: Name of the folder of results.
-        setup: Setup; its number of observers does not count.
-        table: Trials.
-        tasks: Tasks for which grips are chosen, by name.
-        repeats: Number of observers of each learner for each participant.
-        learners: Learners.
-
-    Returns: The rows of the table, once for each observer, with what is measured.
-    """
-    trials, choices = _plan(setup, table, tasks)
-    places = [np.flatnonzero(trials.place == place) for place in range(len(table.participants))]
-    tables = []
-    for learner in learners:
-        given = (trials, [tasks[each] for each in sorted(tasks)])
-        data = run_observers(
-            name,
-            setup.change(learner=learner),
-            observe,
-            trials,
-            choices,
-            follows_from=given,
-            count=repeats * len(places),
-        )
-        rows = _repeat(table, places, repeats)
-        kept = np.concatenate([np.arange(len(each)) for each in places * repeats])
-        for each in MEASURED:
-            rows[each] = data[each].values[rows["observer"], kept]
-        tables.append(rows.assign(learner=learner.value, chosen=_name_grips(table, rows)))
-    lifts = pd.concat(tables, ignore_index=True)
-    lifts["force"] = lifts["force"].where(lifts["do"] == "lift")
-    if table.rows["force"].notna().any():
-        people = _repeat(table, places, 1).assign(learner=PEOPLE, chosen="")
-        lifts = pd.concat([lifts, people[people["force"].notna()]], ignore_index=True)
-    return _finish(lifts, table, get_runner(setup.settings).gravity)
-
-
 def _plan(setup: Setup, table: TrialTable, tasks: Mapping[str, TaskCostModel]) -> tuple[Trials, list[Choice]]:
     """Plans the tasks for which grips are chosen, and returns the trials as arrays."""
     rows, planned, choices = table.rows, dict[tuple[int, str], int](), list[Choice]()
-    chosen = np.full(len(rows), -1)
+    chosen = np.full(len(rows), NO_OPTION)
     for place in np.flatnonzero(rows["do"] == "choose"):
-        key = (int(rows["tool"].iloc[place]), str(rows["task"].iloc[place]))
-        if key not in planned:
-            planned[key] = len(choices)
-            tool = table.tools[key[0]]
-            plans = plan_grips([tool], tasks[key[1]], setup.settings, seed=setup.seed, jobs=1, description=key[1])
-            choices += plans.values()
-        chosen[place] = planned[key]
+        tool, task = int(rows["tool"].iloc[place]), str(rows["task"].iloc[place])
+        if (tool, task) not in planned:
+            planned[tool, task] = len(choices)
+            found = plan_grips(
+                [table.tools[tool]], tasks[task], setup.settings, seed=setup.seed, jobs=setup.jobs, description=task
+            )
+            choices += found.values()
+        chosen[place] = planned[tool, task]
     do = np.array([DOINGS.index(each) for each in rows["do"]])
     arrays = (rows["place"].to_numpy(), do, rows["tool"].to_numpy(), rows["duration"].to_numpy(float))
     return Trials(*arrays, rows["teaches"].to_numpy(bool), chosen, table.tools), choices

@@ -30,6 +30,8 @@ DURATION = 3.0  # of a hold, unless the table has another, [s]
 # Bounds (SECURITY.md): trials of one participant, and colours, with whose square a joint belief grows.
 _MOST_TRIALS, _MOST_COLOURS = 5_000, 50
 _LONGEST_HOLD = 60.0  # [s]
+# Bounds by cost (SECURITY.md): a lift takes 2 ms, a second of a hold 0.05 s, and a row of the result a kilobyte.
+_MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
 # Columns that are added to the table when it is lifted.
 WRITTEN = (
     *("observer", "learner", "lift", "repeat", "size", "expected", "believed_density", "weight", "felt", "kind"),
@@ -236,3 +238,16 @@ def _present(
 
 def _is_carried(cell: str) -> bool:
     return len(cell) <= _LONGEST_CELL and not find_hidden(cell) and not is_formula(cell)
+
+
+def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
+    """Raises a BadValueError for more trials, or longer holds, than can be computed in some hours."""
+    trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
+    most = min(_MOST_LIFTS // trials, math.inf if seconds == 0.0 else int(_MOST_SECONDS / seconds))
+    if repeats > most:
+        cost = f"{len(table.rows)} trials, {seconds / num_learners:g} s of holds and {num_learners} learners"
+        if most == 0:
+            raise BadValueError(table.source, "", f"has {cost}, which take too long, must be several tables")
+        raise BadValueError(
+            "--repeats", "", f"is {repeats}, must be at most {most} with {cost}; the nearest is {most}"
+        )

@@ -38,6 +38,8 @@ RESULTS = 100 * _MB
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
 # Most characters of a number: the largest double, written without an exponent, has 309.
 _MOST_DIGITS = 1000
+# What PyYAML quotes of a file that is no YAML: whoever wrote its path may have no right to read it.
+_QUOTED = re.compile(r"(alias|anchor|tag|handle|base \d+:|to float:) '.*?'")
 # Least similarity, as of difflib, of names of files that are taken for a slip: one letter of seven has 0.86.
 _ALIKE = 0.8
 
@@ -160,9 +162,10 @@ def _translate_yaml(path: Path | str) -> Iterator[None]:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
         refused = isinstance(error, _Refusal)
-        raise BadValueError(path, where, f"{'' if refused else 'is not YAML: '}{error.problem}") from error
+        problem = str(error.problem) if refused else f"is not YAML: {_QUOTED.sub(r'\1', str(error.problem))}"
+        raise BadValueError(path, where, problem) from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise BadValueError(path, "", f"is not YAML: {error}") from error
+        raise BadValueError(path, "", f"is not YAML: {_QUOTED.sub(r'\1', str(error))}") from error
 
 
 class _Refusal(yaml.MarkedYAMLError):

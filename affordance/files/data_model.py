@@ -58,11 +58,21 @@ def _translate(path: Path, key: str, model: type[BaseModel], error: ValidationEr
     elif first["type"] in ("extra_forbidden", "invalid_key"):
         problem = _describe_unknown(_find_model(model, place[:-1]), place[-1])
     else:
-        problem = f"is {show_value(first['input'])}, {_describe_bound(first)}"
+        # A whole file of another kind is not quoted: whoever wrote its path may have no right to read it.
+        shown = show_value(first["input"]) if key or place else _describe_kind(first["input"])
+        problem = f"is {shown}, {_describe_bound(first)}"
         if first["type"] == "too_short" and isinstance(first["input"], Mapping):
             problem = "is empty, must hold at least one entry"
     parts = [key, *place, *([at] if at else [])]
     return BadValueError(path, join_key(parts), problem)
+
+
+def _describe_kind(content: Any) -> str:
+    """Describes the content of a whole file by its kind."""
+    if content is None:
+        return "empty"
+    kinds = {list: "a list", dict: "a mapping", str: "a text"}
+    return next((name for kind, name in kinds.items() if isinstance(content, kind)), "a single value")
 
 
 def join_key(parts: Sequence[int | str]) -> str:

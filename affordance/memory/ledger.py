@@ -97,7 +97,7 @@ class Ledger:
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
         """Appends trials, and counts also the records that an earlier one replaced; see ``append``."""
-        for i, trial in enumerate(trials):
+        for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
         with self._writes():
@@ -188,7 +188,7 @@ class Ledger:
             BadArgumentError: The selection is empty, a time is invalid, or the id of a trial is too short.
             BadValueError: The database cannot be written; nothing was changed.
         """
-        if not any(selection):
+        if not any(check_kind("selection", selection, Selection)):
             raise BadArgumentError("selection", "", "is empty, must name a robot, an object, a time or a trial")
         condition, values = selection.narrow()
         with self._writes():

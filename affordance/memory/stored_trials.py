@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from affordance.arguments import check_array
+from affordance.arguments import check_array, check_kind
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, show_value
 from affordance.files.data_model import DataModel, check_content
 from affordance.memory.tables import LARGEST_RECORD
@@ -50,6 +50,8 @@ class Selection(NamedTuple):
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
         """
+        for name, value in self._asdict().items():
+            check_kind(name, value, str)
         if self.trial and len(self.trial) < _SHORTEST_ID:
             raise BadArgumentError("trial", "", f"is {self.trial!r}, must be at least {_SHORTEST_ID} digits of an id")
         conditions = {

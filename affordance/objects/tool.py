@@ -73,6 +73,9 @@ class Tool:
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for no parts, two grips of one name, or a mass beyond MASS_MAX."""
+        check_kind("name", self.name, str)
+        for field in ("components", "grips"):
+            check_kind(field, getattr(self, field), Sequence, "a tuple")
         parts = tuple(check_kind(f"components[{i}]", part, Component) for i, part in enumerate(self.components))
         if not parts:
             raise BadArgumentError("components", "", "is empty, must hold at least one Component")

@@ -31,6 +31,8 @@ from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
 
+# Where options of an import come from.
+_OPTIONS = "ImportOptions(tip=NAME) makes some"
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the models that come with the program.
 _TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths", "tasks")
@@ -63,7 +65,7 @@ def import_arm(
         ModelFileError: The file cannot be parsed, or no home posture was found; nothing was written.
     """
     path, folder = check_path("path", path), check_path("folder", folder)
-    check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
+    check_kind("options", options, ImportOptions, _OPTIONS)
     arm, home = extract_arm(path, options)
     looks = write_folder(arm, home, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
@@ -115,6 +117,7 @@ def open_robot(path: StrPath | None, options: ImportOptions, root: StrPath) -> R
         ModelFileError: The file cannot be parsed, or no home posture was found.
     """
     path = None if path is None else check_path("path", path)
+    check_kind("options", options, ImportOptions, _OPTIONS)
     if path is not None and path.is_file():
         return Robot.load(import_kept(path, options, check_path("root", root)))
     if path is not None and not path.is_dir():

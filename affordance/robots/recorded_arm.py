@@ -9,6 +9,7 @@ from pathlib import Path
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
+from affordance.arguments import check_kind
 from affordance.exceptions import ModelFileError
 from affordance.files.constraints import StrPath, check_path
 from affordance.plant.arm import ARM
@@ -35,6 +36,9 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
         ModelFileError: Drake cannot parse the file.
     """
     path = check_path("path", path)
+    check_kind("tip", tip, str)
+    if base is not None:
+        check_kind("base", base, str)
     if path.is_dir():
         path = path / ARM.name
     is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))

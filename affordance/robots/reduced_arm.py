@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context
 
+from affordance.arguments import check_kind, check_number
 from affordance.exceptions import BadValueError
 from affordance.robots.chain import FEWEST_JOINTS, Chain, group_bodies
 from affordance.robots.description import Inertial
@@ -50,6 +51,19 @@ class ImportOptions:
     height: float | None = None
     up: str = "z"
     roll: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raises a BadArgumentError for a value of another kind; what fits the file is checked with it."""
+        for name in ("tip", "base", "out_axis", "up"):
+            if getattr(self, name) is not None or name in ("tip", "up"):
+                check_kind(name, getattr(self, name), str)
+        check_kind("damping", self.damping, bool)
+        for name in ("posture", "rotor_inertia", "effort"):
+            for joint, value in check_kind(name, getattr(self, name), Mapping, "values by joint").items():
+                check_number(f"{name}[{check_kind(f'joint of {name}', joint, str)!r}]", value)
+        for name in ("height", "roll"):
+            if getattr(self, name) is not None:
+                check_number(name, getattr(self, name))
 
     def list_given(self) -> list[str]:
         """Lists the options of the command line whose values are not their defaults."""

@@ -100,7 +100,7 @@ def _list_imports(path: Path) -> Iterator[str]:
 
 
 def _locate(name: str, importer: Path) -> Path | None:
-    """Locates the file of a module; None if it is none, or has no source."""
+    """Locates the file of a module; None if it has no file or no source."""
     package = None
     if name.startswith("."):
         package = next((each.__package__ for each in [*sys.modules.values()] if _find_file(each) == importer), None)

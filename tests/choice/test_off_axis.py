@@ -6,7 +6,7 @@ from helpers.two_tools import HAMMER, REACH, STICK
 
 from affordance.choice.off_axis import SHIFT, list_shifted, measure_change, measure_changes
 from affordance.exceptions import AffordanceError
-from affordance.experiments.reach import Reaching
+from affordance.experiments import reach
 from affordance.settings import DEFAULT_SETTINGS
 
 
@@ -39,7 +39,7 @@ def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():
     """Displaced parts change the work of reaching with the stick by its steel end by less than 3 %."""
     grip = STICK.grips[1]
     changed = [tool for k, tool in enumerate(list_shifted(STICK)) if k in (2, 4, 8, 10)]
-    works = [Reaching(REACH).compute_work(DEFAULT_SETTINGS, {}, tool.gripped_by(grip)) for tool in (STICK, *changed)]
+    works = [reach.compute_work(REACH, DEFAULT_SETTINGS, tool.gripped_by(grip)) for tool in (STICK, *changed)]
     assert 0.0 < np.abs(np.array(works[1:]) / works[0] - 1.0).max() < 0.03
 
 

@@ -5,66 +5,87 @@ import json
 import numpy as np
 import pytest
 from helpers.answers import answer
-from helpers.changed_files import change_file
+from helpers.refusals import refuse_command
 from helpers.results_files import read_numbers
 
 from affordance.belief.learner import Learner
-from affordance.commands.new_protocol import write_protocol
-from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.protocol import find_number_of_observers, find_protocol
+from affordance.experiments import linear, spoilt_family, two_families
 from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
 
 @pytest.fixture
-def short(tmp_path):
-    """A protocol of a few lifts."""
-    path, _ = write_protocol("mine", tmp_path)
-    fewer = ("repetitions: 10", "repetitions: 2", "repetitions: 20", "repetitions: 8", "number: 50", "number: 3")
-    return change_file(path, *fewer)
+def few(monkeypatch):
+    """Experiments of a few lifts."""
+    monkeypatch.setattr(two_families, "REPETITIONS", 2)
+    monkeypatch.setattr(linear, "FAMILIAR", 2)
+    monkeypatch.setattr(linear, "MIXED", 16)
 
 
-def call(command, path, tmp_path, *more):
-    return answer(command, path, "--jobs", 1, "--out", tmp_path / "out", *more).out
+def call(command, name, tmp_path, *more):
+    return answer(command, name, "--jobs", 1, "--out", tmp_path / "out", *more).out
 
 
-def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypatch):
-    path = tmp_path / "out" / "mine" / "predictions.json"
-    assert f"The predictions: {path}" in call("predict", short, tmp_path)
-    found = json.loads(path.read_text())
-    assert found["repeats"] == 3  # as the protocol says
-    assert set(found["numbers"]["end_N"]) == {learner.value for learner in Learner}
+def read_predictions(tmp_path, name):
+    return json.loads((tmp_path / "out" / name / "predictions.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.usefixtures("few")
+def test_run_simulates_no_observer_that_was_predicted(tmp_path, monkeypatch):
+    path = tmp_path / "out" / "two_families" / "predictions.json"
+    assert f"The predictions: {path}" in call("predict", "two_families", tmp_path, "--repeats", 3)
+    found = read_predictions(tmp_path, "two_families")
+    assert found["repeats"] == 3
+    assert set(found["numbers"]["illusion"]) == {learner.value for learner in Learner}
 
     def refuse(*_):
         raise AssertionError("this observer was simulated already")
 
-    monkeypatch.setattr(PresentationExperiment, "run_learner", refuse)
-    call("run", short, tmp_path)
-    numbers = read_numbers(tmp_path / "out" / "mine")
+    monkeypatch.setattr("affordance.runs.repeats._keep", refuse)
+    call("run", "two_families", tmp_path, "--repeats", 3)
+    numbers = read_numbers(tmp_path / "out" / "two_families")
     assert numbers["repeats"] == 3
-    assert numbers["learners"]["kinds_map"]["end_N"] == found["numbers"]["end_N"]["kinds_map"]["mean"]
+    assert numbers["learners"]["kinds_map"]["illusion"] == found["numbers"]["illusion"]["kinds_map"]["mean"]
     with pytest.raises(AssertionError, match="simulated already"):
-        call("run", short, tmp_path, "--repeats", "4")
+        call("run", "two_families", tmp_path, "--repeats", 4)
 
 
-def test_observers_of_one_learner_serve_a_protocol_that_names_none(short, tmp_path, monkeypatch):
-    change_file(short, "  learners: [density, kinds_map, kinds_drawn]", "  # learners:")
-    change_file(short, "value: \"learners['kinds_map']['learned']\"", 'value: "learned"')
-    call("predict", short, tmp_path)
-    monkeypatch.setattr(PresentationExperiment, "run_learner", None)
+def test_observers_of_each_learner_serve_a_run_of_one(tmp_path, monkeypatch):
+    """Simulation I is run with one learner at a time; observers of all are there once it was predicted."""
+    monkeypatch.setattr("affordance.experiments.weight.DURATION", 0.1)
+    call("predict", "weight", tmp_path, "--repeats", 2)
+    monkeypatch.setattr("affordance.runs.repeats._keep", None)
     for learner in Learner:
-        call("run", short, tmp_path, "--learner", learner.value)
+        call("run", "weight", tmp_path, "--repeats", 2, "--learner", learner.value)
 
 
-def test_number_of_observers_is_that_of_the_command_line_then_of_the_protocol(short, tmp_path):
-    assert find_number_of_observers(str(short)) == 3
-    assert find_number_of_observers("weight") is None
-    call("run", short, tmp_path, "--repeats", 2)
-    assert read_numbers(tmp_path / "out" / "mine")["repeats"] == 2
+@pytest.mark.usefixtures("few")
+def test_number_of_observers_is_that_of_the_command_line_then_of_the_experiment(tmp_path, monkeypatch):
+    call("predict", "two_families", tmp_path, "--repeats", 2)
+    assert read_predictions(tmp_path, "two_families")["repeats"] == 2
+    monkeypatch.setattr(two_families, "OBSERVERS", 3)
+    for command in ("predict", "run"):
+        call(command, "two_families", tmp_path)
+    assert read_predictions(tmp_path, "two_families")["repeats"] == 3
+    assert read_numbers(tmp_path / "out" / "two_families")["repeats"] == 3
 
 
-def predict(first, second, sd):
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["vision"], "experiment: is 'vision', whose observers are of one learner; run it with --learner for each"),
+        (["two_families", "--repeats", 1], "--repeats: is 1, must be at least 2"),
+        (["two_families", "--set", "learner=density"], "--set: learner: changes nothing here: observers of every"),
+        (["mine.yaml"], "experiment: is 'mine.yaml': experiments are programs now"),
+    ],
+)
+def test_what_cannot_be_predicted_is_refused(words, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("predict", *words)
+
+
+def format_contrast(first, second, sd):
     rng = np.random.default_rng(1)
     values = {
         learner: mean + 0.1 * rng.standard_normal(100)
@@ -78,36 +99,30 @@ def predict(first, second, sd):
 
 def test_difference_that_people_could_not_show_is_none():
     """A difference of 0.06 N counts as none for people, who differ by 1.7 N, though observers differ by 0.1 N."""
-    text = predict(9.0, 9.06, 1.7)
+    text = format_contrast(9.0, 9.06, 1.7)
     assert "kinds_map and kinds_drawn are not distinguished by any of these: they differ most in end_N" in text
     assert "times the spread between people; it would take" in text
     assert "SD between people 1.7 (a paper)" in text
-    assert "are distinguished best by end_N" in predict(9.0, 12.0, 1.7)
+    assert "are distinguished best by end_N" in format_contrast(9.0, 12.0, 1.7)
 
 
 def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
-    text = predict(9.0, 9.06, None)
+    text = format_contrast(9.0, 9.06, None)
     assert "times the spread between observers; the spread between people is not given" in text
     assert "people in each group would do" not in text
 
 
-def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path):
-    """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3; an expression's SD follows."""
-    text = find_protocol("linear_plus_plus").read_text(encoding="utf-8")
-    for many, few in (("repetitions: 30", "repetitions: 1"), ("repetitions: 40", "repetitions: 16"), ("120", "4")):
-        text = text.replace(many, few)
-    path = tmp_path / "few.yaml"
-    path.write_text(text.replace("name: linear_plus_plus", "name: few"), encoding="utf-8")
-    call("predict", path, tmp_path, "--repeats", 2)
-    found = json.loads((tmp_path / "out" / "few" / "predictions.json").read_text())
-    spread = found["spread_between_people"]
+@pytest.mark.usefixtures("few")
+def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(tmp_path):
+    """A 95 % interval of +- 0.945 N over nine people is an SD of 0.945 / 2.306 * 3; that of f follows."""
+    assert "SD between people 1.2 (Cesanek" in call("predict", "linear_plus_plus", tmp_path, "--repeats", 2)
+    spread = read_predictions(tmp_path, "linear_plus_plus")["spread_between_people"]
     assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)
     assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)
     assert spread["f"]["sd"] == pytest.approx(0.416, rel=0.02)  # 0.32 / 2.306 * 3
     assert "weight_N" not in spread
-    change_file(short, "  first_N: {", "  first_N: {people: {sd: 1.7, unit: N, source: a paper}, ")
-    assert "SD between people 1.7 (a paper)" in call("predict", short, tmp_path)
-    spread = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())["spread_between_people"]
-    assert spread["first_N"] == {"sd": 1.7, "source": "a paper"}
-    assert spread["end_N"]["sd"] == 1.75
-    assert spread["learned"]["source"] == "calculated from the others"
+    means = {"family_weight_N": 8.0}
+    assert spoilt_family.list_spreads(means)["spoilt"] == (1.75 / 8.0, "calculated from the others")
+    means = {"small_N": 7.0, "large_N": 7.0, "small_weight_N": 7.0, "large_weight_N": 7.0}
+    sd, source = two_families.list_spreads(means)["illusion"]
+    assert (sd, source) == (pytest.approx(np.sqrt(2.0) * 1.75 / 7.0), "calculated from the others")

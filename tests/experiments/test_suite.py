@@ -14,7 +14,7 @@ from affordance.exceptions import BadValueError, InfeasibleError, StallError, Un
 from affordance.experiments import suite
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results
-from affordance.experiments.suite import EXPERIMENTS, OF_THE_PAPER, Experiment, find_experiment, run_suite
+from affordance.experiments.suite import OF_THE_PAPER, Experiment, find_experiment, run_suite
 from affordance.memory.ledger import open_memory
 from affordance.proprioception.faults import Faults
 from affordance.robots.changes import write_lacks

@@ -82,3 +82,26 @@ def test_complaint_of_a_check_names_the_place_below():
 def test_first_mistake_is_refused_with_its_place_and_bound(tmp_path, old, new, said):
     (tmp_path / "file.yaml").write_text(GOOD.replace(old, new))
     assert f"file.yaml: {said}" in refuse(load_model, tmp_path / "file.yaml", Outer)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("KEY=hidden", "is a text, must be a mapping of keys to values"),
+        ("[hidden]", "is a list, must be a mapping"),
+        ("", "is empty, must be a mapping"),
+        ("12345678", "is a single value, must be a mapping"),
+        ("!hidden {}", "line 1, column 1: is not YAML: could not determine a constructor for the tag"),
+        ("a: *hidden", "line 1, column 4: is not YAML: found undefined alias"),
+        ("a: &hidden 1\nb: &hidden 2\nc: [", "is not YAML"),
+        ("a: !hidden!b c", "is not YAML: found undefined tag handle"),
+        ("a: !!int hidden", "is not YAML: invalid literal for int() with base 10:"),
+        ("a: !!float hidden", "is not YAML: could not convert string to float:"),
+    ],
+)
+def test_a_whole_file_of_another_kind_is_not_quoted(tmp_path, text, said):
+    (tmp_path / "file.yaml").write_text(text)
+    message = refuse(load_model, tmp_path / "file.yaml", Outer)
+    assert said in message
+    assert "hidden" not in message
+    assert "1234" not in message.replace(str(tmp_path), "")

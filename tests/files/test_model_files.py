@@ -1,8 +1,6 @@
 """Files of a folder of models that the program reads."""
 
-from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.model_files import list_arm_files, list_model_files
-from studies.robustness.experiment import load
 
 
 def list_names(paths, folder):
@@ -50,8 +48,3 @@ def test_models_are_the_arm_and_the_tasks_with_their_meshes(models):
     assert {"arm.sdf", "materials.yaml", "nail.yaml", "tools/weight.yaml", "paths/reach.yaml"} <= set(found)
     assert "workshop/meshes/mallet.obj" in found
     assert not [name for name in found if "stray" in name or name.endswith((".md", ".py", ".csv"))]
-
-
-def test_experiments_name_what_they_read_while_they_run():
-    assert load_protocol_experiment("two_families").files_read == ()
-    assert [path.name for path in load().files_read] == ["materials.yaml", "reach.yaml", "nail.yaml"]

@@ -20,13 +20,13 @@ from affordance.choice import off_axis
 from affordance.experiments import hammer, observers, reach
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import write_results
-from affordance.experiments.suite import EXPERIMENTS, find_experiment
+from affordance.experiments.suite import NAMES, find_experiment
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import ClaimResult
 
 OBSERVERS = 2
-KEPT = Path(__file__).parents[1] / "simulations" / "kept"
+KEPT = Path(__file__).parents[1] / "experiments" / "kept"
 # What a clock says.
 _NOT_KEPT = "ms_per_object"
 
@@ -138,7 +138,7 @@ def list_kept(found: Run) -> dict[str, Any]:
 def remake() -> None:
     """Remakes the files of kept numbers, and says which changed."""
     KEPT.mkdir(exist_ok=True)
-    for name in EXPERIMENTS:
+    for name in NAMES:
         path = KEPT / f"{name}.json"
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         with tempfile.TemporaryDirectory() as folder:

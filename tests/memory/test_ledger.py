@@ -374,3 +374,8 @@ def test_evidence_that_fits_no_densities_names_its_trial(ledger):
     assert ledger.verify() == []
     ledger.forget(Selection(trial=bad.id))
     assert len(ledger.recall().colours) == 1
+
+
+def test_what_is_no_selection_or_no_list_of_trials_is_refused(ledger):
+    assert "must be of type Selection" in refuse(ledger.forget, None, error=BadArgumentError)
+    assert "must be of type Sequence" in refuse(ledger.append, None, error=BadArgumentError)

@@ -5,7 +5,8 @@ from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import ClampAndRelease
-from affordance.experiments.protocol_runs import load_protocol_experiment
+from affordance.experiments import linear_plus_plus
+from affordance.experiments.observers import Setup
 from affordance.plant.clamp import STIFFNESS
 from affordance.simulation.clamp_trial import CLAMPED, run_clamp_and_release
 from affordance.simulation.trial import TrialRunner
@@ -16,7 +17,7 @@ GRAVITY = 9.81
 @pytest.fixture(scope="module")
 def lifted():
     """The test object of Linear++, twice: held at its middle, it is a load without a moment."""
-    return load_protocol_experiment("linear_plus_plus").tools[-1]
+    return linear_plus_plus.read(Setup())[-1]
 
 
 def believe(tool, density):

@@ -9,13 +9,14 @@ import pytest
 from affordance.reporting.diagram_picture import describe_diagram, save_diagram
 from affordance.simulation.diagram import build_trial_diagram
 
+DURATION = 3.0
 DIAGRAMS = Path(__file__).parents[2] / "diagrams"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
 def trial(runner, weight):
-    return runner.get_diagram(weight.duration)
+    return runner.get_diagram(DURATION)
 
 
 def list_connections(diagram):
@@ -51,7 +52,7 @@ def test_every_system_and_port_has_a_name_of_its_own(trial):
 
 def test_belief_of_the_controller_is_another_connection(weight):
     settings = dataclasses.replace(weight.settings, uses_posterior=True)
-    connections = list_connections(build_trial_diagram(settings, weight.duration).diagram)
+    connections = list_connections(build_trial_diagram(settings, DURATION).diagram)
     assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
     assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
 

@@ -7,14 +7,15 @@ import pytest
 from helpers.seen_objects import know
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments import com
+from affordance.experiments.observers import Setup
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.trial import Observer, TrialRunner, present
 from affordance.vision.features import ComponentFeatures
 
 DURATION = 0.5
-FIRST, SECOND, DECOY = load_hold_experiment("com").tools
+FIRST, SECOND, DECOY = com.read(Setup())
 BEECH, STEEL = (part.looks_like.colour for part in FIRST.components[1:])
 
 

@@ -6,12 +6,12 @@ import pytest
 
 from affordance.belief.kind_memory import start_memory
 from affordance.belief.learner import Learner
+from affordance.experiments.lifts import cylinder
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.torque_noise import WhiteNoise
-from affordance.protocols.object_entries import CylinderEntry
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from affordance.vision.eye import measure_features
@@ -82,8 +82,7 @@ def test_time_of_a_lift_does_not_grow_with_how_many_there_were(tools):
 
 def build_cylinder(name, density, height, volume):
     radius = (volume / (np.pi * height)) ** 0.5
-    entry = CylinderEntry(name=name, radius=radius, height=height, mass=density * volume, colour="#8c8c8c")
-    return entry.build()
+    return cylinder(name, radius=radius, height=height, mass=density * volume)
 
 
 @pytest.mark.parametrize(

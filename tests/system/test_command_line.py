@@ -9,12 +9,18 @@ import time
 
 import numpy as np
 import pytest
-from helpers.changed_files import change_file
 from helpers.children import PATIENCE, ROOT
 
 from studies.trust.kills import list_differences
 
 PROGRAM = ROOT / "run_experiments.py"
+ROD = "  - {name: NAME, components: [{semi_axes: [SIZE, 0.015, 0.015], position: [SIZE, 0, 0], material: brass}]}\n"
+FEW = (
+    "tools:\n"
+    + ROD.replace("NAME", "short").replace("SIZE", "0.05")
+    + ROD.replace("NAME", "long").replace("SIZE", "0.1")
+)
+FEW += "  - {name: decoy, components: [{semi_axes: [0.1, 0.015, 0.015], position: [0.1, 0, 0], material: beech, looks_like: brass}]}\n"
 
 
 @pytest.fixture
@@ -72,10 +78,10 @@ def wait_for(out, pattern):
 def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, models, start, run):
     """A run interrupted in its repeats and killed in its figures resumes (trust/kills.py kills at random moments).
 
-    Holds are of half a second.
+    The rods are two, and the decoy.
     """
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
-    change_file(models / "protocols" / "weight.yaml", "duration: 3.0", "duration: 0.5")
+    (models / "tools" / "weight.yaml").write_text(FEW, encoding="utf-8")
     command = ("weight", "--repeats", 2, "--jobs", 1, "--models", models)
     process = start(*command, "--out", interrupted)
     wait_for(interrupted, "repeat_*.npz")

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from affordance.cli import COMMANDS, EXPERIMENTS, OneLineParser, load_command, main
+from affordance.cli import COMMANDS, OneLineParser, load_command, main
 from affordance.commands.demo import TRIALS
+from affordance.experiments.observers import Setup
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import import_study
 
@@ -23,8 +24,6 @@ JOURNEYS = (ROOT / "docs" / "journeys.md").read_text(encoding="utf-8")
 RUN = {
     "affordance doctor": "",
     "affordance settings prior": "",
-    "affordance new-protocol mine": "",
-    "affordance predict mine.yaml": "--repeats 2 --jobs 1",
     "affordance identify --demo": "--samples 500",
     "affordance rank --demo": "--samples 200 --only mallet",
     "affordance rank hammer": "--samples 200",
@@ -69,7 +68,7 @@ def test_example_of_ranking_runs(capsys):
 @pytest.mark.usefixtures("unrendered")
 def test_own_objects_make_an_experiment(tmp_path, models):
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml", OBJECTS_PAGE)[0], encoding="utf-8")
-    report, _ = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
+    report, _ = run_suite("weight", Setup(observers=1, models=models, out=tmp_path / "results"))
     assert "dumb-bell" in report.read_text(encoding="utf-8")
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 
@@ -81,7 +80,7 @@ def test_commands_are_such_as_the_program_takes(line):
     if name == "study":
         import_study(words.pop(0)).add_arguments(parser)
     else:
-        assert name in (*COMMANDS, *EXPERIMENTS)
+        assert name in COMMANDS
         load_command(name).add_arguments(parser)
     parser.parse(words)
 

@@ -1,7 +1,7 @@
 """Promises of SECURITY.md: a stranger's file is refused in one line or harmless, and writes nothing elsewhere.
 
 Each file is given to the command that a user would give it to. Details are tested where they belong: tests/files,
-tests/reporting/test_expressions.py, tests/protocols/test_protocol.py, tests/identification/test_run_*.py.
+tests/objects, tests/robots, tests/memory, tests/identification/recording.
 """
 
 import json
@@ -14,15 +14,16 @@ from pathlib import Path
 
 import pytest
 from helpers.answers import answer
+from helpers.changed_files import change_file
 from helpers.generated_runs import write_urdf
 from helpers.robot_files import SDF, build_urdf
 from helpers.trials import hold_workshop
 
 import affordance
 from affordance.cli import ShownFormatter
+from affordance.experiments import weight
 from affordance.files import bounded, xml_file
 from affordance.files.constraints import OneLine
-from affordance.files.model_folder import MODELS
 from affordance.memory import evidence_sums, tables
 from affordance.memory.ledger import open_memory
 from affordance.plant.arm import name_robot
@@ -32,8 +33,6 @@ PACKAGE = Path(affordance.__file__).parent
 PAGE = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
 # No file takes longer to be refused; far more than is needed on a loaded machine.
 PATIENCE = 120.0
-PROTOCOL = (MODELS / "protocols" / "template.yaml.txt").read_text(encoding="utf-8").replace("NAME", "mine")
-SHELL = "{{ cycler.__init__.__globals__.os.popen('touch owned').read() }}"
 LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
 )
@@ -47,53 +46,28 @@ TOOLS = """tools:
 """
 
 
-def change(old, new, text=PROTOCOL):
+PLAIN = """tools:
+  - name: thing
+    components: [{semi_axes: [0.05, 0.02, 0.02], position: [0.05, 0, 0], material: oak}]
+"""
+
+
+def change(old, new, text):
     assert old in text, old
     return text.replace(old, new, 1)
 
 
-def claim(expression):
-    return change("learners['kinds_map']['learned']", expression)
-
-
-def with_objects(objects):
-    """The protocol with other objects, all of them in its groups."""
-    start, end = PROTOCOL.index("  # Cylinders held"), PROTOCOL.index("  groups:")
-    groups = change("{names: [small, large]}", "{from: 1, to: 1}", change("{names: [odd]}", "{from: -1, to: -1}"))
-    return change(PROTOCOL[start:end], objects, groups)
-
-
-# Protocols, and messages that refuse them.
-PROTOCOLS = {
-    "template": (change("mine: an odd one in a family", SHELL), "report.title: is "),
-    "template in a key": (change("odd_one: {draw", '"{% x": {draw'), "must be plain text without '{%'"),
-    "number without end": (claim("9 ** 9 ** 9 ** 9 + f'{x}'"), "criteria[0].value: the expression "),
-    "huge difference": (claim("diff(learned, 10**11)"), "diff takes 1 argument and nothing else"),
-    "long expression": (claim("1" + " + 1" * 500), "it has 2001 letters, must have at most 1000"),
-    "deep expression": (claim("-" * 900 + "1"), "cannot be evaluated: "),
-    "attributes": (claim("learned.__class__"), "it has a attribute, which expressions may not have"),
-    "calls": (claim("open('owned', 'w')"), "it calls 'open', must be one of abs"),
-    "subscripts": (change("(weight_N - first_N)", "weight_N.T"), "numbers.learned.expression: the expression"),
-    "names of no number": (claim("__builtins__"), "names a number that is '__builtins__'"),
-    "nan as a bound": (change("at_least: 0.5", "at_least: .nan"), "at_least: is nan, must be finite"),
+# Tools files, and messages that refuse them.
+TOOL_FILES = {
     "aliases": (LAUGHS, "makes more than 100000 entries"),
     "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
     "deep": ("[" * 50_000, "is more than 40 levels deep"),
-    "digits": (change("number: 50", f"number: {'9' * 5000}"), "is a number of 5000 characters"),
-    "escape sequences": (change("odd one among them", '"\\e[2J"'), "holds the hidden character U+001B"),
-    "figure elsewhere": (change("odd_one: {draw", "../../x: {draw"), "figures: has a name that is '../../x', must"),
-    "figure of the report elsewhere": (change("file: odd_one.png", "file: /etc/x.png"), "figures[0].file: is '/etc"),
-    "figure in place of another": (change("odd_one: {draw", "replay: {draw"), "results have a file of that name"),
-    "name elsewhere": (change("name: mine", "name: ../mine"), "name: is '../mine', must be of small letters"),
-    "name in place of another": (
-        change("name: mine", "name: experience"),
-        "must be another: results/experience is of other results",
-    ),
-    "reserved name": (change("name: mine", "name: nul"), "no name that Windows reserves"),
-    "endless name": (change("name: mine", f"name: {'m' * 500}"), "must be the name of a file"),
-    "section elsewhere": (change("  title: ", "  section: ../../../x\n  title: "), "report.section: is '../../../x'"),
-    "device": (with_objects("  file: /dev/zero\n"), "/dev/zero: cannot be read: it is a device"),
-    "table that is none": (change("# published: mine.csv", "published: /dev/stdin"), "/dev/stdin: "),
+    "digits": (change("0.05", "9" * 5000, PLAIN), "is a number of 5000 characters"),
+    "calculation": (change("0.05", "9 ** 9 ** 9", PLAIN), "semi_axes[0]: is '9 ** 9 ** 9'"),
+    "template": (change("thing", "{{ 7 * 7 }}", PLAIN), "is not YAML"),
+    "escape sequences": (change("thing", '"\\e[2J"', PLAIN), "holds the hidden character U+001B"),
+    "endless name": (change("thing", "m" * 500, PLAIN), "must have at most 200"),
+    "nan": (change("0.05", ".nan", PLAIN), "semi_axes[0]: is nan"),
 }
 # Tools with a mesh, and messages that refuse them.
 MESHES = {
@@ -164,31 +138,41 @@ def refuse(tmp_path, monkeypatch):
     return refuse
 
 
-@pytest.mark.parametrize("case", PROTOCOLS)
-def test_hostile_protocol_is_refused(tmp_path, refuse, case):
-    text, problem = PROTOCOLS[case]
-    path = tmp_path / "mine.yaml"
+def rank(path, tmp_path):
+    """Words of a command that reads a tools file."""
+    return ("rank", "reach", "--tools", path, "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize("case", TOOL_FILES)
+def test_hostile_tools_are_refused(tmp_path, refuse, case):
+    text, problem = TOOL_FILES[case]
+    path = tmp_path / "thing.yaml"
     path.write_text(text, encoding="utf-8")
-    said = refuse("run", path, "--repeats", 1, "--jobs", 1, "--out", tmp_path / "out")
+    said = refuse(*rank(path, tmp_path))
     assert problem in said
-    assert "mine.yaml: " in said or "/dev/" in said
+    assert "thing.yaml: " in said
 
 
-def test_protocol_of_a_hundred_megabytes_is_refused(tmp_path, refuse):
-    path = tmp_path / "mine.yaml"
+def test_tools_of_a_hundred_megabytes_are_refused(tmp_path, refuse):
+    path = tmp_path / "thing.yaml"
     with path.open("wb") as file:
         file.truncate(100_000_000)
-    assert "mine.yaml: has 100 MB, must have at most 1 MB" in refuse("predict", path)
+    assert "thing.yaml: has 100 MB, must have at most 1 MB" in refuse(*rank(path, tmp_path))
+
+
+@pytest.mark.parametrize("path", ["/dev/zero", "pipe.yaml"])
+def test_tools_that_are_read_for_ever_are_refused(tmp_path, refuse, path):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert "cannot be read: it is a device, a pipe or a socket" in refuse(*rank(tmp_path / path, tmp_path))
 
 
 @pytest.mark.parametrize("case", MESHES)
 def test_hostile_mesh_is_refused(tmp_path, refuse, case):
     name, content, problem = MESHES[case]
-    (tmp_path / "mine.yaml").write_text(with_objects("  file: things.yaml\n"), encoding="utf-8")
     (tmp_path / "things.yaml").write_text(TOOLS.format(name), encoding="utf-8")
     if content:
         (tmp_path / name).write_text(content, encoding="utf-8")
-    assert problem in refuse("run", tmp_path / "mine.yaml", "--jobs", 1, "--out", tmp_path / "out")
+    assert problem in refuse(*rank(tmp_path / "things.yaml", tmp_path))
 
 
 @pytest.mark.parametrize("case", ROBOTS)
@@ -233,7 +217,6 @@ HIDDEN = ("\u202e", "\u200b", "\ue000")
         ("rank", "reach", "--materials", "materials.yaml"),
         ("import-arm", "a.urdf", "--tip", "right_tool", "--out", "./out"),
         ("import-arm", "a.sdf", "--tip", "right_tool", "--out", "./out"),
-        ("predict", "mine.yaml"),
         ("memory", "import", "new.sqlite", "trials.jsonl"),
         ("memory", "show", "memory.sqlite"),
         ("memory", "merge", "new.sqlite", "memory.sqlite"),
@@ -247,7 +230,6 @@ def test_names_with_characters_that_are_not_seen_are_refused(tmp_path, refuse, w
         "materials.yaml": f"o{hidden}ak: {{density: 700, colour: '#b07a45'}}\n",
         "a.urdf": change("right_j2", f"right_{hidden}j2", build_urdf()),
         "a.sdf": change("wrist", f"wr{hidden}ist", SDF),
-        "mine.yaml": change("name: small", f"name: sm{hidden}all"),
         "trials.jsonl": "".join(f"{json.dumps(line)}\n" for line in (head, record)),
     }
     for name, text in files.items():
@@ -287,31 +269,21 @@ def test_names_of_links_and_joints_are_short_lines(tmp_path, refuse, name, probl
     assert problem in refuse("import-arm", tmp_path / "a.urdf", "--tip", "right_tool", "--out", tmp_path / "out")
 
 
-NAMES = {
-    "small": "<script>alert(1)</script>",
-    "large": '\\"><img src=x onerror=alert(1)>',
-    "odd": "javascript:alert(1) | & ' -->",
-}
+NAMES = ("<script>alert(1)</script>", '\\"><img src=x onerror=alert(1)>', "javascript:alert(1) | & ' -->")
 
 
 @pytest.mark.usefixtures("vectors")
-def test_names_are_shown_as_they_are_and_do_nothing(tmp_path):
-    """Names, titles, captions and remarks of a protocol are shown as text in the page, its links and the pictures."""
-    text = PROTOCOL.replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
-    for name, hostile in NAMES.items():
-        text = text.replace(f"name: {name},", f'name: "{hostile}",').replace(f"[{name}]", f'["{hostile}"]')
-    text = text.replace("[small, large]", json.dumps([NAMES["small"], NAMES["large"].replace("\\", "")]))
-    text = change("title: The odd one", f'title: "{NAMES["small"]}"', text)
-    text = change('"Force before each lift of the odd one."', f'"{NAMES["large"]}"', text)
-    text = change("  # remarks: [What else is to be known.]", f'  remarks: ["{NAMES["small"]}"]', text)
-    text = change("source: ours", f'source: "{NAMES["large"]}"', text)
-    path = tmp_path / "mine.yaml"
-    path.write_text(text, encoding="utf-8")
-    answer("run", path, "--repeats", 1, "--jobs", 1, "--out", tmp_path / "out")
+def test_names_are_shown_as_they_are_and_do_nothing(tmp_path, models, monkeypatch):
+    """Names of objects and materials are shown as text in the page, its links and the pictures."""
+    monkeypatch.setattr(weight, "DURATION", 0.1)
+    rod, decoy, brass = (json.dumps(name) for name in NAMES)
+    change_file(models / "tools" / "weight.yaml", "rod_10cm", rod, "name: decoy", f"name: {decoy}", "brass", brass)
+    change_file(models / "materials.yaml", "\nbrass:", f"\n{brass}:")
+    answer("run", "weight", "--robot", models, "--repeats", 1, "--jobs", 1, "--out", tmp_path / "out")
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
     check_page(page)
-    pictures = list((tmp_path / "out" / "mine").glob("*.svg"))
+    pictures = list((tmp_path / "out" / "weight").glob("*.svg"))
     assert pictures
     for picture in pictures:
         check_page(picture.read_text(encoding="utf-8"))
@@ -339,12 +311,6 @@ def test_links_of_an_imported_arm_are_shown_as_they_are(tmp_path):
     check_page(page)
 
 
-def test_protocol_that_is_a_pipe_is_refused(tmp_path, refuse):
-    """A protocol that is a pipe is refused, as reading it would never end."""
-    os.mkfifo(tmp_path / "mine.yaml")
-    assert "cannot be read: it is a device, a pipe or a socket" in refuse("predict", tmp_path / "mine.yaml")
-
-
 def show_size(number):
     return f"{number / 1e9:g} GB" if number >= 1e9 else f"{number / 1e6:g} MB"
 
@@ -353,10 +319,10 @@ def show_size(number):
     ("row", "wanted"),
     [
         (
-            "YAML, published numbers of people",
+            "YAML",
             [show_size(bounded.SETTINGS), bounded._MOST_ENTRIES, bounded._MOST_DEEP, bounded._MOST_DIGITS],
         ),
-        ("people's lifts, payloads in JSON", [show_size(bounded.RESULTS)]),
+        ("payloads in JSON", [show_size(bounded.RESULTS)]),
         ("memory", [show_size(tables.LARGEST_FILE), show_size(tables.LARGEST_RECORD), tables._MOST_ENTRIES]),
         ("what a memory is about", [evidence_sums.MOST_MATERIALS, evidence_sums.MOST_LOOKS]),
         (

@@ -1,14 +1,20 @@
 """Documentation site: every page is a chapter, generated parts name all there is, and links lead somewhere."""
 
+import contextlib
 import importlib.util
 import itertools
 import re
+import subprocess
+import sys
+import types
 import typing
 
+import pytest
 import yaml
 
 import affordance
 from affordance.cli import COMMANDS
+from affordance.experiments import weight
 from affordance.files.model_folder import MODELS
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from affordance.named_settings import describe_changes, list_settings
@@ -132,7 +138,7 @@ def test_assumptions_of_identification_and_kinds_come_with_value_and_source():
 
 def test_every_key_of_a_file_has_a_meaning():
     rows = [line for line in generated.list_formats().splitlines() if line.startswith("| `")]
-    assert len(rows) > 100
+    assert len(rows) > 80
     assert [line for line in rows if line.endswith("|  |")] == []
 
 
@@ -170,7 +176,7 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
     path = tmp_path / cork[0]
     path.write_text(path.read_text() + cork[1])
     assert affordance.load_materials(path)["cork"].density == 240.0
-    *_, decoy = affordance.load_experiment("weight", path.parent).tools
+    *_, decoy = weight.read(affordance.Setup(models=path.parent))
     assert [part.material.name for part in decoy.components] == ["cork"]
 
 
@@ -178,3 +184,81 @@ def test_questions_are_the_titles_of_how_tos():
     titles = [path.read_text().partition("\n")[0] for path in (ROOT / "docs" / "howto").glob("*.md")]
     assert len(titles) == 8
     assert all(re.fullmatch(r"# .*\?", title) for title in titles)
+
+
+@pytest.fixture
+def conf(monkeypatch):
+    """Sphinx's configuration without the libraries of the extra ``docs``."""
+    client = types.ModuleType("nbclient")
+    client.NotebookClient = type("NotebookClient", (), {})
+    formulas = types.ModuleType("docs.formulas")
+    formulas.add_formulas = lambda app: None
+    for name, stub in {"nbclient": client, "docs.formulas": formulas}.items():
+        monkeypatch.setitem(sys.modules, name, stub)
+    for name in ("PATH", "PYTHONPATH", "TQDM_DISABLE"):
+        monkeypatch.setenv(name, "")  # which the configuration changes
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    spec = importlib.util.spec_from_file_location("conf", ROOT / "docs" / "conf.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+class Builder:
+    """Sphinx as far as the configuration uses it: events, and the page that is read."""
+
+    def __init__(self, conf, out):
+        self.outdir, self.handlers, self.env = str(out), [], self
+        conf.setup(self)
+
+    def connect(self, event, handler):
+        self.handlers.append((event, handler))
+
+    def doc2path(self, name):
+        return str(ROOT / "README.md")
+
+    def emit(self, event, *arguments):
+        for each, handler in self.handlers:
+            if each == event:
+                handler(self, *arguments)
+
+    def read(self, name, code):
+        self.docname = name
+        self.emit("source-read", name, [""])
+        subprocess.run([sys.executable, "-c", code], check=True)
+        self.emit("doctree-read", None)
+
+
+def test_front_page_is_written_before_anything_can_fail(conf, tmp_path):
+    Builder(conf, tmp_path).emit("builder-inited")
+    assert "url=docs/index.html" in (tmp_path / "index.html").read_text()
+
+
+@pytest.mark.parametrize("ci", ["", "true"])
+def test_only_ci_limits_a_lesson_and_by_its_cpu_time(conf, tmp_path, monkeypatch, ci):
+    monkeypatch.setenv("CI", ci)
+    monkeypatch.setattr(conf, "_LONGEST", 0.6)
+    busy, idle = "import time\nwhile time.process_time() < 0.7: pass", "import time; time.sleep(0.8)"
+    builder = Builder(conf, tmp_path)
+    builder.read("tutorials/waits", idle)
+    builder.emit("build-finished", None)
+    builder.read("tutorials/works", busy)
+    if ci:
+        with pytest.raises(RuntimeError, match=r"tutorials/works: took 1 s of CPU time, must take at most 0\.6 s"):
+            builder.emit("build-finished", None)
+    builder.read("tutorials/works", "")  # cached
+    builder.emit("build-finished", None)
+
+
+@pytest.mark.parametrize("ci", ["", "true"])
+def test_only_ci_limits_the_weight_of_a_page(conf, tmp_path, monkeypatch, ci):
+    monkeypatch.setenv("CI", ci)
+    monkeypatch.setattr(conf, "_HEAVIEST", 10)
+    (tmp_path / "page.html").write_text("x" * 11)
+    builder = Builder(conf, tmp_path)
+    with pytest.raises(RuntimeError, match="has 11 bytes, must have at most 10") if ci else contextlib.nullcontext():
+        builder.emit("build-finished", None)
+
+
+def test_no_cell_of_a_lesson_is_limited_by_the_clock(conf):
+    assert conf.nb_execution_timeout == -1

@@ -5,13 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 from helpers.results_files import read_numbers
-from helpers.short_holds import shorten
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import NothingSeenError
-from affordance.experiments import suite
-from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.runner import run_experiment
+from affordance.experiments import weight
+from affordance.experiments.observers import Setup
+from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -98,11 +97,10 @@ def test_picture_that_shows_nothing_names_the_object(monkeypatch):
 def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path, name, tool):
     """A picture that shows nothing ends the experiment and is kept, also where it is taken for planning."""
     monkeypatch.setattr(CameraSensor, "detect_parts", blind)
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "changes": {"feature_source": "pixels"}}
     with pytest.raises(
         NothingSeenError, match=rf"{tool}: nothing is nearer .* \(picture saved as .*\.npz\)"
     ) as caught:
-        suite.run_suite([name], tmp_path, **arguments)
+        run_suite([name], Setup(observers=1, out=tmp_path, settings=PIXELS))
     with np.load(caught.value.frame) as kept:
         np.testing.assert_array_equal(kept["colour"], caught.value.colour)
         np.testing.assert_array_equal(kept["depth"], caught.value.depth)
@@ -123,10 +121,10 @@ def test_frames_of_any_size_and_depth_are_kept(tmp_path, shape):
     assert not (tmp_path / "other.png").exists()
 
 
-def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
+def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path, monkeypatch):
     """One observer's drop, density and reaction to the decoy meet the claims; the report shows its pictures."""
-    experiment = shorten(load_hold_experiment("weight", settings=PIXELS), 1.0)
-    run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
+    monkeypatch.setattr(weight, "DURATION", 1.0)
+    run_suite(["weight"], Setup(observers=1, out=tmp_path, settings=PIXELS))
     numbers = read_numbers(tmp_path / "weight")
     assert numbers["config"]["settings"]["feature_source"] == "pixels"
     assert abs(numbers["density_median"][-1] / numbers["density_true"] - 1.0) < 0.1

@@ -169,3 +169,13 @@ def _find_alone(q: Array, places: NDArray[np.intp], allowed: float) -> NDArray[n
     returns = np.abs(q[first + 1] - q[first - 1]).max(axis=1, initial=0.0) <= allowed
     found: NDArray[np.intp] = first[returns]
     return found
+
+
+def explain_long_steps(times: Array, q: Array, typical: float) -> str:
+    """Says what a table may be whose typical step is too long, [s]."""
+    units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+    unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
+    jumps = find_jumps(units[unit] * times, q, np.full(q.shape[1], np.inf))
+    if len({jump.row for jump in jumps}) > 0.5 * len(times):  # in that unit, too
+        return "are these postures that were held? the motion from each to the next must be recorded too"
+    return f"in other units the description must have 'units: {{time: {unit}}}'"

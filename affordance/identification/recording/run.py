@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.arguments import check_array, check_kind, check_member, read_numbers
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.recording.joint_rates import (
@@ -21,8 +22,8 @@ from affordance.identification.recording.joint_rates import (
     FASTEST,
     LONGER_UNIT,
     LONGEST_STEP,
+    explain_long_steps,
     find_fault,
-    find_jumps,
 )
 from affordance.identification.settings import SignalKind
 
@@ -84,6 +85,16 @@ class RunDescription:
     reference_mass: float | None = None
     object_pose: Array = field(default_factory=lambda: np.eye(4))
 
+    def __post_init__(self) -> None:
+        """Raises a BadArgumentError for joints without names, an unknown signal, or arrays of another shape."""
+        names = check_kind("joint_names", self.joint_names, tuple, "the names of the joints, in order")
+        joints = {f"joint_names[{i}]": name for i, name in enumerate(names)}
+        for name, text in {"tip": self.tip, "base": self.base, **joints}.items():
+            check_kind(name, text, str)
+        object.__setattr__(self, "kind", check_member("kind", self.kind, SignalKind))
+        for name, shape in {"gravity": (3,), "compensated_payload": (10,), "object_pose": (4, 4)}.items():
+            check_array(name, getattr(self, name), shape)
+
 
 @dataclass(frozen=True)
 class Run:
@@ -112,7 +123,15 @@ class Run:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadValueError for an impossible shape, time or value (see the module)."""
+        """Raises a BadArgumentError for what is no table, a BadValueError for an impossible shape, time or value."""
+        check_kind("source", self.source, str)
+        check_kind("description", self.description, RunDescription)
+        optional = [name for name in ("v", "vdot") if getattr(self, name) is not None]
+        for name in ("times", "q", "signal", *optional):
+            object.__setattr__(self, name, read_numbers(name, getattr(self, name)))
+        check_array(
+            "times", np.zeros_like(self.times), (None,)
+        )  # its shape; numbers are checked below, with their rows
         joints = self.description.joint_names
         tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
         given = {name: values for name, values in tables.items() if values is not None}
@@ -159,8 +178,7 @@ class Run:
     @property
     def signal_name(self) -> str:
         """Name of the signal's columns."""
-        kind = self.description.kind
-        return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(kind, "tau")
+        return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(self.description.kind, "tau")
 
     @property
     def rate(self) -> float:
@@ -237,10 +255,9 @@ class Run:
             row = int(back[0]) + 1
             before = f"must be more than {self.times[row - 1]:.6f}, that of the row before"
             raise self.error_at(row, "time", f"is {self.times[row]:.6f}, {before}")
-        low, high = _STEP_BOUNDS
-        typical = float(np.median(steps))
+        typical, (low, high) = float(np.median(steps)), _STEP_BOUNDS
         if not low <= typical <= high:
-            hint = LONGER_UNIT if typical < low else self._explain_long_steps(typical)
+            hint = LONGER_UNIT if typical < low else explain_long_steps(self.times, self.q, typical)
             problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}; {hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))
@@ -248,15 +265,6 @@ class Run:
         if steps[longest] > bound:
             problem = f"jumps by {steps[longest]:.3g} s, must be at most {bound:.3g} s; cut the table there"
             raise self.error_at(longest + 1, "time", problem)
-
-    def _explain_long_steps(self, typical: float) -> str:
-        """Says what a table may be whose typical step is too long, [s]."""
-        units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-        unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
-        jumps = find_jumps(units[unit] * self.times, self.q, np.full(self.q.shape[1], np.inf))
-        if len({jump.row for jump in jumps}) > 0.5 * len(self.times):  # in that unit, too
-            return "are these postures that were held? the motion from each to the next must be recorded too"
-        return f"in other units the description must have 'units: {{time: {unit}}}'"
 
     def _check_values(self, name: str, values: Array) -> None:
         bound, unit = _BOUNDS[name]

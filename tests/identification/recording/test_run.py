@@ -25,6 +25,16 @@ def _spoil_time(row: int, value: float) -> np.ndarray:
     return np.where(np.arange(50) == row, value, _TIMES)
 
 
+def test_lists_of_numbers_are_tables_too() -> None:
+    run = _build(times=_TIMES.tolist(), q=_ZEROS.tolist(), signal=_ZEROS.tolist(), v=None)
+    assert (run.times.shape, run.q.shape, run.signal.shape) == ((50,), (50, 2), (50, 2))
+
+
+@pytest.mark.parametrize("name", ["q", "signal"])
+def test_a_table_that_is_missing_is_refused(name: str) -> None:
+    assert "has shape (), must be (50, 2)" in refuse(_build, **{name: None})
+
+
 _TIMES = np.arange(50) * 0.01
 _ZEROS = np.zeros((50, 2))
 # One joint swings, the other hardly moves.
