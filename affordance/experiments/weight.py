@@ -223,7 +223,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
         claim("drop_reduced", "paper IV-A, figure 3",
               "The drop is reduced from trial to trial, even though the mass of the objects increases.",
               check("each drop over the drop before it, at least 5 mm each", counted[1:] / counted[:-1], at_most=1),
-              check("last drop over the first", drop[-1] / drop[0], at_most=0.25),
+              check("last drop over the first", drop[-1] / drop[0] if drop[0] else np.nan, at_most=0.25),
               check("growth of the mass", np.diff(n["mass_true"]), KG, above=0)),
         claim("first_object", "paper, figure 4",
               "The first object dips lower than the goal, because its density is believed lower than it is.",

@@ -21,40 +21,12 @@ from affordance.simulation.trial import TrialRunner
 
 # Rate on the page: now, and least and greatest, in per cent of real time.
 RATE = re.compile(r"(\d+) rtr% \(\d+-\d+\)")
-# One short hold, after which nothing happens unless somebody wants it to.
-PROTOCOL = """
-name: patience
-question: Does anything happen without a click?
-objects: {file: tools/weight.yaml, groups: {first: {from: 1, to: 1}}}
-blocks:
-  - name: lifts
-    objects: first
-    do: {hold: {duration: 0.5}}
-numbers:
-  drop_m: {measure: drop}
-"""
-# The same hold, after which a hammer's blow is chosen and done.
-STRIKE = """
-name: strike
-question: Does a blow show its force?
-objects: {file: tools/com.yaml, groups: {first: {from: 1, to: 1}}}
-novel: {file: tools/novel.yaml}
-blocks:
-  - {name: lifts, objects: first, order: shuffled, do: {hold: {duration: 0.5}}, measured: false}
-  - {name: choices, objects: novel, do: {choose: {hammer: nail.yaml}}, teaches: false, ask_after_each: true}
-"""
 
 
-def write(folder, name, text):
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
-def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, weight):
+def test_buttons_and_sliders_change_what_a_browser_shows(children, weight):
     """A slider's factor is that of the mass, cubed for the size, and the object on the page grows by it."""
     mass = weight.tools[0].mass
-    with watch(children, write(tmp_path, "patience.yaml", PROTOCOL)) as watched:
+    with watch(children, "weight", briefly=True) as watched:
         page = watched.page
         watched.read(2)  # the hold is over
         assert watched.measure_panel() > 200  # though nothing moves, and nobody moves the camera
@@ -83,12 +55,12 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, tmp_path, wei
     assert 20 < np.median(rates) < 150
 
 
-def test_a_blow_shows_its_force(children, tmp_path):
+def test_a_blow_shows_its_force(children):
     """Contact lasts a few milliseconds, which are shown slowly, so that an arrow comes in several pictures of a blow.
 
     The first blow may be over before the page is there.
     """
-    with watch(children, write(tmp_path, "strike.yaml", STRIKE)) as watched:
+    with watch(children, "hammer", briefly=True) as watched:
         for _ in range(3):
             watched.page.keyboard.press("n")
             with suppress(TimeoutError):
@@ -128,8 +100,7 @@ def test_another_robot_begins_with_what_a_memory_believes(children, tmp_path, we
         ledger.append([hold("bar", (part.looks_like.colour,), (0.5 * truth,), 1)])
         ((remembered,),) = ledger.recall().belief.compute_percentiles([0.5])
     assert remembered == pytest.approx(0.5 * truth, rel=0.05)
-    protocol = write(tmp_path, "patience.yaml", PROTOCOL)
-    with watch(children, protocol, "--robot", robot, "--memory", path) as watched:
+    with watch(children, "weight", "--robot", robot, "--memory", path, briefly=True) as watched:
         watched.read(2)
         # The first hold may have begun before the page was there, and a page that is slow misses lines.
         for _ in range(3):

@@ -7,7 +7,7 @@ import math
 import pytest
 from helpers.shipped_runs import KEPT, list_kept
 
-from affordance.experiments.suite import EXPERIMENTS
+from affordance.experiments.suite import NAMES
 
 # Kernels of another processor differ by some 1e-14.
 _TOLERANCE = 1e-9
@@ -25,14 +25,14 @@ def list_differences(found, kept, place=""):
     return [line for key, (one, other) in pairs.items() for line in list_differences(one, other, f"{place}.{key}")]
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_numbers_and_verdicts_are_those_that_are_kept(get_shipped, name):
     kept = json.loads((KEPT / f"{name}.json").read_text(encoding="utf-8"))
     assert list_differences(list_kept(get_shipped(name)), kept) == []
 
 
 def test_every_experiment_has_kept_numbers_and_nothing_else_does():
-    assert {path.stem for path in KEPT.iterdir()} == {*EXPERIMENTS}
+    assert {path.stem for path in KEPT.iterdir()} == {*NAMES}
 
 
 @pytest.mark.parametrize(

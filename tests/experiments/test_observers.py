@@ -18,6 +18,7 @@ from helpers.refusals import refuse
 from affordance.arrays import about
 from affordance.belief import kind_memory
 from affordance.belief.learner import Learner, Pick
+from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup, find_excursion, run_observers
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.runs.repeats import end_processes
@@ -349,6 +350,7 @@ def test_experiment_of_a_notebook_is_known_by_its_code(folder, monkeypatch, old,
 
 SCRIPT = """
 from pathlib import Path
+from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup, run_observers
 from my_program import observe as observe_one
 
@@ -426,5 +428,5 @@ def test_excursion_is_the_farthest_height_with_its_sign():
 
 
 def test_memory_is_of_one_observer(tmp_path):
-    said = refuse(Setup(observers=2).remember_in, tmp_path / "memory.sqlite")
+    said = refuse(remember_in, Setup(observers=2), tmp_path / "memory.sqlite")
     assert said == "--repeats: is 2, must be 1 with a memory, which is of one observer"

@@ -21,7 +21,7 @@ from affordance.exceptions import UnavailableError
 from affordance.experiments import results as module
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results, describe_faults, write_results
-from affordance.experiments.suite import EXPERIMENTS
+from affordance.experiments.suite import NAMES
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -236,7 +236,7 @@ def test_numbers_are_as_documented(get_shipped, name):
     check_keys(read_numbers(get_shipped(name).folder), *HEADINGS[name])
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_section_of_an_experiment_is_complete(get_shipped, name):
     """Each claim is judged in digits, no text is left without its number, and rows are as long as the header."""
     found = get_shipped(name)
@@ -263,7 +263,7 @@ def test_section_of_an_experiment_is_complete(get_shipped, name):
     assert section.caution == "Only 2 observers: claims need about 20 or more."
 
 
-@pytest.mark.parametrize("name", [name for name in EXPERIMENTS if name not in ("vision",)])
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("vision",)])
 def test_rows_of_lifts_are_those_of_every_lift(get_shipped, name):
     found = get_shipped(name)
     rows = pd.read_csv(found.folder / "lifts.csv")
@@ -296,7 +296,7 @@ def test_simulations_leave_a_diagram_and_a_replay(get_shipped, name):
     assert read_section(folder).figures[-1]["file"] == "diagram.svg"
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_observers_run_no_code_that_only_reports(get_shipped, name):
     """What only reports is not in the key of an observer, so no observer may depend on it."""
     entered = {
@@ -304,5 +304,5 @@ def test_observers_run_no_code_that_only_reports(get_shipped, name):
         for file in get_shipped(name).entered
         if Path(file).is_relative_to(MODELS.parent / "affordance")
     }
-    assert "simulations" in entered
+    assert "experiments" in entered
     assert not entered & {"commands", "reporting"}

@@ -1,5 +1,6 @@
 """Several experiments into one folder, by made-up ones; then the catalogue of those that there are."""
 
+import functools
 import json
 
 import pytest
@@ -11,10 +12,11 @@ from matplotlib.figure import Figure
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
-from affordance.experiments import suite
+from affordance.experiments import com, suite, weight
+from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results
-from affordance.experiments.suite import OF_THE_PAPER, Experiment, find_experiment, run_suite
+from affordance.experiments.suite import NAMES, OF_THE_PAPER, Experiment, find_experiment, run_suite
 from affordance.memory.ledger import open_memory
 from affordance.proprioception.faults import Faults
 from affordance.robots.changes import write_lacks
@@ -33,7 +35,7 @@ class MadeUp:
         self.done = []
         self.errors = {}  # by step and name
 
-    def make(self, name, **options):
+    def make(self, name, observers=200, needs=(), no_memory=""):
         def run(setup):
             self._do("run", name, setup)
             found = ", ".join(list_files(setup.out)) if setup.out.exists() else ""
@@ -42,7 +44,8 @@ class MadeUp:
                 name, "A summary.", "A finding.", DATA, numbers, [], figures={"figure": ("A figure.", Figure)}
             )
 
-        return Experiment(run, lambda setup: self._do("read", name, setup), **options)
+        read = functools.partial(self._do, "read", name)
+        return Experiment(run, read, None, observers, needs, no_memory, every_learner=False)
 
     def _do(self, step, name, setup):
         self.done.append(f"{step} {name}")
@@ -54,15 +57,13 @@ class MadeUp:
 def made_up(monkeypatch):
     """Two made-up experiments, "one" and "other"; the latter needs a path."""
     made = MadeUp()
-    monkeypatch.setattr(
-        suite,
-        "EXPERIMENTS",
-        {
-            "one": made.make("one", needs=("objects",)),
-            "other": made.make("other", needs=("objects", "path")),
-            "third": made.make("third", no_memory="in which nothing is felt"),
-        },
-    )
+    experiments = {
+        "one": made.make("one", needs=("objects",)),
+        "other": made.make("other", needs=("objects", "path")),
+        "third": made.make("third", no_memory="in which nothing is felt"),
+    }
+    monkeypatch.setattr(suite, "NAMES", tuple(experiments))
+    monkeypatch.setattr(suite, "find_experiment", experiments.__getitem__)
     return made
 
 
@@ -174,7 +175,7 @@ def test_new_run_removes_the_comparison_of_former_runs(made_up, tmp_path):
 
 
 def test_memory_is_refused_where_nothing_is_felt(made_up, tmp_path):
-    setup = Setup(observers=1, out=tmp_path / "out").remember_in(tmp_path / "memory.sqlite")
+    setup = remember_in(Setup(observers=1, out=tmp_path / "out"), tmp_path / "memory.sqlite")
     said = refuse(run_suite, ["third"], setup)
     assert said == "--memory: has no effect on third, in which nothing is felt"
     run_suite(["one"], setup)
@@ -193,20 +194,21 @@ def test_experiment_that_there_is_not_is_refused_with_the_nearest():
 
 
 def test_catalogue_of_experiments():
+    found = {name: find_experiment(name) for name in NAMES}
     assert OF_THE_PAPER == ("weight", "com", "reach", "hammer", "vision")
-    orders = [each for each in EXPERIMENTS if find_experiment(each).predict is not None]
-    assert orders == [
+    assert [name for name, each in found.items() if each.predict is not None] == [
         *("weight", "com", "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift"),
     ]
-    assert {name: each.observers for name, each in EXPERIMENTS.items() if each.observers != 200} == {
+    assert {name: each.observers for name, each in found.items() if each.observers != 200} == {
         **dict.fromkeys(("linear_plus", "linear_plus_plus", "spoilt_family", "two_families"), 50),
         "next_lift": 40,
     }
-    assert [name for name, each in EXPERIMENTS.items() if not each.no_memory] == ["weight", "com", "reach", "hammer"]
-    assert EXPERIMENTS["hammer"].needs == ("objects", "blow")
+    assert [name for name, each in found.items() if not each.no_memory] == ["weight", "com", "reach", "hammer"]
+    assert found["hammer"].needs == ("objects", "blow")
+    assert [name for name, each in found.items() if each.every_learner] == [*NAMES[-5:]]
 
 
-@pytest.mark.parametrize("name", EXPERIMENTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_reading_simulates_nothing_and_finds_the_shipped_files_sound(name, monkeypatch, tmp_path):
     monkeypatch.setattr("affordance.simulation.trial.TrialRunner.prepare", None)
     monkeypatch.setattr(BlowCost, "compute", None)
@@ -216,8 +218,7 @@ def test_reading_simulates_nothing_and_finds_the_shipped_files_sound(name, monke
 
 def test_sections_come_in_an_order_of_their_own(get_shipped):
     orders = [
-        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"]
-        for name in EXPERIMENTS
+        json.loads((get_shipped(name).folder / "section.json").read_text(encoding="utf-8"))["order"] for name in NAMES
     ]
     assert len(set(orders)) == len(orders)
     assert orders[:5] == [1, 2, 3, 4, 6]
@@ -227,8 +228,8 @@ def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_
     """Rods too heavy for the arm leave out Simulation I, and no more."""
     change_file(models / "tools" / "weight.yaml", *("[0.125, 0.015, 0.015]", "[0.125, 0.06, 0.06]"))
     made = MadeUp()
-    for name in ("weight", "com"):
-        monkeypatch.setitem(suite.EXPERIMENTS, name, EXPERIMENTS[name]._replace(run=made.make(name).run))
+    for module in (weight, com):
+        monkeypatch.setattr(module, "run", made.make(module.__name__.rpartition(".")[2]).run)
     found = run_suite(["weight", "com"], Setup(out=tmp_path / "out", models=models))
     assert made.done == ["run com"]
     assert "loads" in found.left_out["weight"]
@@ -238,7 +239,7 @@ def test_memory_of_one_observer_is_filled_by_what_it_felt(tmp_path):
     """The four simulations of the paper fill one memory, and the trials of the second begin where the first ended."""
     place = tmp_path / "memory.sqlite"
     for name, count in (("weight", 5), ("com", 14)):
-        run_suite([name], Setup(observers=1, out=tmp_path / "out").remember_in(place))
+        run_suite([name], remember_in(Setup(observers=1, out=tmp_path / "out"), place))
         with open_memory(place) as ledger:
             assert len(ledger) == count
             assert ledger.verify() == []

@@ -15,21 +15,21 @@ from affordance.experiments import weight
 from affordance.experiments.observers import Setup
 from affordance.experiments.suite import run_suite
 
-RODS = ["rod 10cm", "rod 15cm", "rod 20cm", "rod 25cm"]
+RODS = ["rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
 BRASS, DECOY = "position: [0.050, 0, 0], material: brass", "material: beech, looks_like: brass"
-SECOND = (
-    "  - name: rod_15cm\n    components:\n"
-    "      - {semi_axes: [0.075, 0.015, 0.015], position: [0.075, 0, 0], material: brass}\n"
+ROD = (
+    "  - name: rod_{0}cm\n    components:\n"
+    "      - {{semi_axes: [0.{1}, 0.015, 0.015], position: [0.{1}, 0, 0], material: brass}}\n"
 )
+LONGER = (ROD.format(15, "075"), ROD.format(20, "100"), ROD.format(25, "125"))
 REFUSED = {
     "two objects": (
-        *(SECOND, "", SECOND.replace("15", "20").replace("075", "100"), ""),
-        *(SECOND.replace("15", "25").replace("075", "125"), ""),
+        *(LONGER[0], "", LONGER[1], "", LONGER[2], ""),
         "weight.yaml: tools: has 2 entries, must have at least 3: two objects and the decoy",
     ),
     "grips": (
         *(BRASS + "}", BRASS + "}\n    grips: {near: {position: [0, 0, 0]}, far: {position: [0.1, 0, 0]}}"),
-        "weight.yaml: tools: rod 10cm.grips: are near, far, must not be given here",
+        "weight.yaml: tools: rod_10cm.grips: are near, far, must not be given here",
     ),
     "two looks": (
         *(BRASS, BRASS.replace("brass", "steel")),
@@ -37,19 +37,15 @@ REFUSED = {
     ),
     "a second decoy": (
         *(BRASS, BRASS.replace("brass", "steel, looks_like: brass")),
-        "weight.yaml: tools: rod 10cm.components[0].looks_like: is 'brass', must be what it is made of, 'steel'",
+        "weight.yaml: tools: rod_10cm.components[0].looks_like: is 'brass', must be what it is made of, 'steel'",
     ),
     "no decoy": (
         *(DECOY, "material: brass"),
         "weight.yaml: tools: decoy: has a density of 8500 kg/m^3, must be less than the 8500 of brass",
     ),
-    "a heavy decoy": (
-        *(DECOY, "material: brass_of_lead, looks_like: brass"),
-        "weight.yaml: tools: decoy: has a density of 11340 kg/m^3, must be less than",
-    ),
     "a heavy rod": (
         *("[0.100, 0.015, 0.015]", "[0.100, 0.06, 0.06]"),
-        "weight.yaml: tools: rod 20cm: weighs 12.8 kg and loads ",
+        "weight.yaml: tools: rod_20cm: weighs 12.8 kg and loads ",
     ),
 }
 
@@ -141,25 +137,30 @@ def test_words_and_tables_follow_objects_and_numbers(shipped):
     assert [row[2] for row in table["rows"]] == ["", *(f"{100.0 * drop:.2f}" for drop in shipped.numbers["drop_m"])]
     assert [*shipped.captions] == ["figure3", "figure4"]
     criteria = read_section(shipped.folder).claims["first_object"].criteria
-    assert criteria[0]["value"].startswith(f"{100 * shipped.numbers['drop_m'][0]:.1f}")
+    assert criteria[0]["value"].startswith(f"{100 * shipped.numbers['drop_m'][0]:.2f} cm")
 
 
 def test_more_rods_of_another_material_are_held_and_drawn(models, tmp_path, monkeypatch):
-    """Eight rods of oak, more than there are colours for, and a decoy are run, drawn and described."""
+    """Eight rods of rubber, more than there are colours for, and a decoy are run, drawn and described.
+
+    Rubber is as dense as is believed before, so that the first rod does not sink, and no drop is less than its.
+    """
     monkeypatch.setattr(weight, "DURATION", 0.1)
     shape = "semi_axes: [0.1, 0.015, 0.015], position: [0.1, 0, 0]"
-    rod = f"  - name: rod_{{0}}\n    components: [{{{{{shape}, material: oak{{1}}}}}}]\n"
+    rod = f"  - name: rod_{{0}}\n    components: [{{{{{shape}, material: rubber{{1}}}}}}]\n"
     rods = [rod.format(number, "") for number in range(8)]
-    decoy = rod.format("decoy", ", looks_like: oak").replace("material: oak", "material: rubber")
+    decoy = rod.format("decoy", ", looks_like: rubber").replace("material: rubber", "material: oak")
     (models / "tools" / "weight.yaml").write_text("tools:\n" + "".join([*rods, decoy]), encoding="utf-8")
     known = (models / "materials.yaml").read_text(encoding="utf-8")
     assert "\noak:" in known
     assert "\nrubber:" in known
     run_suite(["weight"], Setup(observers=2, models=models, out=tmp_path / "out"))
     section = read_section(tmp_path / "out" / "weight")
-    assert "8 rods of oak" in section.summary
-    assert "is made of rubber" in section.summary
+    assert "8 rods of rubber" in section.summary
+    assert "is made of oak" in section.summary
     assert len(section.tables[0]["rows"]) == 9
+    assert read_numbers(tmp_path / "out" / "weight")["drop_m"][0] == 0.0
+    assert section.claims["drop_reduced"].criteria[1]["met"] is False
     assert {figure["file"] for figure in section.figures} == {"figure3.png", "figure4.png", "diagram.svg"}
 
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import pytest
@@ -33,6 +33,8 @@ from studies.robustness.learning import collect_experience_at_rest
 
 # Number of observers.
 _LEARNERS = 60
+# A threshold of torque below which lies whatever is held, [N m].
+NUMB: Changes = {"noise.threshold": 50.0}
 # A wooden and a steel part of unlike sizes, bent, by other postures along a turned path, and a tap on the nail.
 OTHER_WORLD = {
     "novel_parts": "unequal",
@@ -125,3 +127,29 @@ def strike(*, aim: float = blow_cost.AIM) -> Numbers:
         grip, planned = next(iter(list_blow_costs(hammer).items()))
         blow = simulate_blow(held[grip], world.hammer, planned, true, world.settings)
     return {"force_ratios": [blow.force / world.hammer.force]}
+
+
+def strike_and_choose(**changes: Any) -> dict[str, Numbers]:
+    """Choices of Simulations III and IV, and a blow with contact, in a setting of the study of robustness."""
+    numbers = choose(**changes)
+    return {**numbers, "hammer": {**numbers["hammer"], **strike()}}
+
+
+# Settings by what is changed, each with the claims of reaching, hammering and both that it contradicts.
+CONTRADICTED: Mapping[str, tuple[Callable[[], Mapping[str, Numbers]], str]] = {
+    "nothing is felt": (
+        functools.partial(choose, changes=NUMB),
+        "reach.increases reach.learned reach.after_one reach.after_two"
+        " hammer.learned hammer.after_one hammer.after_two",
+    ),
+    "another tool, path and nail": (
+        functools.partial(choose, is_other=True),
+        "reach.correct_grip reach.chance hammer.correct_grip hammer.chance tasks.work_measures_agree"
+        " tasks.effort_differs",
+    ),
+    "aimed 5 % too low": (
+        lambda: {"hammer": strike(aim=0.95)},
+        "hammer.sufficient_force",
+    ),
+    "torque squared is saved": (save_torque, "hammer.light_taps tasks.opposite_grips"),
+}

@@ -92,6 +92,16 @@ _TOOL = """
 PANEL = f"() => {{{_PANEL}}}"
 HEIGHT = f"() => {{{_TOOL} return height;}}"
 RADIUS = f"() => {{{_TOOL} return radius;}}"
+# Program with short holds; after the first one of Simulation I nothing happens unless somebody wants it to.
+_BRIEFLY = """
+import sys
+from affordance.cli import main
+from affordance.experiments import experience, weight
+weight.DURATION = experience.DURATION = 0.5
+read = weight.read
+weight.read = lambda setup: read(setup)[:1]
+sys.exit(main(sys.argv[1:]))
+"""
 
 
 class Watched:
@@ -155,10 +165,11 @@ class Watched:
 
 
 @contextmanager
-def watch(children: Start, *words: str | Path) -> Iterator[Watched]:
+def watch(children: Start, *words: str | Path, briefly: bool = False) -> Iterator[Watched]:
     """Starts the command with arguments and opens its page; at the end it is interrupted, and must be content."""
     find_browser()
-    command = [sys.executable, "-m", "affordance", "watch", *map(str, words)]
+    program = ["-c", _BRIEFLY] if briefly else ["-m", "affordance"]
+    command = [sys.executable, *program, "watch", *map(str, words)]
     child = children(command, env={**os.environ, "DISPLAY": ""})
     guard = threading.Timer(PATIENCE, child.kill)  # kills the child, whose output would otherwise be awaited for ever
     guard.daemon = True

@@ -154,7 +154,7 @@ def test_key_stays_where_only_what_reports_changes(program):
     """The key does not change with a caption, which would otherwise discard the repeats of a night."""
     assert len(ONLY_REPORT) > 10
     key = compute_key("", MODELS)
-    for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/weight.yaml"):
+    for name in (*ONLY_REPORT, "reporting/templates/report.html.j2"):
         path = program / name
         path.write_text(f"{path.read_text(encoding='utf-8')}# another caption")
     (program / "reporting" / "more.py").write_text("MORE = True", encoding="utf-8")
@@ -182,7 +182,7 @@ def test_key_changes_with_every_other_source(program, monkeypatch):
 def test_key_changes_with_every_model(models):
     keys = [compute_key("", models)]
     key = keys[0]
-    decides_nothing = ("protocols", "people", "demo", "tasks")  # what of a protocol decides is in the configuration
+    decides_nothing = ("demo", "tasks")
     for folder in decides_nothing:
         for path in sorted((models / folder).iterdir()):
             path.write_bytes(path.read_bytes() + b" ")

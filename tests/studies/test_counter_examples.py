@@ -198,42 +198,16 @@ def test_every_claim_is_contradicted_by_a_run_and_judged_as_shipped(name):
             assert not found[key].met, found[key]
 
 
-def strike_and_choose(**changes):
-    """Choices of Simulations III and IV, and a blow with contact, in a setting of the study of robustness."""
-    numbers = robustness_runs.choose(**changes)
-    return {**numbers, "hammer": {**numbers["hammer"], **robustness_runs.strike()}}
-
-
-# Settings by what is changed, each with the claims of reaching, hammering and both that it contradicts.
-SETTINGS = {
-    "nothing is felt": (
-        partial(robustness_runs.choose, changes=NUMB),
-        "reach.increases reach.learned reach.after_one reach.after_two"
-        " hammer.learned hammer.after_one hammer.after_two",
-    ),
-    "another tool, path and nail": (
-        partial(robustness_runs.choose, is_other=True),
-        "reach.correct_grip reach.chance hammer.correct_grip hammer.chance tasks.work_measures_agree"
-        " tasks.effort_differs",
-    ),
-    "aimed 5 % too low": (
-        lambda: {"hammer": robustness_runs.strike(aim=0.95)},
-        "hammer.sufficient_force",
-    ),
-    "torque squared is saved": (robustness_runs.save_torque, "hammer.light_taps tasks.opposite_grips"),
-}
-
-
 def test_every_claim_about_tasks_is_contradicted_in_a_setting_and_judged_as_shipped():
-    shipped = strike_and_choose()
+    shipped = robustness_runs.strike_and_choose()
     outcomes = judge_settings(shipped)
-    contradicted = [key for _, keys in SETTINGS.values() for key in keys.split()]
+    contradicted = [key for _, keys in robustness_runs.CONTRADICTED.values() for key in keys.split()]
     assert sorted(contradicted) == sorted(
         name for name in list_claims() if name.startswith(("reach", "hammer", "tasks"))
     )
     # 158 and 159 of 160 choices are right after two trials.
     assert {name for name, met in outcomes.items() if met == 0.0} <= {"reach.after_two", "hammer.after_two"}
-    for run, keys in SETTINGS.values():
+    for run, keys in robustness_runs.CONTRADICTED.values():
         changed = {name: {**shipped[name], **of_one} for name, of_one in run().items()}
         outcomes = judge_settings({**shipped, **changed})
         assert {key: outcomes[key] for key in keys.split()} == dict.fromkeys(keys.split(), 0.0)
