@@ -3,6 +3,7 @@ from .belief.density_belief import Prior
 from .belief.kind_memory import KindMemory, start_memory
 from .belief.learner import Learner
 from .belief.material_memory import MaterialMemory
+from .choice.expected_inertia import Expectation, expect
 from .choice.hammer import Hammer, load_hammer
 from .choice.hold_advice import HoldAdvice
 from .choice.listed_options import list_options
@@ -42,6 +43,7 @@ __all__ = [
     "AffordanceError",
     "BadArgumentError",
     "BadValueError",
+    "Expectation",
     "Gains",
     "Hammer",
     "HoldAdvice",
@@ -70,6 +72,7 @@ __all__ = [
     "WhiteNoise",
     "advise_hold",
     "change_settings",
+    "expect",
     "identify",
     "import_arm",
     "list_options",

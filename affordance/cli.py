@@ -30,6 +30,7 @@ COMMANDS = {
     "predict": "predict what each learner would do in an experiment, and which number distinguishes them best",
     "lift": "let observers lift, hold or look at objects trial by trial, as a table says",
     "new-experiment": "write an experiment of one's own that runs, as a Python file to change",
+    "guess": "say what things look like they weigh: mass, centre of mass, inertia, before any is held",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",
     "next": "say what to hold next so that the choice of a tool comes out right, and when to stop",
     "settings": "list the settings that --set changes, with value, unit and source",
