@@ -64,7 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
         robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
     )
-    text = "\n".join([*describe_expectations(expected), describe_advice(ranking, question)])
+    title, *lines = describe_advice(ranking, question).splitlines()
+    text = "\n".join([title, *describe_expectations(expected), *lines])
     content = {**build_content(ranking, question), "expected": build_expectations(expected)}
 
     def draw() -> "Figure":
