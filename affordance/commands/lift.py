@@ -11,6 +11,7 @@ from affordance.commands.setups import read_setup
 from affordance.commands.tables import add_table_options, open_table
 from affordance.experiments.suite import Experiment, check_own_name, run_suite
 from affordance.experiments.table_lifts import TableExperiment
+from affordance.experiments.trials import check_cost
 from affordance.files.bounded import read_json
 from affordance.named_settings import parse_changes
 from affordance.reporting.lift_means import describe_means
@@ -36,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     learners = tuple(dict.fromkeys(map(Learner, arguments.learner))) or tuple(Learner)
     name = check_own_name(arguments.trials)
     table, tasks = open_table(arguments, arguments.trials, robot)
+    check_cost(table, arguments.repeats, len(learners))
     trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
     setup = replace(read_setup(arguments, robot, parse_changes(arguments.changes)), observers=trials.observers)
     report, _ = run_suite({name: Experiment(trials.run, trials.read)}, setup)

@@ -88,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     cautions += [f"warning: {tilt}"] if tilt else []
     held = describe_holds(advice, arguments.uses)
-    text = "\n".join([*cautions, *describe_expectations(expected), *held, sentence])
+    text = "\n".join([*cautions, *held, *describe_expectations(expected), sentence])
 
     def draw() -> Figure:
         return draw_holds(

@@ -17,6 +17,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
 from affordance.experiments.suite import NAMES, Experiment, check_own_name, find_experiment, open_experiment
 from affordance.experiments.table_lifts import TableExperiment
+from affordance.experiments.trials import check_cost
 from affordance.named_settings import parse_changes
 from affordance.reporting.learner_predictions import POWER, format_predictions
 from affordance.robots.kept import open_robot
@@ -52,6 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
         name = check_own_name(path)
         table, tasks = open_table(arguments, path, robot)
         trials = TableExperiment(name, table, tasks, arguments.repeats or 1, people_sd=arguments.people_sd)
+        check_cost(table, trials.repeats, len(trials.learners))
         arguments.repeats = trials.observers
         return _predict(name, Experiment(trials.run, trials.read, trials.predict), arguments, robot)
     for option in ("objects", "columns", "people_sd", "meshes", "materials"):

@@ -64,8 +64,8 @@ def run(arguments: argparse.Namespace) -> int:
         robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
     )
-    title, *lines = describe_advice(ranking, question).splitlines()
-    text = "\n".join([title, *describe_expectations(expected), *lines])
+    *lines, sentence = describe_advice(ranking, question).splitlines()
+    text = "\n".join([*lines, *describe_expectations(expected), sentence])
     content = {**build_content(ranking, question), "expected": build_expectations(expected)}
 
     def draw() -> "Figure":

@@ -28,7 +28,7 @@ from affordance.experiments.lifts import check_can_be_lifted, lift_objects
 from affordance.experiments.observers import Setup, run_observers
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
-from affordance.experiments.trials import DOINGS, TrialTable, check_cost
+from affordance.experiments.trials import DOINGS, TrialTable
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.lift_figures import draw_by_object
@@ -89,8 +89,7 @@ class TableExperiment:
         return self.repeats * len(self.table.participants)
 
     def read(self, setup: Setup) -> None:
-        """Checks what the trials cost, and that the arm can hold the objects."""
-        check_cost(self.table, self.repeats, len(self.learners))
+        """Checks that the arm can hold the objects."""
         check_can_be_presented(self.table, setup.settings)
 
     def collect(self, setup: Setup) -> pd.DataFrame:

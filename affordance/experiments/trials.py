@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from affordance.arguments import REPEATS
 from affordance.exceptions import BadValueError, describe_choice, find_hidden
 from affordance.experiments.trial_cells import Cells, is_formula
 from affordance.objects.colour import is_colour, parse_colour
@@ -243,7 +244,11 @@ def _is_carried(cell: str) -> bool:
 def check_cost(table: TrialTable, repeats: int, num_learners: int) -> None:
     """Raises a BadValueError for more trials, or longer holds, than can be computed in some hours."""
     trials, seconds = len(table.rows) * num_learners, float(table.rows["duration"].sum()) * num_learners
-    most = min(_MOST_LIFTS // trials, math.inf if seconds == 0.0 else int(_MOST_SECONDS / seconds))
+    most = min(
+        REPEATS.high // len(table.participants),
+        _MOST_LIFTS // trials,
+        math.inf if seconds == 0.0 else int(_MOST_SECONDS / seconds),
+    )
     if repeats > most:
         cost = f"{len(table.rows)} trials, {seconds / num_learners:g} s of holds and {num_learners} learners"
         if most == 0:

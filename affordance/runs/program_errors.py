@@ -11,16 +11,20 @@ from affordance.exceptions import AffordanceError, BadValueError
 
 @contextmanager
 def blame_program(path: Path) -> Iterator[None]:
-    """Translates mistakes in a user's file, in this or another process, to a BadValueError that names its line."""
+    """Translates mistakes in a user's file, in this or another process, to a BadValueError that names its line.
+
+    One that surfaces outside of the file, as of an argument that it gave, is named with the place where it does.
+    """
     try:
         yield
     except (AffordanceError, MemoryError):
         raise
     except Exception as error:
         where = _find_line(path.resolve(), error)
-        if not where:  # a mistake of ours
-            raise
-        raise BadValueError(path, where, f"{type(error).__name__}: {error}") from error
+        what = f"{type(error).__name__}: {error}"
+        if not where and (frames := traceback.extract_tb(error.__traceback__)):
+            what += f" (in {Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+        raise BadValueError(path, where, what) from error
 
 
 def _find_line(path: Path, error: BaseException) -> str:

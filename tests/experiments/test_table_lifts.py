@@ -1,4 +1,4 @@
-"""Lifts of a table: those of the same trials as a program, to the last bit; holds, looks and choices in one memory."""
+"""Lifts of a table: those of a program with the same trials, to the last bit; holds, looks, choices in one memory."""
 
 import dataclasses
 import itertools
@@ -84,9 +84,7 @@ def test_one_memory_goes_through_all_that_is_done(setup):
     """A hold teaches what is lifted next; a look, and a lift that does not teach, leave no trace."""
     taught = [("P", "a", "small", "hold", None), ("P", "a", "large", "lift", None)]
     looked = [("P", "a", "small", "look", None), ("P", "a", "large", "lift", None)]
-    new, old = (
-        build(rows, learners=(Learner.DENSITY,)).collect(setup)["force"].iloc[1] for rows in (taught, looked)
-    )
+    new, old = (build(rows, learners=(Learner.DENSITY,)).collect(setup)["force"].iloc[1] for rows in (taught, looked))
     prior = setup.settings.prior.mode * TOOLS[1].components[0].shape.volume * 9.81
     assert old == pytest.approx(prior, rel=1e-9)
     assert abs(new - prior) > 0.02 * prior
@@ -141,7 +139,9 @@ def test_grip_is_chosen_by_what_was_learned(setup):
     frame = pd.DataFrame({"object": [*(tool.name for tool in held), stick.name]})
     frame = frame.assign(do=["lift"] * 3 + ["choose"], task=[""] * 3 + ["reach"])
     table = check_trials(frame, [*held, stick], tasks=["reach"])
-    lifts = TableExperiment("mine", table, {"reach": Robot().load_task("reach")}, 4, (Learner.DENSITY,)).collect(setup)
+    lifts = TableExperiment("mine", table, {"reach": Robot().load_task("reach")}, 4, (Learner.DENSITY,)).collect(
+        setup
+    )
     chosen = lifts[lifts["do"] == "choose"]
     assert lifts.loc[lifts["do"] == "lift", "chosen"].tolist() == [""] * 12
     assert (chosen["chosen"] == "steel").sum() >= 3

@@ -90,7 +90,7 @@ def test_columns_with_names_of_other_programs_are_named(read):
 
 
 def test_further_columns_are_carried_along_unless_they_cannot_be(read):
-    table = read("object,session,html,force_plate,weight\nsmall,s1,\"<p>\nx\",1,2\nlarge,s2,y,3,4\n")
+    table = read('object,session,html,force_plate,weight\nsmall,s1,"<p>\nx",1,2\nlarge,s2,y,3,4\n')
     assert table.rows["session"].tolist() == ["s1", "s2"]
     assert table.rows["force_plate"].tolist() == ["1", "3"]
     assert table.unused == ("html", "weight")
@@ -116,11 +116,17 @@ MISTAKES = [
     ("object,mass\nsmall,nan\n", "row 2, mass: is 'nan', must be a number of kg"),
     ("object,mass\nsmall,1_0\n", "row 2, mass: is '1_0', must be a number of kg"),
     ("object,mass\nsmall,0.0002\n", "row 2, mass: is 0.0002, must be from 0.001 to 100 kg; the nearest is 0.001"),
-    ("object,mass\nsmall,90\n", "row 2, mass: is 90 kg and gives small a density of 2.98e+05 kg/m^3, must be from 0.1"),
+    (
+        "object,mass\nsmall,90\n",
+        "row 2, mass: is 90 kg and gives small a density of 2.98e+05 kg/m^3, must be from 0.1",
+    ),
     ("object,mass\nsmall,90\n", "to 25000; 0.09 if g were meant"),
     ("object,mass\nsmall,0.2\nsmal,0.2\n", "row 3, object: is 'smal', must be one of small, large, stick; did you"),
     ("object,mass\n,0.2\n", "row 2, object: is empty, must be one of small, large, stick"),
-    ("object,do\nsmall,lfit\n", "row 2, do: is 'lfit', must be one of lift, hold, look, choose; did you mean 'lift'?"),
+    (
+        "object,do\nsmall,lfit\n",
+        "row 2, do: is 'lfit', must be one of lift, hold, look, choose; did you mean 'lift'?",
+    ),
     ("object,do,duration\nsmall,hold,2500\n", "row 2, duration: is 2500, must be from 0.1 to 60 s; 2.5 if ms were"),
     ("object,do,duration\nsmall,lift,2\n", "row 2, duration: is 2, must be empty where do is 'lift', not 'hold'"),
     ("object,do,task\nstick,choose,reech\n", "row 2, task: is 'reech', must be one of reach, hammer; did you mean"),
@@ -131,17 +137,26 @@ MISTAKES = [
     ("object,cycle\nsmall,1.4\n", "row 2, cycle: is 1.4, must be a whole number; the nearest is 1"),
     ("object,looks_like\nsmall,bras\n", "row 2, looks_like: is 'bras', must be one of"),
     ("object,teaches\nsmall,maybe\n", "row 2, teaches: is 'maybe', must be yes or no"),
-    ("participant,group,object\nP,A,small\nP,B,small\n", "row 3, group: is 'B', must be 'A', as in the rows above of"),
+    (
+        "participant,group,object\nP,A,small\nP,B,small\n",
+        "row 3, group: is 'B', must be 'A', as in the rows above of",
+    ),
     ("object,mass\nsmall\n", "row 2: has 1 cells, must have 2, one for each column"),
     ("object,mass\nsmall,0.2,0.3\n", "row 2: has 3 cells, must have 2, one for each column"),
     ("participant,mass\nP1,0.2\n", "object: is missing among participant, mass; --columns object=NAME says what"),
-    ("objekt,mass\nsmall,0.2\n", "row 1: is 'objekt'; did you mean 'object'? Then name it so, or say --columns object="),
+    (
+        "objekt,mass\nsmall,0.2\n",
+        "row 1: is 'objekt'; did you mean 'object'? Then name it so, or say --columns object=",
+    ),
     ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which is there twice"),
     ("object,,mass\nsmall,1,1\n", "row 1, column 2: has no name"),
     ("object\n", "has no trials, must have a row of names and a row for each trial"),
     ("", "has no trials"),
     ("participant,object\n=1+1,small\n", "row 2, participant: is '=1+1', which a spreadsheet would calculate"),
-    ('group,object\n"-1+cmd|\' /C calc\'!A0",small\n', "row 2, group: is \"-1+cmd|' /C calc'!A0\", which a spreadsheet"),
+    (
+        "group,object\n\"-1+cmd|' /C calc'!A0\",small\n",
+        "row 2, group: is \"-1+cmd|' /C calc'!A0\", which a spreadsheet",
+    ),
     ("group,object\n\u202egnp,small\n", "row 2: holds the hidden character U+202E"),
     ('object,mass\n"small,0.2\n', "is not a row of a table: unexpected end of data"),
     (b"object,mass\nsm\xe4ll,0.2\n", "is not a text file in UTF-8"),
@@ -159,7 +174,12 @@ def test_mistake_is_answered_with_its_row_and_column(read, text, said):
         (trial_cells, "_MOST_ROWS", 2, "has more than 2 rows, must have at most as many"),
         (trial_cells, "_MOST_BYTES", 20, "MB, must have at most"),
         (trial_cells, "_MOST_COLUMNS", 3, "has 8 columns, must have at most 3"),
-        (trials, "_MOST_TRIALS", 1, "row 3, participant: is 'P1', who has more than 1 trials, must have at most as many"),
+        (
+            trials,
+            "_MOST_TRIALS",
+            1,
+            "row 3, participant: is 'P1', who has more than 1 trials, must have at most as many",
+        ),
         (trials, "_MOST_COLOURS", 0, "the objects: show 1 colours, must show at most 0"),
     ],
 )
@@ -177,7 +197,9 @@ def test_repeats_are_bounded_by_what_they_cost(read, monkeypatch):
     monkeypatch.setattr(trials, "_MOST_SECONDS", 8.0)
     assert "must be at most 1 with 3 trials" in refuse(check_cost, table, 2, 3)
     monkeypatch.setattr(trials, "_MOST_SECONDS", 7.0)
-    assert "trials.csv: has 3 trials, 2.5 s of holds and 3 learners, which take too long" in refuse(check_cost, table, 1, 3)
+    assert "trials.csv: has 3 trials, 2.5 s of holds and 3 learners, which take too long" in refuse(
+        check_cost, table, 1, 3
+    )
 
 
 def test_table_of_functions_is_checked_as_one_of_a_file(read):
