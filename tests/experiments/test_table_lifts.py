@@ -11,7 +11,7 @@ from helpers.refusals import refuse
 from affordance.belief.learner import Learner
 from affordance.exceptions import InfeasibleError
 from affordance.experiments import linear, table_lifts
-from affordance.experiments.lifts import cylinder, measure_each
+from affordance.experiments.lifts import build_table, cylinder, measure_each
 from affordance.experiments.observers import Setup
 from affordance.experiments.table_lifts import TableExperiment
 from affordance.experiments.trials import check_trials
@@ -48,10 +48,8 @@ def program(tmp_path_factory):
         patch.setattr(linear, "FAMILIAR", 3)
         patch.setattr(linear, "MIXED", 4)
         lifts = linear.collect("linear_plus", setup)
-        seeds = ([setup.seed, number, Stream.LIFT_ORDER] for number in range(3))
-        drawn = [linear.design(number, np.random.default_rng(seed)) for number, seed in enumerate(seeds)]
-    rows = [each.rename(columns={"block": "phase"}).assign(participant=f"P{k}") for k, each in enumerate(drawn)]
-    return lifts, check_trials(pd.concat(rows), linear.read("linear_plus", setup))
+        table = build_table(linear.design, 3, seed=setup.seed)
+    return lifts, check_trials(table, linear.read("linear_plus", setup))
 
 
 @pytest.mark.parametrize(("jobs", "learners"), [(1, tuple(Learner)), (2, (Learner.KINDS_DRAWN,))])

@@ -1,5 +1,7 @@
 """Trial tables: what other programs write is read, and each mistake is answered in one line with row and column."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -202,7 +204,8 @@ def test_repeats_are_bounded_by_what_they_cost(read, monkeypatch):
     )
 
 
-def test_table_of_functions_is_checked_as_one_of_a_file(read):
+def test_table_of_functions_is_checked_as_one_of_a_file(read, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     frame = pd.DataFrame(
         {
             "participant": ["P1", "P1", "P2"],
@@ -216,6 +219,8 @@ def test_table_of_functions_is_checked_as_one_of_a_file(read):
         }
     )
     pd.testing.assert_frame_equal(check_trials(frame, TOOLS).rows, read(GOOD).rows)
+    frame.to_csv("trials.csv", index=False)
+    pd.testing.assert_frame_equal(read_trials(Path("trials.csv"), TOOLS, MATERIALS).rows, read(GOOD).rows)
     exact = check_trials(frame.assign(mass=[0.1 + 0.2, np.nan, 0.4]), TOOLS)
     assert exact.rows["mass"].tolist()[0] == 0.1 + 0.2
     said = refuse(check_trials, frame.assign(mass=[0.2, -1.0, 0.4]), TOOLS)
