@@ -1,7 +1,8 @@
 """Trial tables: a row per trial, from a spreadsheet, another program or a function, checked cell by cell.
 
 The order of the rows is the order of the trials. Only ``object`` must be given; what is left out is a lift by one
-participant of one group, of the object as its file has it. A table is data: nothing in it is run or calculated.
+participant of one group, of the object as its file has it. A column ``block`` is taken for a phase if there is none.
+A table is data: nothing in it is run or calculated.
 """
 
 import math
@@ -128,7 +129,7 @@ def _check(
         {
             "participant": cells.read_names("participant", "1"),
             "group": cells.read_names("group", "all"),
-            "phase": cells.read_names("phase", "all"),
+            "phase": cells.read_names("phase" if "phase" in cells.labels else "block", "all"),
             "cycle": cells.read_numbers("cycle", 0, 1_000_000),
             "object": cells.read_choices("object", by_name),
             "do": cells.read_choices("do", DOINGS, "lift"),
@@ -149,7 +150,7 @@ def _check(
     counted = rows.groupby(["place", "phase", "object"], sort=False).cumcount() + 1
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
-    further = [name for name in cells.labels if name not in COLUMNS]
+    further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
     carried = [name for name in further if all(map(_is_carried, cells[name])) and name not in WRITTEN]
     rows = rows.assign(**{name: cells[name] for name in carried})
     unused = tuple(name for name in further if name not in carried)

@@ -98,6 +98,11 @@ def test_further_columns_are_carried_along_unless_they_cannot_be(read):
     assert table.unused == ("html", "weight")
 
 
+def test_block_is_a_phase_where_there_is_none(read):
+    assert read("object,block\nsmall,learn\n").rows["phase"].tolist() == ["learn"]
+    assert read("object,block,phase\nsmall,learn,test\n").rows["phase"].tolist() == ["test"]
+
+
 def test_mass_scales_all_densities_and_look_is_shown(read):
     table = read("object,mass,looks_like\nsmall,0.45,brass\nlarge,,#112233\nlarge,1.2,\n")
     heavy, dark, large = (table.tools[number] for number in table.rows["tool"])
