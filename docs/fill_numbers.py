@@ -5,9 +5,9 @@ A number in a page stands between two comments, which a reader of the rendered p
     <!--=reach: p_correct[1]; .2f-->0.64<!--/-->
 
 They name a folder of results, a place in its ``metrics.json`` as Python would write it, and a format of Python,
-without bars, which would end the cell of a table. A format that ends in %, cm or mm shows a value in that unit. Values
-are kept in ``docs/numbers.json`` with the run that they are from, so that a test can compare the pages with them
-without results.
+without bars, which would end the cell of a table. A format that ends in %, cm or mm shows a value in that unit.
+Values are kept in ``docs/numbers.json`` with the run that they are from, so that a test can compare the pages with
+them without results.
 """
 
 import json

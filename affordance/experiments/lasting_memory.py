@@ -20,8 +20,8 @@ from affordance.simulation.trial_record import TrialRecord
 def remember_in(setup: Setup, place: Path | str, same_colours: SameColours = ()) -> Setup:
     """Returns the setup of one observer who begins with a lasting memory, and adds to it what it feels.
 
-    The number of remembered trials is added to the seed, past the largest from 0, so that no error of measurement is drawn again. Settings
-    must not be changed afterwards, as the learner's belief depends on them.
+    The number of remembered trials is added to the seed, past the largest from 0, so that no error of measurement is
+    drawn again. Settings must not be changed afterwards, as the learner's belief depends on them.
 
     Args:
         setup: Setup of a run of one observer.

@@ -34,6 +34,8 @@ from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, LiftRecord, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
+# Most lifts of all observers of all learners, by the memory that their rows take (SECURITY.md).
+MOST_LIFTS = 2_000_000
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
 
@@ -137,10 +139,17 @@ def run_lifts(
 ) -> pd.DataFrame:
     """Lets observers of each learner lift objects, and returns a row per lift.
 
+    More observers than ``MOST_LIFTS`` allows raise a BadValueError.
+
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
     check_can_be_lifted(name, tools, setup.settings)
+    count = len(learners) * len(design(0, np.random.default_rng(setup.seed)))
+    if setup.observers * count > MOST_LIFTS:
+        most = MOST_LIFTS // count
+        problem = f"is {setup.observers}, must be at most {most} with {count} lifts each; the nearest is {most}"
+        raise BadValueError("--repeats", "", problem)
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []

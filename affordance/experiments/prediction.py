@@ -58,8 +58,8 @@ def predict(
 
     Observers are kept where a run keeps them, so that a later run does not simulate them again.
     """
-    folder = prepare_folder(setup.out / name)
     found = measure(setup)
+    folder = prepare_folder(setup.out / name)
     values = _sort_by_number(found.values)
     predictions = {
         number: {learner: summarise(each) for learner, each in by_learner.items()}

@@ -40,7 +40,7 @@ KINDS = "hammer, reach, mash, carry, hold"
         ("kind: hold\nduration: 3\nposture: {elbow: 9}", "mine.yaml: posture.elbow: is 9, must be from"),
         (f"{CARRY}points: []", "mine.yaml: points: is [], must be a list with at least one entry"),
         (f"{CARRY}tilt: 2\npoints: [[0, 0, 1]]", "tilt: is 2, must be from 0.001 to"),
-        ("- 3", "mine.yaml: is [3], must be a mapping of keys to values"),
+        ("- 3", "mine.yaml: is a list, must be a mapping of keys to values"),
     ],
 )
 def test_mistake_in_a_task_is_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -87,7 +87,7 @@ def lift_without_doubts(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimRe
     learners = (Learner.DENSITY, Learner.KINDS_MAP)
     data = [next_lift.observe(setup.change(learner=each), things, 0).expand_dims("observer") for each in learners]
     numbers = [next_lift.summarise(next_lift.measure(each, things)) for each in data]
-    return next_lift.judge(dict(zip(learners, numbers, strict=True)))
+    return next_lift.judge({each.value: found for each, found in zip(learners, numbers, strict=True)})
 
 
 def see_slowly_and_too_small(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:

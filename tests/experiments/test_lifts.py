@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from helpers.refusals import refuse
+from helpers.refusals import refuse, refuse_command
 from pydrake.multibody.tree import SpatialInertia
 
 from affordance.belief.learner import Learner
@@ -157,6 +157,21 @@ def setup(tmp_path_factory):
 def lifts(setup):
     """Lifts of three observers of each learner."""
     return run_lifts("mine", setup, TOOLS, design)
+
+
+@pytest.mark.parametrize("command", ["run", "predict"])
+def test_more_lifts_than_memory_holds_are_refused_before_anything_is_written(command, tmp_path, monkeypatch):
+    """Two millions are 2083 observers of the 320 lifts of Linear+ by each of three learners."""
+    monkeypatch.chdir(tmp_path)
+    said = refuse_command(command, "linear_plus", "--repeats", 2084)
+    assert said.endswith("--repeats: is 2084, must be at most 2083 with 960 lifts each; the nearest is 2083")
+    monkeypatch.setattr("affordance.experiments.lifts.run_observers", fail)
+    with pytest.raises(AssertionError, match="would run"):
+        run_lifts("mine", Setup(observers=2_000_000 // 28 // 3, out=tmp_path), TOOLS, design)
+
+
+def fail(*arguments):
+    raise AssertionError("would run")
 
 
 def test_every_lift_of_every_observer_of_every_learner_is_a_row(lifts):

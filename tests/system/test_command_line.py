@@ -14,15 +14,14 @@ from helpers.children import PATIENCE, ROOT
 from studies.trust.kills import list_differences
 
 PROGRAM = ROOT / "run_experiments.py"
-# Two rods and a decoy.
-FEW = "".join(
-    f"  - {{name: {name}, components: [{{semi_axes: [{half}, 0.015, 0.015], position: [{half}, 0, 0], {made}}}]}}\n"
-    for name, half, made in (
-        ("short", 0.05, "material: brass"),
-        ("long", 0.1, "material: brass"),
-        ("decoy", 0.1, "material: beech, looks_like: brass"),
-    )
+ROD = "  - {name: NAME, components: [{semi_axes: [SIZE, 0.015, 0.015], position: [SIZE, 0, 0], material: brass}]}\n"
+FEW = (
+    "tools:\n"
+    + ROD.replace("NAME", "short").replace("SIZE", "0.05")
+    + ROD.replace("NAME", "long").replace("SIZE", "0.1")
 )
+DECOY = ROD.replace("NAME", "decoy").replace("SIZE", "0.1").replace("brass", "beech, looks_like: brass")
+FEW += DECOY
 
 
 @pytest.fixture
@@ -83,7 +82,7 @@ def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, models
     The rods are two, and the decoy.
     """
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
-    (models / "tools" / "weight.yaml").write_text(f"tools:\n{FEW}", encoding="utf-8")
+    (models / "tools" / "weight.yaml").write_text(FEW, encoding="utf-8")
     command = ("weight", "--repeats", 2, "--jobs", 1, "--models", models)
     process = start(*command, "--out", interrupted)
     wait_for(interrupted, "repeat_*.npz")

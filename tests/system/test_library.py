@@ -19,7 +19,9 @@ from affordance import (
     MaterialMemory,
     Prior,
     Reach,
+    Run,
     Runs,
+    Selection,
     Settings,
     Setup,
     Tool,
@@ -36,6 +38,7 @@ from affordance import (
     load_robot,
     load_tools,
     open_memory,
+    open_robot,
     rank,
     read_gains,
     read_run,
@@ -44,6 +47,7 @@ from affordance import (
 )
 from affordance.belief.density_belief import DensityBelief
 from affordance.experiments import two_families
+from affordance.identification.recording.run import RunDescription
 from affordance.memory.simulated_trial import describe_trial
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Grip
@@ -140,8 +144,10 @@ def test_experiment_is_run_from_python(tmp_path):
     assert report == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
     assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.1}
-    again = two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers
-    assert again["illusion"] == numbers["illusion"]
+    assert (
+        two_families.run(Setup(observers=1, out=tmp_path, settings=settings)).numbers["illusion"]
+        == numbers["illusion"]
+    )
 
 
 def make_belief(precision, vector=(0.0, 0.0)):
@@ -157,6 +163,11 @@ def make_pose(scale=1.0, mirrored=False):
 
 hold = functools.partial(RUNNER.run_hold, duration=1.0)
 expect = MaterialMemory.from_densities
+
+
+def record_run(**changes):
+    table = {"times": np.arange(50) * 0.01, "q": np.zeros((50, 1)), "signal": np.zeros((50, 1))}
+    return Run(**{"source": "run", "description": RunDescription(("a",), "current"), **table, **changes})
 
 
 def build_load(size):
@@ -203,6 +214,33 @@ def build_load(size):
         (lambda: expect({(212, 160, 23): 8500}), r"densities\[0\]: is 212, must be from 0 to 1"),
         (lambda: expect([8500]), "densities: is of type list, must be a mapping"),
         (lambda: NOVICE.density("brass"), "material: is 'brass', of which no object was met; colours met are none"),
+        # Calls that ended in errors of Python, or were accepted.
+        (lambda: hold(RODS[0], NOVICE, duration="3"), "duration: is '3', must be a number"),
+        (lambda: hold(RODS[0], NOVICE, seed=None), "seed: is empty, must be a number"),
+        (lambda: Material("red", "#ff0000", 1000.0), "Material: colour: is '#ff0000', must be red, green and blue"),
+        (lambda: open_robot(None, None, "."), "options: is of type NoneType, must be of type ImportOptions"),
+        (lambda: load_robot("r.urdf", 3), "tip: is of type int, must be of type str"),
+        (lambda: ImportOptions(None), "tip: is of type NoneType, must be of type str"),
+        (lambda: ImportOptions("f", posture=3), "posture: is of type int, must be of type Mapping"),
+        (lambda: ImportOptions("f", effort={"a": "x"}), r"effort\['a'\]: is 'x', must be a number"),
+        (lambda: ImportOptions("f", effort={1: 2.0}), "joint of effort: is of type int, must be of type str"),
+        (lambda: ImportOptions("f", height="1"), "height: is '1', must be a number"),
+        (lambda: ImportOptions("f", damping="no"), "damping: is of type str, must be of type bool"),
+        (lambda: record_run(description=None), "description: is of type NoneType, must be of type RunDescription"),
+        (lambda: record_run(source=None), "source: is of type NoneType, must be of type str"),
+        (lambda: record_run(times=None), r"times: has the shape \(\), must have \(n,\)"),
+        (lambda: record_run(q="angles"), "q: is 'angles', must be numbers"),
+        (lambda: RunDescription("ab", "current"), "joint_names: is of type str, must be of type tuple"),
+        (lambda: RunDescription(("a", 2), "current"), r"joint_names\[1\]: is of type int, must be of type str"),
+        (lambda: RunDescription(("a",), "volts"), "kind: is 'volts', must be one of"),
+        (lambda: RunDescription(("a",), "current", base=3), "base: is of type int, must be of type str"),
+        (lambda: RunDescription(("a",), "current", gravity=None), r"gravity: has the shape \(\), must have \(3,\)"),
+        (lambda: change_settings(None, {}), "settings: is of type NoneType, must be of type Settings"),
+        (lambda: change_settings(Settings(), 3), "changes: is of type int, must be of type Mapping"),
+        (lambda: Tool(None, STICK.components), "name: is of type NoneType, must be of type str"),
+        (lambda: Tool("t", None), "components: is of type NoneType, must be of type Sequence"),
+        (lambda: Tool("t", STICK.components, None), "grips: is of type NoneType, must be of type Sequence"),
+        (lambda: Selection(robot=3).narrow(), "robot: is of type int, must be of type str"),
         # Calls that were meant otherwise.
         (lambda: hold(RODS, NOVICE), "tool: is of type tuple, must be of type Tool; load_tools"),
         (lambda: hold(RODS[0], None), "memory: is of type NoneType, must be of type Memory"),
