@@ -21,6 +21,11 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _TRUE = ("true", "yes", "1", "wahr", "ja", "vrai", "oui", "vero", "verdadero")
 _FALSE = ("false", "no", "0", "falsch", "nein", "faux", "non", "falso")
 _EMPTY = ("", "n/a")  # the second as BIDS has it
+# What others call columns without which a table would be taken for another experiment.
+_OTHERS = {
+    "participant": ("subject", "subj", "sub", "participant_id", "subject_id", "subject_nr", "pp", "vp"),
+    "object": ("stimulus", "stim", "stim_file", "item"),
+}
 # Similarity, as of difflib, from which the name of a column is taken for a slip.
 _ALIKE = 0.75
 
@@ -113,7 +118,8 @@ class Cells:
             labels[name] = theirs
         missing = [name for name in known if name not in labels]
         for name in labels:
-            near = difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
+            near = [each for each in missing if name.lower() in _OTHERS.get(each, ())]
+            near += difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
             if name not in known and near:
                 problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so, or say --columns {near[0]}={name}"
                 raise BadValueError(self.path, "row 1", problem)

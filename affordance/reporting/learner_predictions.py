@@ -16,6 +16,8 @@ from affordance.reporting.statistics import Estimate, estimate_mean
 _SMALL = 0.2
 # Power of a test of two groups, unless another is asked for, and its significance level, two-sided.
 POWER, _SIGNIFICANCE = 0.9, 0.05
+# Number of participants beyond which it does not matter how many there would have to be.
+_MANY = 100_000
 # Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
 # Central range of the observers that is shown as their spread.
@@ -146,7 +148,8 @@ def describe_contrast(contrast: Contrast) -> str:
         return f"{pair} are not distinguished by any of these"
     between = "people" if contrast.is_of_people else "observers"
     size = f"difference {contrast.difference:.3g}, Cohen's d = {abs(contrast.effect):.2g} (spread between {between})"
-    count = f"{contrast.num_people:.0f} participants per group"
+    number = f"{contrast.num_people:.0f}" if contrast.num_people <= _MANY else f"more than {_MANY}"
+    count = f"{number} participants per group"
     test = f"(two-sided {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
     if not contrast.is_of_people:
         return (

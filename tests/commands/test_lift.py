@@ -78,7 +78,7 @@ def test_learners_are_told_apart_by_a_table(folder):
     [
         (
             ["--objects", "objects.yaml"],
-            "trials.csv: object: is missing among subj, group, phase, stim, mass, session",
+            "trials.csv: row 1: is 'subj'; did you mean 'participant'?",
         ),
         (["--objects", "objects.yaml", "--columns", "stim"], "--columns: is 'stim', must be OURS=THEIRS, such as"),
         (

@@ -155,6 +155,14 @@ MISTAKES = [
         "objekt,mass\nsmall,0.2\n",
         "row 1: is 'objekt'; did you mean 'object'? Then name it so, or say --columns object=",
     ),
+    (
+        "Subject,object\nS1,small\n",
+        "row 1: is 'Subject'; did you mean 'participant'? Then name it so, or say --columns",
+    ),
+    (
+        "stim,mass\nsmall,1\n",
+        "row 1: is 'stim'; did you mean 'object'? Then name it so, or say --columns object=stim",
+    ),
     ("object,mass,mass\nsmall,1,1\n", "row 1, column 3: is 'mass', which is there twice"),
     ("object,,mass\nsmall,1,1\n", "row 1, column 2: has no name"),
     ("object\n", "has no trials, must have a row of names and a row for each trial"),
