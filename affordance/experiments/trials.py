@@ -29,8 +29,9 @@ COLUMNS = (
     *("measured", "force"),
 )
 DURATION = 3.0  # of a hold, unless the table has another, [s]
-# Bounds (SECURITY.md): trials of one participant, and colours, with whose square a joint belief grows.
-_MOST_TRIALS, _MOST_COLOURS = 5_000, 50
+# Bounds (SECURITY.md): trials of one participant, objects with a mass and look of their own, which take a millisecond
+# each, and colours, with whose square a joint belief grows.
+_MOST_TRIALS, _MOST_PRESENTED, _MOST_COLOURS = 5_000, 5_000, 50
 _LONGEST_HOLD = 60.0  # [s]
 # Bounds by cost (SECURITY.md): a lift takes 2 ms, a second of a hold 0.05 s, and a row of the result a kilobyte.
 _MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
@@ -159,6 +160,7 @@ def _check(
 
 def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tasks: Collection[str]) -> None:
     """Checks what cells of one row say together."""
+    given = {name: cells[name] for name in ("task", "duration", "force")}
     for place, row in enumerate(rows.to_dict("records")):
         cycle, do, task = row["cycle"], row["do"], row["task"]
         if not (math.isnan(cycle) or cycle.is_integer()):
@@ -170,8 +172,8 @@ def _check_rows(cells: Cells, rows: pd.DataFrame, tools: Mapping[str, Tool], tas
         if do == "choose" and len(tools[row["object"]].grips) < 2:
             cells.refuse(place, "object", f"is {row['object']!r}, which has no two grips to choose from")
         for name, only in (("task", "choose"), ("duration", "hold"), ("force", "lift")):
-            if cells[name][place] and do != only:
-                cells.refuse(place, name, f"is {cells[name][place]}, must be empty where do is {do!r}, not {only!r}")
+            if given[name][place] and do != only:
+                cells.refuse(place, name, f"is {given[name][place]}, must be empty where do is {do!r}, not {only!r}")
 
 
 def _check_participants(cells: Cells, rows: pd.DataFrame) -> None:
@@ -199,6 +201,9 @@ def _list_presented(
     for place, (name, mass, look) in enumerate(zip(rows["object"], rows["mass"], rows["looks_like"], strict=True)):
         key = (name, None if math.isnan(mass) else mass, look)
         if key not in known:
+            if len(known) == _MOST_PRESENTED:
+                problem = f"is another of more than {_MOST_PRESENTED} objects with a mass and look of their own"
+                cells.refuse(place, "object", f"{problem}, must be of at most as many")
             known[key] = len(presented)
             presented.append(_present(cells, place, tools[name], *key[1:], materials))
         places.append(known[key])

@@ -195,6 +195,12 @@ def test_mistake_is_answered_with_its_row_and_column(read, text, said):
             1,
             "row 3, participant: is 'P1', who has more than 1 trials, must have at most as many",
         ),
+        (
+            trials,
+            "_MOST_PRESENTED",
+            2,
+            "row 4, object: is another of more than 2 objects with a mass and look of their",
+        ),
         (trials, "_MOST_COLOURS", 0, "the objects: show 1 colours, must show at most 0"),
     ],
 )
