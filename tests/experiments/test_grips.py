@@ -165,7 +165,7 @@ OF_HAMMER = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
 
 @pytest.fixture
 def measured(choices):
-    """Numbers of made-up choices of four observers at three moments; wood is right for the stick, steel for the other.
+    """Numbers of made-up choices of four observers; wood is right for the stick, and steel for the hammer.
 
     Before experience the choice with the stick is at chance level, and that with the hammer is not.
     """

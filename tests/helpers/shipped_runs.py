@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 from affordance.choice import off_axis
-from affordance.experiments import hammer, observers, reach
+from affordance.experiments import hammer, next_lift, observers, reach
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import write_results
 from affordance.experiments.suite import NAMES, find_experiment
@@ -56,11 +56,11 @@ def run_shipped(name: str, out: Path) -> Run:
     """Runs a shipped experiment with two observers, and writes its results.
 
     Simulations III and IV are about the first two of their tools, whose parts are moved in two ways only for the
-    number that says what moving them changes.
+    number that says what moving them changes; what is lifted next is chosen by a quarter of the samples.
     """
     models = MODELS if name not in ("reach", "hammer") else make_models(out / f"models_{name}", num_novel=2)
     setup, start = Setup(observers=OBSERVERS, out=out, models=models), time.perf_counter()
-    with move_few_parts(), note_entered() as entered:
+    with save_time(), note_entered() as entered:
         results = find_experiment(name).run(setup)
     write_results(results, name, setup, start)
     return Run(
@@ -89,10 +89,11 @@ def make_models(folder: Path, *, num_novel: int) -> Path:
 
 
 @contextmanager
-def move_few_parts() -> Iterator[None]:
-    """Moves the parts of each tool in two ways only; ``choice/test_off_axis.py`` tries all of them."""
+def save_time() -> Iterator[None]:
+    """Moves the parts of each tool in two ways only (``test_off_axis.py`` tries all), and draws few samples."""
     every = off_axis.list_shifted
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(next_lift, "SAMPLES", 250)
         patch.setattr(off_axis, "list_shifted", lambda tool: [*every(tool)][:2])
         yield
 

@@ -23,6 +23,7 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.model_folder import MODELS
 from affordance.identification import identify as identification
 from affordance.memory.ledger import open_memory
+from affordance.memory.simulated_trial import describe_trial
 from affordance.objects.load import load_tools
 from affordance.plant.arm import name_robot
 from affordance.plant.load import load_arm
@@ -104,7 +105,7 @@ def test_arm_is_recognised_by_what_is_felt_and_by_what_is_recorded(folder: Path,
     record = TrialRunner(robot=robot).run_hold(
         load_tools(MODELS / "tools" / "novel.yaml")[0], MaterialMemory(), duration=0.1
     )
-    felt = record.evidence
+    felt = describe_trial(record)
     assert felt is not None
     assert (felt.robot, felt.fingerprint) == (robot.name, chain.fingerprint)
     place = tmp_path / "memory.sqlite"

@@ -126,9 +126,9 @@ def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):
 def test_key_changes_with_configuration_and_models(weight, models):
     key = compute_key(weight, MODELS)
     assert compute_key(weight, MODELS) == key
-    assert compute_key(dataclasses.replace(weight, seed=1), MODELS) != key
+    assert compute_key(weight._replace(tools=weight.tools[1:]), MODELS) != key
     finer = dataclasses.replace(weight.settings, control_period=0.004)
-    assert compute_key(dataclasses.replace(weight, settings=finer), MODELS) != key
+    assert compute_key(weight._replace(settings=finer), MODELS) != key
     assert compute_key(weight, models) == key
     (models / "README.md").write_text("not a model", encoding="utf-8")
     assert compute_key(weight, models) == key

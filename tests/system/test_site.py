@@ -52,8 +52,10 @@ def test_every_page_is_a_chapter():
 def test_every_decision_stands_in_their_index_with_its_title():
     index = (ROOT / "docs" / "decisions" / "index.md").read_text()
     for page in ROOT.glob("docs/decisions/0*.md"):
-        title = re.match(r"# \d+\. (.*)\n", page.read_text())[1]
-        assert f"- [{page.name[:4]}]({page.name}): {title}\n" in index
+        text = page.read_text()
+        title, successor = re.match(r"# \d+\. (.*)\n(?:\n\*Status: replaced by \[(\d{4})\])?", text).groups()
+        note = f" (replaced by {successor})" if successor else ""
+        assert f"- [{page.name[:4]}]({page.name}): {title}{note}\n" in index
 
 
 def test_every_generated_part_stands_in_one_page():
