@@ -2,6 +2,7 @@
 from .belief.density_belief import Prior
 from .belief.learner import Learner
 from .belief.material_memory import MaterialMemory, start_memory
+from .choice.expected_inertia import Expectation, expect
 from .choice.hammer import Hammer, load_hammer
 from .choice.hold_advice import HoldAdvice
 from .choice.listed_options import list_options
@@ -41,6 +42,7 @@ __all__ = [
     "AffordanceError",
     "BadArgumentError",
     "BadValueError",
+    "Expectation",
     "Gains",
     "Hammer",
     "HoldAdvice",
@@ -68,6 +70,7 @@ __all__ = [
     "WhiteNoise",
     "advise_hold",
     "change_settings",
+    "expect",
     "identify",
     "import_arm",
     "list_options",

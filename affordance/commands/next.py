@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from affordance.arguments import check_number
 from affordance.belief.felt_object import FeltObject
+from affordance.choice.expected_inertia import expect
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
 from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.picking import MIN_FEASIBILITY
@@ -23,6 +24,7 @@ from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
+from affordance.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.reporting.formatting import tabulate
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
@@ -81,10 +83,12 @@ def run(arguments: argparse.Namespace) -> int:
     sentence = describe_stop(advice, arguments.uses)
     num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
     said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "hand": tilt or None, "sentence": sentence}
-    content = {**advice._asdict(), **said}
+    expected = [expect(tool, memory, settings) for tool in candidates]
+    content = {**advice._asdict(), **said, "expected": build_expectations(expected)}
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     cautions += [f"warning: {tilt}"] if tilt else []
-    text = "\n".join([*cautions, *describe_holds(advice, arguments.uses), sentence])
+    held = describe_holds(advice, arguments.uses)
+    text = "\n".join([*cautions, *held, *describe_expectations(expected), sentence])
 
     def draw() -> Figure:
         return draw_holds(

@@ -1,15 +1,25 @@
 """``affordance predict EXPERIMENT``: predicts what every learner would do before there are data."""
 
 import argparse
+from dataclasses import replace
+from pathlib import Path
 
+from affordance.arguments import check_number
+from affordance.belief.learners import list_learners
 from affordance.commands.options import add_learner, add_run_options, check_bounds, read_changes, read_robot
 from affordance.commands.setups import check_experiment, check_learner, read_setup
+from affordance.commands.tables import SUFFIXES, add_table_options, open_table
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
-from affordance.experiments.suite import NAMES, find_experiment
-from affordance.reporting.learner_predictions import format_predictions
+from affordance.experiments.suite import NAMES, Experiment, check_own_name, find_experiment, open_experiment
+from affordance.experiments.table_lifts import TableExperiment
+from affordance.experiments.trials import check_cost
+from affordance.named_settings import change_settings
+from affordance.reporting.learner_predictions import POWER, format_predictions
 from affordance.robots.kept import open_robot
+from affordance.robots.robot import Robot
 from affordance.runs.repeats import check_folder
+from affordance.settings import DEFAULT_SETTINGS
 
 # Most observers of each learner unless another number is asked for.
 _OBSERVERS = 50
@@ -17,31 +27,64 @@ _OBSERVERS = 50
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
+    add = parser.add_argument
     names = [name for name in NAMES if find_experiment(name).predict is not None]
-    parser.add_argument("experiment", help=f"one of {', '.join(names)}")
-    add_run_options(parser, None, f"simulated observers of each learner (default: at most {_OBSERVERS})", models="")
+    add("experiment", help=f"one of {', '.join(names)}, a Python file, or a table of trials (CSV)")
+    what = f"simulated observers of each learner, of a table for each participant (default: at most {_OBSERVERS}; 1)"
+    add_run_options(parser, None, what, models="")
     add_learner(parser)
+    add_table_options(parser)
+    what = "standard deviation of the force between people, [N], of a table (default: that of the table's own people)"
+    add("--people-sd", type=float, metavar="N", help=what)
+    add("--power", type=float, default=POWER, metavar="P", help=f"power of a test of two groups (default {POWER})")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints means with intervals, the spread of observers, and the best measurement."""
+    check_number("--power", arguments.power, 0.5, 0.999)
+    if arguments.people_sd is not None:
+        check_number("--people-sd", arguments.people_sd, 1e-6, 1e3, "N")
+    path = Path(arguments.experiment)
+    if path.suffix in SUFFIXES:
+        check_bounds(arguments)
+        robot = open_robot(*read_robot(arguments))
+        name = check_own_name(path)
+        table, tasks = open_table(arguments, path, robot)
+        learners = tuple(list_learners(change_settings(DEFAULT_SETTINGS, read_changes(arguments)).learner))
+        trials = TableExperiment(name, table, tasks, arguments.repeats or 1, learners, arguments.people_sd)
+        check_cost(table, trials.repeats, len(trials.learners))
+        arguments.repeats = trials.observers
+        return _predict(name, Experiment(trials.run, trials.read, trials.predict), arguments, robot)
+    for option in ("objects", "columns", "people_sd", "meshes", "materials"):
+        if getattr(arguments, option):
+            problem = f"is of a table of trials, must be omitted for {arguments.experiment}"
+            raise BadValueError(f"--{option.replace('_', '-')}", "", problem)
     check_experiment(arguments, NAMES)
-    experiment = find_experiment(arguments.experiment)
+    with open_experiment(arguments.experiment) as (name, experiment):
+        if arguments.repeats is None:
+            arguments.repeats = min(_OBSERVERS, experiment.observers)
+        check_bounds(arguments)
+        robot = open_robot(*read_robot(arguments))
+        return _predict(name, experiment, arguments, robot, is_own=name not in NAMES)
+
+
+def _predict(
+    name: str, experiment: Experiment, arguments: argparse.Namespace, robot: Robot, *, is_own: bool = False
+) -> int:
+    """Predicts an experiment; one of a user's own with one observer first."""
     if (measure := experiment.predict) is None:
         problem = f"is {arguments.experiment!r}, whose observers are of one learner; run it with --learner for each"
         raise BadValueError("experiment", "", problem)
-    if arguments.repeats is None:
-        arguments.repeats = min(_OBSERVERS, experiment.observers)
-    check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     changes = read_changes(arguments)
     check_learner("predict", changes)
     check_folder(arguments.out)
-    robot = open_robot(*read_robot(arguments))
     setup = read_setup(arguments, robot, changes)
     experiment.read(setup)
-    found = predict(arguments.experiment, setup, measure)
+    if is_own:
+        measure(replace(setup, observers=1, jobs=1))
+    found = predict(name, setup, measure, power=arguments.power)
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
     print(f"The predictions: {found.path}")
     return 0

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from affordance.belief.colour_recognition import find_colour_index
+from affordance.choice.expected_inertia import expect
 from affordance.choice.pricing import plan_options
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
@@ -15,6 +16,7 @@ from affordance.exceptions import BadValueError
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
 from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
+from affordance.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
@@ -49,6 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     choice = plan_options(see_tools(arguments, bench), task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     parts = [part.looks_like for tool in tools for part in tool.components]
+    seen = {option.object_name: option.features for option in choice.options}
+    expected = [expect(tool, known, settings, seen[tool.name]) for tool in tools]
     question = AdviceQuestion(
         name,
         robot.name,
@@ -60,7 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
         robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
     )
-    text, content = describe_advice(ranking, question), build_content(ranking, question)
+    *lines, sentence = describe_advice(ranking, question).splitlines()
+    text = "\n".join([*lines, *describe_expectations(expected), sentence])
+    content = {**build_content(ranking, question), "expected": build_expectations(expected)}
 
     def draw() -> "Figure":
         # Imported here: they take most of a second, which runs without --out need not wait.

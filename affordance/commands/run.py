@@ -2,16 +2,26 @@
 
 import argparse
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 from affordance.commands import options
 from affordance.commands.setups import check_experiment, check_learner, read_setup
 from affordance.exceptions import BadValueError
-from affordance.experiments.suite import NAMES, OF_THE_PAPER, find_experiment, run_suite
+from affordance.experiments.suite import (
+    NAMES,
+    OF_THE_PAPER,
+    Experiment,
+    find_experiment,
+    open_experiment,
+    rehearse,
+    run_suite,
+)
 from affordance.memory.past_arms import describe_past_arms
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.robots.kept import open_robot
+from affordance.runs.repeats import check_folder
 from affordance.vision.features import FeatureSource
 
 # Exit status if some of several experiments were left out.
@@ -22,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
     others = ", ".join(name for name in NAMES if name not in OF_THE_PAPER)
-    what = f"{', '.join(OF_THE_PAPER)}, all of these (default), or one of {others}"
+    what = f"{', '.join(OF_THE_PAPER)}, all of these (default), one of {others}, or a Python file"
     add("experiment", nargs="?", default="all", help=what)
     what = (
         "simulated observers, for vision objects (default: 200; for lifts of people's experiments 50 of each learner)"
@@ -41,14 +51,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
-    names = OF_THE_PAPER if arguments.experiment == "all" else (arguments.experiment,)
+    if arguments.experiment == "all":
+        return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
     check_experiment(arguments, ("all", *NAMES))
+    with open_experiment(arguments.experiment) as (name, experiment):
+        return _run({name: experiment}, arguments, is_own=name not in NAMES)
+
+
+def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
+    """Runs experiments; one of a user's own with one observer first."""
     if arguments.repeats is None:
-        arguments.repeats = 1 if arguments.memory else max(find_experiment(name).observers for name in names)
+        arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
     changes = _list_changes(arguments)
-    for name in names:
-        if find_experiment(name).every_learner:
+    for name, each in experiments.items():
+        if each.every_learner:
             check_learner(name, changes)
     robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
@@ -60,8 +77,14 @@ def run(arguments: argparse.Namespace) -> int:
         joint_names = load_arm(setup.settings.arm).joint_names
         faults = load_faults(robot.folder / "faults.yaml", arguments.fault, joint_names)
         setup = setup.change(faults=faults)
+    if is_own and setup.observers > 1:
+        check_folder(setup.out)
+        for name, each in experiments.items():
+            each.read(setup)
+            rehearse(name, each, setup)
+        print("One observer went through the whole analysis; now all others.", flush=True)
     report, left_out = run_suite(
-        names,
+        experiments,
         setup,
         cluster=arguments.cluster,
         announce=lambda page: print(f"The report, which grows: {page.resolve().as_uri()}", flush=True),

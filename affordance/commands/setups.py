@@ -16,11 +16,14 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
-    """Raises a BadValueError for no such experiment; that of a former protocol says what has taken its place."""
+    """Raises a BadValueError for no such experiment, unless it is a Python file.
+
+    The name of a former protocol is answered with what has taken its place.
+    """
     if Path(arguments.experiment).suffix in (".yaml", ".yml"):
         problem = f"is {arguments.experiment!r}: experiments are programs now, and protocols in YAML are gone"
         raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); known are {', '.join(names)}")
-    if arguments.experiment not in names:
+    if arguments.experiment not in names and Path(arguments.experiment).suffix != ".py":
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
 
 

@@ -97,7 +97,7 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
         load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools
     )
     same_colours = options.read_same_colours(arguments, materials)
-    memory = _recall(arguments.memory, settings, same_colours)
+    memory = recall_memory(arguments.memory, settings, same_colours)
     tasks = _read_tasks(names, arguments.files, robot)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
     return Bench(settings, materials, tools, memory, same_colours, tasks, criterion)
@@ -166,7 +166,7 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
     return GripBounds(**given)
 
 
-def _recall(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
+def recall_memory(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
     """Recalls a lasting memory, or without one that of an observer who knows nothing."""
     if place is None:
         return MaterialMemory(settings.learner)

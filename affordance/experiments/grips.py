@@ -101,7 +101,7 @@ def choose_by_sample(choice: Choice, memories: Sequence[MaterialMemory], seed: t
 
 
 def choose_by_expectation(
-    choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, int]
+    choice: Choice, memories: Sequence[MaterialMemory], seed: tuple[int, ...]
 ) -> tuple[Chosen, NDArray[np.bool_]]:
     """Chooses the grip of least expected absolute work under each belief.
 

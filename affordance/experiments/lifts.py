@@ -109,6 +109,32 @@ def build_row(count: int, row: int) -> list[int]:
     return places if row < count else places[::-1]
 
 
+def counterbalance[T](values: Sequence[T], participant: int) -> list[T]:
+    """Returns values in an order that is balanced over participants, a row of a Latin square for each of them."""
+    return [values[place] for place in build_row(len(values), participant % count_rows(len(values)))]
+
+
+def build_table(
+    design: Design, participants: int, *, groups: Sequence[str] = ("all",), seed: int = 0
+) -> pd.DataFrame:
+    """Builds a trial table (``trials.check_trials``), the trials of one participant below those of the one before.
+
+    Orders are those of as many observers of an experiment with this design and root of random draws.
+
+    Args:
+        design: Function that draws the trials of one participant.
+        participants: Number of participants, P1, P2 and so on.
+        groups: Names of groups, to which the participants belong in turn.
+        seed: Root of the random draws.
+    """
+    tables = []
+    for number in range(participants):
+        trials = design(number, np.random.default_rng([seed, number, Stream.LIFT_ORDER]))
+        tables.append(trials.assign(participant=f"P{number + 1}", group=groups[number % len(groups)]))
+    table = pd.concat(tables, ignore_index=True).rename(columns={"block": "phase"})
+    return table[["participant", "group", *(name for name in table if name not in ("participant", "group"))]]
+
+
 def run_lifts(
     name: str, setup: Setup, tools: Sequence[Tool], design: Design, learners: Sequence[Learner] = ()
 ) -> pd.DataFrame:
@@ -126,6 +152,7 @@ def run_lifts(
     Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
+    check_can_be_lifted(name, tools, setup.settings)
     count = len(learners) * len(design(0, np.random.default_rng(setup.seed)))
     if setup.observers * count > MOST_LIFTS:
         most = MOST_LIFTS // count

@@ -10,7 +10,14 @@ from affordance.arrays import Array
 from affordance.belief.learners import list_learners
 from affordance.experiments.observers import Setup
 from affordance.files.atomic import to_plain, write_json
-from affordance.reporting.learner_predictions import Contrast, PeopleSpread, Prediction, contrast_learners, summarise
+from affordance.reporting.learner_predictions import (
+    POWER,
+    Contrast,
+    PeopleSpread,
+    Prediction,
+    contrast_learners,
+    summarise,
+)
 from affordance.runs.repeats import list_versions, prepare_folder
 
 # File of the predictions, in the folder of the experiment's results.
@@ -45,7 +52,9 @@ def measure_learners(setup: Setup, measure: Callable[[Setup], Mapping[str, Any]]
     return ObserverNumbers({learner.name: measure(setup.change(learner=learner)) for learner in learners})
 
 
-def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]) -> Predicted:
+def predict(
+    name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers], *, power: float = POWER
+) -> Predicted:
     """Simulates the observers of every learner, and writes what each would do, and what tells learners apart.
 
     Observers are kept where a run keeps them, so that a later run does not simulate them again.
@@ -62,8 +71,9 @@ def predict(name: str, setup: Setup, measure: Callable[[Setup], ObserverNumbers]
         for number, by_learner in predictions.items()
     }
     people = found.find_spreads(means)
-    spreads = {number: people[base] for number in predictions if (base := number.split("[")[0]) in people}
-    contrasts = contrast_learners(predictions, {number: spread.sd for number, spread in spreads.items()})
+    bases = {number: number if number in people else number.split("[")[0] for number in predictions}
+    spreads = {number: people[base] for number, base in bases.items() if base in people}
+    contrasts = contrast_learners(predictions, {number: spread.sd for number, spread in spreads.items()}, power=power)
     content = _describe(predictions, spreads, contrasts)
     run = {"seed": setup.seed, "repeats": setup.observers, "config": setup, "versions": list_versions()}
     write_json(folder / FILE, {**content, **run})

@@ -2,11 +2,15 @@
 
 import importlib
 import logging
+import tempfile
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import ModuleType
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
@@ -22,11 +26,14 @@ from affordance.experiments.observers import Setup
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results, write_results
 from affordance.files.atomic import remove_leftovers
+from affordance.files.constraints import FileName, run_check
 from affordance.plant.load import load_arm
 from affordance.reporting.report import note_left_out, remove_section, write_report
 from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
 from affordance.runs.commit import find_commit
+from affordance.runs.program_errors import blame_program
+from affordance.runs.program_file import load_program
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.vision.pixels.rgbd import save_frame
 
@@ -34,7 +41,7 @@ _LOG = logging.getLogger(__name__)
 
 
 class Experiment(NamedTuple):
-    """Functions of an experiment, and what is known of it before it is run, as its module has them.
+    """Functions of an experiment, and what is known of it before it is run.
 
     Attributes:
         run: Runs it.
@@ -48,12 +55,18 @@ class Experiment(NamedTuple):
     """
 
     run: Callable[[Setup], Results]
-    read: Callable[[Setup], Any]
-    predict: Callable[[Setup], ObserverNumbers] | None
-    observers: int
-    needs: tuple[str, ...]
-    no_memory: str
-    every_learner: bool
+    read: Callable[[Setup], Any] = lambda setup: None
+    predict: Callable[[Setup], ObserverNumbers] | None = None
+    observers: int = 200
+    needs: tuple[str, ...] = ()
+    no_memory: str = ""
+    every_learner: bool = False
+
+    @classmethod
+    def of(cls, module: ModuleType) -> "Experiment":
+        """Returns the experiment of a module: its functions by their names, and its constants, in capital letters."""
+        names = {each: each if each in ("run", "read", "predict") else each.upper() for each in cls._fields}
+        return cls(**{each: getattr(module, name) for each, name in names.items() if hasattr(module, name)})
 
 
 # Experiments of `affordance run all`, in order, and the others; each is a module here.
@@ -61,6 +74,8 @@ OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift")
 # Folders of what compares finished runs; it holds no longer once there is another run.
 COMPARISONS = ("agreement", "vision_comparison")
+# Folders of results that no table, and no experiment of a user, may write to.
+_TAKEN = (*NAMES, *COMPARISONS, "arms", "frames")
 
 
 class SuiteResult(NamedTuple):
@@ -72,27 +87,44 @@ class SuiteResult(NamedTuple):
 
 def find_experiment(name: str) -> Experiment:
     """Finds an experiment by its name; raises a BadArgumentError for another one."""
-    check_name(name)
-    module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
-    return Experiment(
-        module.run,
-        module.read,
-        getattr(module, "predict", None),
-        getattr(module, "OBSERVERS", 200),
-        getattr(module, "NEEDS", ()),
-        getattr(module, "NO_MEMORY", ""),
-        getattr(module, "EVERY_LEARNER", False),
-    )
-
-
-def check_name(name: str) -> None:
-    """Raises a BadArgumentError for an experiment that there is not."""
     if name not in NAMES:
         raise BadArgumentError("experiment", "", describe_choice(name, NAMES))
+    module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
+    return Experiment.of(module)
+
+
+@contextmanager
+def open_experiment(word: str) -> Iterator[tuple[str, Experiment]]:
+    """Finds an experiment by its name, or loads that of a user's Python file; yields its name too.
+
+    Mistakes in the file are named with their line, as long as the experiment is open.
+    """
+    path = Path(word)
+    if path.suffix != ".py":
+        yield word, find_experiment(word)
+        return
+    name = check_own_name(path)
+    with blame_program(path):
+        module = load_program(path, "experiment")
+        if not callable(getattr(module, "run", None)):
+            raise BadValueError(path, "run", "is missing, must be a function of a Setup that returns Results")
+        yield name, Experiment.of(module)
+
+
+def check_own_name(path: Path) -> str:
+    """Returns the name of a file's results, its own without suffix; one that is taken, or no name, is refused."""
+    try:
+        run_check("", FileName().check, path.stem)
+    except BadArgumentError as error:
+        raise BadValueError(path, "", f"names the folder of its results, which {error.problem}") from error
+    if path.stem in _TAKEN:
+        problem = f"would write to the results of {path.stem}, must have another name, such as my_{path.name}"
+        raise BadValueError(path, "", problem)
+    return path.stem
 
 
 def run_suite(
-    names: Sequence[str] | str,
+    names: Sequence[str] | str | Mapping[str, Experiment],
     setup: Setup,
     *,
     cluster: str | None = None,
@@ -103,7 +135,7 @@ def run_suite(
     If several experiments are run, those that cannot be done are left out and named in the log and the report.
 
     Args:
-        names: Name of an experiment, or several.
+        names: Name of an experiment, or several; or experiments of one's own by name.
         setup: Setup of all of them; each has a subfolder of its name in the folder of results.
         cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
         announce: Function that is given the report after the first of several experiments, which then grows.
@@ -117,20 +149,23 @@ def run_suite(
     """
     names = (names,) if isinstance(names, str) else names
     check_kind("setup", setup, Setup)
-    for name in names:
-        check_name(name)
+    known = names if isinstance(names, Mapping) else {name: find_experiment(name) for name in names}
     check_folder(setup.out)  # before planning, which takes minutes
     find_commit()  # which is kept: that of what runs, not of what lies there at the end
     if setup.settings.faults.stuck_joint:  # which the arm must have
         setup.settings.faults.find_stuck(load_arm(setup.settings.arm).joint_names)
-    attempts = _Attempts(len(names))
-    found = [name for name in names if attempts.make(name, partial(_read, name, setup), InfeasibleError)]
+    attempts = _Attempts(len(known))
+    found = [
+        name
+        for name, each in known.items()
+        if attempts.make(name, partial(_read, name, each, setup), InfeasibleError)
+    ]
     done: list[str] = []
     try:
         with use_cluster(cluster, setup.models) if cluster is not None else nullcontext():
             for name in found:
                 start = time.perf_counter()
-                for results in attempts.make(name, partial(find_experiment(name).run, setup)):
+                for results in attempts.make(name, partial(known[name].run, setup)):
                     prepare_folder(setup.out / name)
                     remove_leftovers(setup.out)
                     write_results(results, name, setup, start)
@@ -148,9 +183,23 @@ def run_suite(
     return SuiteResult(write_report(setup.out), attempts.left_out)
 
 
-def _read(name: str, setup: Setup) -> None:
+def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:
+    """Runs one observer, and with it the whole analysis up to figures and report, into a folder that is thrown away.
+
+    The observer is kept, so that it is not run again. Results of another type raise a BadValueError.
+    """
+    one, start = replace(setup, observers=1, jobs=1), time.perf_counter()
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
+        warnings.simplefilter("ignore")  # of statistics over one observer
+        results = experiment.run(one)
+        if not isinstance(results, Results):
+            raise BadValueError(f"{name}.py", "run", f"returns a {type(results).__name__}, must return Results")
+        write_results(results, name, replace(one, out=Path(folder)), start)
+
+
+def _read(name: str, experiment: Experiment, setup: Setup) -> None:
     """Reads the files of an experiment, unless the import of the arm has found that it cannot be done."""
-    experiment, lacks = find_experiment(name), read_lacks(setup.models)
+    lacks = read_lacks(setup.models)
     for need in experiment.needs:
         if need in lacks:
             problem = f"cannot be done by this arm, as its import found: {lacks[need]}"

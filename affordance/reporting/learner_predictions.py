@@ -13,8 +13,10 @@ from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
 _SMALL = 0.2
-# Power and significance level of a test of two groups.
-_POWER, _SIGNIFICANCE = 0.9, 0.05
+# Power of a test of two groups, unless another is asked for, and its significance level, two-sided.
+POWER, _SIGNIFICANCE = 0.9, 0.05
+# Number of participants beyond which it does not matter how many there would have to be.
+_MANY = 100_000
 # Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
 # Central range of the observers that is shown as their spread.
@@ -44,12 +46,13 @@ class Contrast(NamedTuple):
     measure: str
     learners: tuple[str, str]
     difference: float  # mean of the second learner minus that of the first
-    # Difference over the standard deviation between people or, where that is unknown, between observers.
+    # Cohen's d: difference over the standard deviation between people or, where that is unknown, between observers.
     effect: float
     # Probability that of two people, one of each learner, the second's value is larger; ties count half.
     superiority: float
-    num_people: float  # size of each of two groups for a test of significance 0.05 and power 0.9; at least 2
+    num_people: float  # size of each of two groups for a test of significance 0.05 and that power; at least 2
     is_of_people: bool = False  # True if the spread between people is known
+    power: float = POWER
 
 
 def summarise(values: Array) -> Prediction:
@@ -60,7 +63,10 @@ def summarise(values: Array) -> Prediction:
 
 
 def contrast_learners(
-    predictions: Mapping[str, Mapping[str, Prediction]], people_sd: Mapping[str, float] | None = None
+    predictions: Mapping[str, Mapping[str, Prediction]],
+    people_sd: Mapping[str, float] | None = None,
+    *,
+    power: float = POWER,
 ) -> list[Contrast]:
     """Compares all pairs of learners by all measures; the best measure for a pair comes first.
 
@@ -83,8 +89,9 @@ def contrast_learners(
                     difference,
                     effect,
                     compute_superiority(one.values, other.values, extra),
-                    count_people(effect),
+                    count_people(effect, power),
                     measure in (people_sd or {}),
+                    power,
                 )
             )
     return sorted(contrasts, key=lambda contrast: (-contrast.is_of_people, -abs(contrast.effect)))
@@ -98,11 +105,11 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
     return float((differences > 0.0).mean() + 0.5 * (differences == 0.0).mean())
 
 
-def count_people(effect: float) -> float:
+def count_people(effect: float, power: float = POWER) -> float:
     """Computes the size of each of two groups for a two-sided test of means (normal approximation), at least 2."""
     if effect == 0.0:
         return math.inf
-    quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(_POWER)
+    quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(power)
     return max(2.0, math.ceil(2.0 * (quantiles / effect) ** 2))
 
 
@@ -139,18 +146,18 @@ def describe_contrast(contrast: Contrast) -> str:
     if math.isinf(contrast.num_people):
         return f"{pair} are not distinguished by any of these"
     between = "people" if contrast.is_of_people else "observers"
-    size = f"{contrast.difference:.3g}, {abs(contrast.effect):.2g} times the spread between {between}"
+    size = f"difference {contrast.difference:.3g}, Cohen's d = {abs(contrast.effect):.2g} (spread between {between})"
+    number = f"{contrast.num_people:.0f}" if contrast.num_people <= _MANY else f"more than {_MANY}"
+    count = f"{number} participants per group"
+    test = f"(two-sided {_SIGNIFICANCE:.2g}, power {contrast.power:.2g})".replace("0.", ".")
     if not contrast.is_of_people:
         return (
-            f"{pair} are distinguished best by {contrast.measure}: they differ by {size}; the spread "
-            "between people is not given, so whether they would show it is not known"
+            f"{pair} are distinguished best by {contrast.measure}: {size}; {count} suffice {test} if people differ"
+            " no more than observers, which is not known"
         )
     if abs(contrast.effect) < _SMALL:
         return (
-            f"{pair} are not distinguished by any of these: they differ most in {contrast.measure}, by {size}; it "
-            f"would take {contrast.num_people:.0f} people in each group"
+            f"{pair} are not distinguished by any of these: they differ most in {contrast.measure}: {size}; it would"
+            f" take {count} {test}"
         )
-    return (
-        f"{pair} are distinguished best by {contrast.measure}: they differ by {size}; "
-        f"{contrast.num_people:.0f} people in each group would do"
-    )
+    return f"{pair} are distinguished best by {contrast.measure}: {size}; {count} suffice {test}"

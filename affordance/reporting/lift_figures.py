@@ -4,17 +4,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from affordance.arrays import Array
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
-from affordance.reporting.formatting import count_observers
+from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import estimate_mean
 
 _BLACK = "#000000"
-# Most observers that are drawn one by one.
-_MOST_DRAWN = 30
+# Most observers that are drawn one by one, and most objects that have a row of panels.
+_MOST_DRAWN, _MOST_OBJECTS = 30, 8
 
 
 class LiftCurve(NamedTuple):
@@ -106,3 +108,51 @@ def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
     axes.fill_between(lifts[there], mean.low, mean.high, color=_BLACK, alpha=0.12, linewidth=0.0, zorder=0.6)
     label = f"{len(forces)} people, mean and 95 % interval"
     axes.plot(lifts[there], mean.mean, color=_BLACK, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)
+
+
+def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
+    """Draws a column of lifts trial by trial: a row of panels for each object, a panel for each learner.
+
+    Groups have a colour each. Of many objects the first are drawn.
+    """
+    lifts = lifts[lifts[column].notna()]
+    objects = list(dict.fromkeys(lifts["object"]))[:_MOST_OBJECTS]
+    learners, groups = list(dict.fromkeys(lifts["learner"])), list(dict.fromkeys(lifts["group"]))
+    figure = Figure(figsize=(1.0 + 3.2 * max(2, len(learners)), 1.0 + 2.3 * len(objects)), layout="constrained")
+    panels = figure.subplots(len(objects), len(learners), sharey="row", squeeze=False)
+    for row, name in zip(panels, objects, strict=True):
+        for axes, learner in zip(row, learners, strict=True):
+            own = lifts[(lifts["object"] == name) & (lifts["learner"] == learner)]
+            for number, group in enumerate(groups):
+                colour = OBJECT_COLOURS[number % len(OBJECT_COLOURS)]
+                _draw_group(axes, own[own["group"] == group], column, colour, label(group))
+            axes.set_title(f"{label(name)}, {learner}", fontsize=FONT_SIZE)
+            tidy(axes)
+        row[0].set_ylabel(title)
+    for axes in panels[-1]:
+        axes.set_xlabel("trial with this object")
+    for axes in panels.flat:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    handles, labels = panels[0][0].get_legend_handles_labels()
+    if len(groups) > 1:
+        figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4)
+    return figure
+
+
+def _draw_group(axes: Axes, lifts: pd.DataFrame, column: str, colour: str, name: str) -> None:
+    """Draws a group's trials with an object: observers thin, their mean with its interval, the weight dotted."""
+    if lifts.empty:
+        return
+    number = lifts.groupby("observer").cumcount() + 1
+    table = lifts.assign(number=number).pivot(index="number", columns="observer", values=column)
+    for each in list(table)[:_MOST_DRAWN]:
+        axes.plot(table.index, table[each], color=colour, linewidth=0.5, alpha=0.35)
+    estimates = [estimate_mean(row[np.isfinite(row)]) for row in table.to_numpy()]
+    mean, low, high = (
+        np.array([float(getattr(each, part)) for each in estimates]) for part in ("mean", "low", "high")
+    )
+    axes.plot(table.index, mean, color=colour, linewidth=2.2, marker="o", markersize=2.5, label=name)
+    axes.fill_between(table.index, low, high, color=colour, alpha=0.25, linewidth=0.0)
+    if column == "force":
+        weights = lifts.assign(number=number).groupby("number")["weight"].mean()
+        axes.step(weights.index, weights, color=colour, linewidth=0.9, linestyle=":", where="mid")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array, Mask
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
+from affordance.belief.felt_object import Thing
 from affordance.belief.learner import Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import put_rows, take_rows
@@ -52,6 +53,7 @@ class LiftRecord(NamedTuple):
     believed_density: Array  # most probable density of the colour of the first part, before each lift, [kg/m^3]
     kind: NDArray[np.intp]  # number of the object's kind in that colour after the lift, 1 for the oldest; 0 without
     p_value: Array  # of what was felt, by the belief before; NaN if nothing is learned
+    felt: Array  # weight at the most probable densities after the lift, [N]; NaN if nothing is learned
     after: LiftedObservers
 
 
@@ -102,6 +104,21 @@ class StaticLifter:
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
         return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
+    def note(self, observers: LiftedObservers, number: int) -> LiftedObservers:
+        """Returns observers, all of whom have met an object: whatever they learn of it, they learn elsewhere."""
+        order = observers.order.copy()
+        things = self._identify(np.full(len(order), number), order)
+        order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
+        return observers._replace(order=order)
+
+    def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
+        """Lists the things of the only observer, by number; those never met look like nothing."""
+        pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
+        return tuple(
+            Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
+            for tool, is_met in pairs
+        )
+
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
         """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), each by seed and number."""
         numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a seed that ends in 0 is the same without
@@ -128,7 +145,7 @@ class StaticLifter:
         The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
         """
         state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
-        force, expected, believed, p_value = (np.full(objects.shape, np.nan) for _ in range(4))
+        force, expected, believed, p_value, felt = (np.full(objects.shape, np.nan) for _ in range(5))
         kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
         is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
         for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
@@ -152,12 +169,14 @@ class StaticLifter:
                     residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
                     percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
                     draws = ObserverDraws([(*seeds[row], int(learned[row])) for row in rows])
-                    own, _, likelihood = self._learner.learn(own, seen, percept.find_likelihood, draws)
+                    own, densities, likelihood = self._learner.learn(own, seen, percept.find_likelihood, draws)
                     p_value[number, rows] = before.compute_p_value(likelihood)
+                    felt[number, rows] = np.vecdot(Phi[:, 0], densities.compute_mode(DENSITY_FLOOR)) * self._gravity
                     state = own if len(rows) == len(everyone) else put_rows(state, rows, own)
-                kind[number, rows] = self._number_kinds(own, seen, first)
+                known = np.isfinite(order[rows, things[rows]])
+                kind[number, rows] = np.where(known, self._number_kinds(own, seen, first), 0)
         weight = np.where(objects == NOTHING, np.nan, self._weights[objects])
-        return LiftRecord(force, weight, expected, believed, kind, p_value, LiftedObservers(state, order))
+        return LiftRecord(force, weight, expected, believed, kind, p_value, felt, LiftedObservers(state, order))
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, VisionError(), np.random.default_rng(0))  # exact

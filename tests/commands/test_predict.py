@@ -10,7 +10,13 @@ from helpers.results_files import read_numbers
 
 from affordance.belief.learners import LEARNERS
 from affordance.experiments import linear, spoilt_family, two_families
-from affordance.reporting.learner_predictions import PeopleSpread, contrast_learners, format_predictions, summarise
+from affordance.reporting.learner_predictions import (
+    PeopleSpread,
+    contrast_learners,
+    count_people,
+    format_predictions,
+    summarise,
+)
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -101,15 +107,20 @@ def test_difference_that_people_could_not_show_is_none():
     """A difference of 0.06 N counts as none for people, who differ by 1.7 N, though observers differ by 0.1 N."""
     text = format_contrast(9.0, 9.06, 1.7)
     assert "kinds_map and kinds_drawn are not distinguished by any of these: they differ most in end_N" in text
-    assert "times the spread between people; it would take" in text
+    assert "Cohen's d = 0.035 (spread between people); it would take" in text
     assert "SD between people 1.7 (a paper)" in text
     assert "are distinguished best by end_N" in format_contrast(9.0, 12.0, 1.7)
 
 
 def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
     text = format_contrast(9.0, 9.06, None)
-    assert "times the spread between observers; the spread between people is not given" in text
-    assert "people in each group would do" not in text
+    assert "(spread between observers); " in text
+    assert "suffice (two-sided .05, power .9) if people differ no more than observers, which is not known" in text
+
+
+def test_participants_are_those_of_the_power_that_is_asked_for():
+    """Of a standardised difference of 0.5, 85 participants a group at a power of .9, and 63 at .8 (normal tests)."""
+    assert [count_people(0.5, power) for power in (0.9, 0.8)] == [85, 63]
 
 
 @pytest.mark.usefixtures("few")

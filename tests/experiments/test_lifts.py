@@ -15,8 +15,10 @@ from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds, tabulate_holds
 from affordance.experiments.lifts import (
     build_row,
+    build_table,
     check_can_be_lifted,
     count_rows,
+    counterbalance,
     cylinder,
     measure_each,
     repeat,
@@ -82,6 +84,27 @@ def test_observers_and_repetitions_have_rows_of_the_square():
         *draw(order="latin square", row=3),
         *draw(order="latin square", row=4),
     ]
+
+
+def test_table_has_participants_in_groups_with_orders_and_masses_of_their_own():
+    """Over four participants each object has each mass equally often, and no mass is in one group only."""
+    masses = [0.2, 0.3, 0.4, 0.6]
+
+    def draw_trials(participant, rng):
+        trials = repeat(NAMES, 2, rng, block="learn")
+        return trials.assign(
+            mass=trials["object"].map(dict(zip(NAMES, counterbalance(masses, participant), strict=True)))
+        )
+
+    table = build_table(draw_trials, 8, groups=["A", "B"], seed=3)
+    assert table.columns.tolist() == ["participant", "group", "phase", "cycle", "object", "mass"]
+    assert table["participant"].tolist() == [name for n in range(1, 9) for name in [f"P{n}"] * 8]
+    assert table.groupby("participant")["group"].first().tolist() == ["A", "B"] * 4
+    assert (table.groupby(["object", "mass"]).size() == 4).all()
+    assert (table.groupby(["group", "mass"]).size() == 8).all()
+    assert table["object"].tolist()[:4] != table["object"].tolist()[8:12]
+    again = build_table(draw_trials, 2, groups=["A", "B"], seed=3)
+    pd.testing.assert_frame_equal(again, table.head(16))
 
 
 def test_order_that_there_is_not_is_refused():

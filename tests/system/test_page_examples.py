@@ -5,7 +5,9 @@ import runpy
 import textwrap
 
 import pytest
+from helpers.answers import answer
 from helpers.children import ROOT
+from helpers.refusals import refuse_command
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 LEARNING = (ROOT / "docs" / "learning.md").read_text(encoding="utf-8")
@@ -38,6 +40,24 @@ def test_example_of_a_logged_posterior_runs(capsys):
     assert [line.split(":")[0] for line in lines] == [f"{0.5 * k:.1f} s" for k in range(7)]
     widths = [float(high) - float(low) for low, _, high in (re.findall(r"(\d+)\.", line[5:]) for line in lines)]
     assert widths[1] < 0.5 * widths[0]
+
+
+def test_table_of_the_page_of_experiments_is_lifted_and_its_mistakes_are_answered_so(tmp_path, monkeypatch):
+    page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
+    table, mistakes, *_ = re.findall(r"```text\n(.*?)```", page, re.DOTALL)
+    (objects,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "trials.csv").write_text(table, encoding="utf-8")
+    (tmp_path / "objects.yaml").write_text(objects, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    words = ("lift", "--trials", "trials.csv", "--objects", "objects.yaml", "--learner", "density", "--jobs", 1)
+    assert len(answer(*words).lines) == 9
+    for line, (old, new) in zip(
+        mistakes.splitlines(), (("0,9", "900"), ("P2;B;learn;large", "P2;B;learn;lrage")), strict=True
+    ):
+        (tmp_path / "trials.csv").write_text(table.replace(old, new), encoding="utf-8")
+        assert refuse_command(*words) == f"affordance: {line}"
+    code = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0]
+    assert 'groupby(["learner", "observer"]).apply(linear.measure)' in code
 
 
 def test_systems_and_ports_that_learning_names_are_those_of_the_diagram():

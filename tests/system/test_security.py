@@ -21,7 +21,7 @@ from helpers.trials import hold_workshop
 
 import affordance
 from affordance.cli import ShownFormatter
-from affordance.experiments import weight
+from affordance.experiments import trial_cells, trials, weight
 from affordance.files import bounded, xml_file
 from affordance.files.constraints import OneLine
 from affordance.memory import evidence_sums, tables
@@ -323,6 +323,16 @@ def show_size(number):
             [show_size(bounded.SETTINGS), bounded._MOST_ENTRIES, bounded._MOST_DEEP, bounded._MOST_DIGITS],
         ),
         ("payloads in JSON", [show_size(bounded.RESULTS)]),
+        (
+            "table of trials",
+            [
+                show_size(trial_cells._MOST_BYTES),
+                trial_cells._MOST_ROWS,
+                trial_cells._MOST_COLUMNS,
+                *(trials._MOST_TRIALS, trials._MOST_PRESENTED, trials._MOST_COLOURS),
+            ],
+        ),
+        ("trials to simulate (rows x repeats x learners)", [trials._MOST_LIFTS, 200_000, "2 GB"]),
         ("memory", [show_size(tables.LARGEST_FILE), show_size(tables.LARGEST_RECORD), tables._MOST_ENTRIES]),
         ("what a memory is about", [evidence_sums.MOST_MATERIALS, evidence_sums.MOST_LOOKS]),
         (

@@ -1,0 +1,98 @@
+"""What a thing looks like it weighs: mass, centre of mass and inertia that are expected before it is held."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arguments import check_kind
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.pricing import Amount
+from affordance.objects.colour import show_colour
+from affordance.objects.tool import Tool
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.eye import measure_drawing
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.systems import measure_geometry
+
+# Samples of a belief, spread evenly: ends of the intervals are then known to a thousandth or so. They are the same
+# wherever an expectation is asked for.
+_NUM_SAMPLES, _SEED = 10_000, 0
+
+
+class ExpectedBody(NamedTuple):
+    """Expected inertia of a thing or of one of its parts, in the axes of the thing's own frame.
+
+    Attributes:
+        name: Name of the thing, or of the material that the part looks like; its colour if it is seen in a picture.
+        mass: Mass, [kg].
+        com: Coordinates of the centre of mass, [m].
+        inertia: Moments Ixx, Iyy, Izz and products Ixy, Ixz, Iyz about the centre of mass, [kg m^2].
+    """
+
+    name: str
+    mass: Amount
+    com: tuple[Amount, Amount, Amount]
+    inertia: tuple[Amount, ...]
+
+
+class Expectation(NamedTuple):
+    """Expected inertia of a whole thing and of each of its parts, in their order: means and 90 % intervals."""
+
+    whole: ExpectedBody
+    parts: tuple[ExpectedBody, ...]
+
+
+def expect(
+    tool: Tool,
+    memory: MaterialMemory,
+    settings: Settings = DEFAULT_SETTINGS,
+    features: Sequence[ComponentFeatures] | None = None,
+) -> Expectation:
+    """Returns what is expected of a thing by its look, before anything is held.
+
+    Args:
+        tool: Thing that is looked at; its true densities are not.
+        memory: Belief about materials, as of ``TrialRunner.start_memory`` or a lasting memory's ``recall``.
+        settings: Settings, of which the prior counts, that of materials that were never met.
+        features: Form of its parts as it is seen; None for that of the drawing, with its errors.
+
+    Raises:
+        BadArgumentError: An argument is of the wrong kind.
+    """
+    check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
+    check_kind("memory", memory, MaterialMemory, "MaterialMemory() knows nothing yet")
+    check_kind("settings", settings, Settings)
+    seen = measure_drawing(tool) if features is None else features
+    recalled = memory.recall([part.appearance for part in seen], settings.prior)
+    rng = np.random.default_rng(_SEED)
+    drawn = recalled.densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
+    rho = drawn[:, list(recalled.columns)]  # (S, parts)
+    geometry = measure_geometry(seen, range(len(seen)), len(seen))
+    errors = rng.standard_normal((_NUM_SAMPLES, len(geometry.Phi_errors)))
+    bodies = []
+    for number in range(len(seen)):
+        alone = np.zeros_like(rho)
+        alone[:, number] = rho[:, number]
+        bodies.append(geometry.compute_parameters(alone, errors))
+    shown = {part.looks_like.colour: part.looks_like.name for part in tool.components}
+    names = [shown.get(part.colour) or show_colour(part.colour) for part in seen]
+    parts = tuple(_summarise(name, pi) for name, pi in zip(names, bodies, strict=True))
+    return Expectation(_summarise(tool.name, np.sum(bodies, axis=0)), parts)
+
+
+def _summarise(name: str, pi: Array) -> ExpectedBody:
+    """Summarises samples of ten parameters, (S, 10)."""
+    mass = pi[:, 0]
+    com = pi[:, 1:4] / np.where(mass > 0.0, mass, np.nan)[:, None]
+    com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre
+    x, y, z = com.T
+    shift = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+    about = pi[:, 4:] - mass[:, None] * np.column_stack(shift)
+    return ExpectedBody(
+        name,
+        Amount.of(mass),
+        (Amount.of(x), Amount.of(y), Amount.of(z)),
+        tuple(Amount.of(column) for column in about.T),
+    )

@@ -1,0 +1,53 @@
+"""``affordance guess``: says what things look like they weigh, before any of them is held."""
+
+import argparse
+from pathlib import Path
+
+from affordance.choice.expected_inertia import expect
+from affordance.commands import options
+from affordance.commands.workbench import recall_memory
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.memory.past_arms import describe_past_arms
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.robots.kept import open_robot
+from affordance.settings import Settings
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    add("tools", type=Path, help="tools file; it needs no grips")
+    add("--only", action="append", default=[], metavar="NAME", help="things of it; more than once")
+    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
+    add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
+    add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
+    options.add_same_colours(parser)
+    options.add_answer(parser, "guess.json and .txt")
+    options.add_robot(parser)
+    options.add_set(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints mass, centre of mass and inertia of things and their parts."""
+    robot = open_robot(*options.read_robot(arguments))
+    settings = options.change_by_name(arguments, Settings(arm=robot.directives))
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
+    tools = load_tools(arguments.tools, materials, arguments.meshes)
+    known = {tool.name: tool for tool in tools}
+    for name in arguments.only:
+        if name not in known:
+            raise BadValueError(arguments.tools, "--only", describe_choice(name, known))
+    memory = recall_memory(arguments.memory, settings, options.read_same_colours(arguments, materials))
+    chosen = [known[name] for name in arguments.only] or tools
+    expected = [expect(tool, memory, settings) for tool in chosen]
+    num_past = robot.count_past_arms(arguments.memory)
+    cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
+    if not arguments.memory:
+        cautions.append("No memory is given: all materials have the prior.")
+    text = "\n".join([*cautions, *describe_expectations(expected, by_part=True)])
+    name = Path(arguments.memory).name if arguments.memory else None
+    content = {"memory": name, "trials_of_other_arms": num_past, "expected": build_expectations(expected)}
+    options.give_answer(arguments, "guess", text, content)
+    return 0

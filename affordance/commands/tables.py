@@ -1,0 +1,43 @@
+"""Trial tables of the command line: the options that name objects and columns, and what they read."""
+
+import argparse
+from pathlib import Path
+
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.exceptions import BadValueError
+from affordance.experiments.trials import COLUMNS, TrialTable, read_trials
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.robots.robot import Robot
+
+# Suffixes of tables.
+SUFFIXES = (".csv", ".tsv", ".txt")
+
+
+def add_table_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options that say what a table of trials is about."""
+    add = parser.add_argument
+    add("--objects", type=Path, metavar="FILE", help="tools file with the objects that a table of trials names")
+    what = "names of columns in the table, as object=stim participant=subj; ours are " + ", ".join(COLUMNS)
+    add("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=what)
+    add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
+    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the objects' file)")
+
+
+def open_table(
+    arguments: argparse.Namespace, path: Path, robot: Robot
+) -> tuple[TrialTable, dict[str, TaskCostModel]]:
+    """Reads a table with its objects, and the tasks that it names; something wrong in them raises a BadValueError."""
+    if arguments.objects is None:
+        raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
+    materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
+    tools = load_tools(arguments.objects, materials, arguments.meshes)
+    table = read_trials(path, tools, materials, columns=dict(map(_split, arguments.columns)), tasks=robot.tasks)
+    return table, {each: robot.load_task(each) for each in dict.fromkeys(table.rows["task"]) if each}
+
+
+def _split(word: str) -> tuple[str, str]:
+    ours, _, theirs = word.partition("=")
+    if not (ours and theirs):
+        raise BadValueError("--columns", "", f"is {word!r}, must be OURS=THEIRS, such as object=stim")
+    return ours, theirs

@@ -1,0 +1,73 @@
+"""starting_point: is an odd member of a family lifted by what it weighs, or by what its family weighs?
+
+Try it with ``affordance run FILE --repeats 4`` and ``affordance predict FILE``, then change what you like: objects,
+trials, numbers, claims, figures.
+"""
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+
+from affordance.experiments.drawings import draw_forces
+from affordance.experiments.lifts import (
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
+from affordance.experiments.observers import Setup
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.reporting.claims import check, claim
+
+NAME = "starting_point"  # of the folder of results
+OBSERVERS, EVERY_LEARNER = 20, True  # observers of each learner, unless --repeats says another number
+FAMILY = {"short": 0.06, "middle": 0.09, "long": 0.12}  # heights, [m]
+TOOLS = [cylinder(name, radius=0.04, height=height, mass=10.0 * height) for name, height in FAMILY.items()]
+TOOLS.append(cylinder("odd", radius=0.04, height=0.105, mass=1.8))  # [m], [kg]; its family predicts 1.05 kg
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer, which may differ between observers: ``if observer % 2: ...``."""
+    family = repeat([*FAMILY], 10, rng, block="family")
+    return pd.concat([family, repeat([*FAMILY, "odd"], 10, rng, block="odd member", first=["odd"])])
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or person, from its lifts in their order."""
+    odd = lifts[lifts["object"] == "odd"]
+    return pd.Series({"first_N": odd["force"].iloc[0], "last_N": odd["force"].tail(3).mean()})
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner do the trials; a row for each lift."""
+    return run_lifts(NAME, setup, TOOLS, design)
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup)
+    first = {learner: found["first_N"] for learner, found in numbers["learners"].items()}
+    text = "At first each learner lifts the odd one by what its family weighs."
+    bounds = [
+        check(f"first lift, {learner} (N)", force, at_least=9.0, at_most=11.5) for learner, force in first.items()
+    ]
+    return Results(
+        title="My experiment",
+        summary="Three objects of one look were lifted ten times each, then an odd one among them ten times.",
+        finding=f"The odd one, of 17.7 N, is first lifted with {first['density']:.1f} N.",
+        data=lifts,
+        numbers=numbers,
+        claims=[claim("first_lift", "ours", text, *bounds)],
+        figures={"odd": ("Force before each lift.", partial(draw_forces, lifts, ["odd"], title="The odd one"))},
+        lifts=lifts,
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    return ObserverNumbers(measure_each(collect(setup), measure), {"first_N": "first lift of the odd one, N"})

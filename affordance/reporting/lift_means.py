@@ -1,0 +1,105 @@
+"""Means of lifts over observers and people, as a table, as numbers, and by observer."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from affordance.arrays import Array
+from affordance.reporting.formatting import format_number, tabulate
+from affordance.reporting.learner_predictions import PeopleSpread
+from affordance.reporting.statistics import estimate_mean
+
+# Name of people among the learners.
+PEOPLE = "people"
+# What is averaged, with its unit and its name in tables; and by what.
+AVERAGED = {
+    "force": ("N", "force (N)"),
+    "expected": ("kg", "expected (kg)"),
+    "felt": ("N", "felt (N)"),
+    "moved": ("m", "moved (m)"),
+}
+BY = ("learner", "group", "phase", "object")
+
+
+def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
+    """Averages the measured rows over observers or people, by learner, group, phase and object.
+
+    Each observer counts once, with the mean of its rows; intervals are of 95 %. What no row has is left out.
+    """
+    found = []
+    for key, rows in lifts[lifts["measured"]].groupby([*BY], sort=False):
+        mean: dict[str, Any] = dict(zip(BY, key, strict=True))
+        mean |= {"observers": rows["observer"].nunique(), "rows": len(rows), "weight_N": rows["weight"].mean()}
+        for column, (unit, _) in AVERAGED.items():
+            of_each = rows.groupby("observer")[column].mean().dropna().to_numpy()
+            if len(of_each):
+                estimate = estimate_mean(of_each)
+                mean |= {f"{column}_{unit}": estimate.mean, f"{column}_{unit}_ci95": estimate.ci95}
+        if (chosen := rows.loc[rows["do"] == "choose", "chosen"]).size:
+            mean["chosen"] = chosen.value_counts(normalize=True, sort=False).to_dict()
+        found.append(mean)
+    return found
+
+
+def list_numbers(
+    lifts: pd.DataFrame, people_sd: float | None
+) -> tuple[dict[str, dict[str, Array]], dict[str, PeopleSpread]]:
+    """Lists the mean of each observer by learner and by what was measured of which group, phase and object.
+
+    Returns: Means, (observers,), and the standard deviations between people: those of the people among the lifts, or
+        the given one of forces, [N].
+    """
+    values: dict[str, dict[str, Array]] = {}
+    spreads: dict[str, PeopleSpread] = {}
+    lifts = lifts[lifts["measured"]]
+    for column in ("force", "moved"):
+        for (learner, *where), rows in lifts[lifts[column].notna()].groupby([*BY], sort=False):
+            number = f"{column}_{AVERAGED[column][0]}, {_name_place(where, lifts)}"
+            of_each = rows.groupby("observer")[column].mean().to_numpy()
+            if learner != PEOPLE:
+                values.setdefault(str(learner), {})[number] = of_each
+                if people_sd is not None and column == "force":
+                    spreads[number] = PeopleSpread(people_sd, "as given")
+            elif len(of_each) > 1 and people_sd is None:
+                spreads[number] = PeopleSpread(float(of_each.std(ddof=1)), f"{len(of_each)} people of the table")
+    return values, spreads
+
+
+def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
+    """Tabulates means as texts; columns that are empty everywhere, or all of one group or phase, are left out."""
+    rows = [
+        {
+            **{name: str(mean[name]) for name in BY},
+            "observers": str(mean["observers"]),
+            "weight (N)": format_number(mean["weight_N"]),
+            **{title: _show(mean, f"{column}_{unit}") for column, (unit, title) in AVERAGED.items()},
+            "chosen": ", ".join(f"{name or 'none'} {share:.0%}" for name, share in mean.get("chosen", {}).items()),
+        }
+        for mean in means
+    ]
+    table = pd.DataFrame(rows)
+    idle = [name for name in table if not table[name].any() or (name in BY[1:3] and table[name].nunique() == 1)]
+    return table.drop(columns=idle).set_index("learner")
+
+
+def describe_means(means: Sequence[Mapping[str, Any]]) -> str:
+    """Formats the table of means as text."""
+    table = tabulate_means(means).reset_index()
+    rows = [[str(name) for name in table], *table.to_numpy(str).tolist()]
+    left = [number for number, name in enumerate(table) if name in (*BY, "chosen")]
+    return "\n".join(tabulate(rows, right=[number for number in range(len(rows[0])) if number not in left]))
+
+
+def _show(mean: Mapping[str, Any], name: str) -> str:
+    if name not in mean or math.isnan(float(mean[name])):
+        return ""
+    low, high = mean[f"{name}_ci95"]
+    return f"{float(mean[name]):.3f} [{low:.3f}, {high:.3f}]"
+
+
+def _name_place(where: Sequence[Any], lifts: pd.DataFrame) -> str:
+    """Names group, phase and object; a group or phase that all rows have is left out."""
+    pairs = zip(BY[1:], where, strict=True)
+    return ", ".join(str(value) for name, value in pairs if name == "object" or lifts[name].nunique() > 1)

@@ -1,0 +1,43 @@
+"""Mistakes in a user's program, named by the line of its file at which they stopped it."""
+
+import re
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from affordance.exceptions import AffordanceError, BadValueError
+
+
+@contextmanager
+def blame_program(path: Path) -> Iterator[None]:
+    """Translates mistakes in a user's file, in this or another process, to a BadValueError that names its line.
+
+    One that surfaces outside of the file, as of an argument that it gave, is named with the place where it does.
+    """
+    try:
+        yield
+    except (AffordanceError, MemoryError):
+        raise
+    except Exception as error:
+        where = _find_line(path.resolve(), error)
+        what = f"{type(error).__name__}: {error}"
+        if not where and (frames := traceback.extract_tb(error.__traceback__)):
+            what += f" (in {Path(frames[-1].filename).name}, line {frames[-1].lineno})"
+        raise BadValueError(path, where, what) from error
+
+
+def _find_line(path: Path, error: BaseException) -> str:
+    """Finds the innermost line of a file that an error went through; empty if there is none."""
+    frames = [
+        (frame.lineno, frame.name)
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename == str(path)
+    ]
+    if error.__cause__ is not None:  # of another process, whose traceback comes as a text
+        pattern = rf'File "{re.escape(str(path))}", line (\d+), in (\S+)'
+        frames += [(int(line), name) for line, name in re.findall(pattern, str(error.__cause__))]
+    if not frames:
+        return ""
+    line, name = frames[-1]
+    return f"line {line}" if name == "<module>" else f"line {line}, in {name}"

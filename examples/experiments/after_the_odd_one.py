@@ -1,0 +1,39 @@
+"""The lift after the odd one: is whatever follows the odd object of Linear++ lifted harder than the rest?
+
+affordance run after_the_odd_one.py --repeats 12
+"""
+
+import pandas as pd
+
+from affordance.experiments import linear
+from affordance.experiments.lifts import run_lifts, summarise_lifts
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+
+OBSERVERS, EVERY_LEARNER = 12, True
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the mean of force less weight, [N], of the lift after the odd one, and of the other family lifts."""
+    error = lifts["force"] - lifts["weight"]
+    is_odd = lifts["object"] == "test"
+    follows = is_odd.shift(fill_value=False) & ~is_odd
+    rest = (lifts["block"] == "odd member") & ~is_odd & ~follows
+    return pd.Series({"after_N": error[follows].mean(), "rest_N": error[rest].mean()})
+
+
+def run(setup: Setup) -> Results:
+    """Runs it."""
+    lifts = run_lifts("after_the_odd_one", setup, linear.read("linear_plus_plus", setup), linear.design)
+    numbers = summarise_lifts(lifts, measure, setup)
+    found = numbers["learners"]["density"]
+    return Results(
+        title="The lift after the odd one",
+        summary="Linear++ once more.",
+        finding=f"Too strong by {found['after_N']:.2f} N after it, by {found['rest_N']:.2f} N else (one density).",
+        data=lifts,
+        numbers=numbers,
+        claims=[],
+        lifts=lifts,
+        learners=[*numbers["learners"]],
+    )

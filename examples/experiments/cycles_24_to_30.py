@@ -1,0 +1,38 @@
+"""Numbers of some cycles: how far the lifts of the family in Linear+ are off in cycles 24 to 30, and before.
+
+affordance run cycles_24_to_30.py --repeats 12
+"""
+
+import pandas as pd
+
+from affordance.experiments import linear
+from affordance.experiments.lifts import run_lifts, summarise_lifts
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+
+OBSERVERS, EVERY_LEARNER = 12, True
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the mean error of the forces in two ranges of cycles, [N]."""
+    family = lifts[lifts["block"] == "family"]
+    error = (family["force"] - family["weight"]).abs()
+    late = family["cycle"].between(24, 30)
+    return pd.Series({"early_N": error[family["cycle"] <= 7].mean(), "late_N": error[late].mean()})
+
+
+def run(setup: Setup) -> Results:
+    """Runs it."""
+    lifts = run_lifts("cycles_24_to_30", setup, linear.read("linear_plus", setup), linear.design)
+    numbers = summarise_lifts(lifts, measure, setup)
+    found = numbers["learners"]["kinds_drawn"]
+    return Results(
+        title="Cycles 24 to 30 of the family",
+        summary="Linear+ once more.",
+        finding=f"Off by {found['early_N']:.2f} N in cycles 1 to 7, by {found['late_N']:.2f} N in cycles 24 to 30.",
+        data=lifts,
+        numbers=numbers,
+        claims=[],
+        lifts=lifts,
+        learners=[*numbers["learners"]],
+    )

@@ -1,0 +1,52 @@
+"""A statistic by observer with its plot: the slope of force over weight in Linear+, one number for each observer.
+
+affordance run own_statistic.py --repeats 12
+"""
+
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from affordance.experiments import linear
+from affordance.experiments.lifts import measure_each, run_lifts, summarise_lifts
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+
+OBSERVERS, EVERY_LEARNER = 12, True
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the slope of force over weight of the family's first cycles, 1 for who knows all weights."""
+    family = lifts[(lifts["block"] == "family") & (lifts["cycle"] <= 3)]
+    slope, _ = np.polyfit(family["weight"], family["force"], 1)
+    return pd.Series({"slope": slope})
+
+
+def draw(lifts: pd.DataFrame) -> Figure:
+    """Draws the slopes of all observers, by learner."""
+    figure = Figure(figsize=(6, 3), layout="constrained")
+    axes = figure.subplots()
+    for row, (learner, found) in enumerate(measure_each(lifts, measure).items()):
+        axes.plot(found["slope"], np.full(len(found["slope"]), row), "o", alpha=0.5, label=learner)
+    axes.set(xlabel="slope of force over weight", yticks=[])
+    axes.legend(frameon=False)
+    return figure
+
+
+def run(setup: Setup) -> Results:
+    """Runs it."""
+    lifts = run_lifts("own_statistic", setup, linear.read("linear_plus", setup), linear.design)
+    numbers = summarise_lifts(lifts, measure, setup)
+    return Results(
+        title="Slope of force over weight",
+        summary="Linear+ once more.",
+        finding=f"The slope over the first three cycles is {numbers['slope']:.2f} with one density.",
+        data=lifts,
+        numbers=numbers,
+        claims=[],
+        figures={"slopes": ("Slope of force over weight, one dot for each observer.", partial(draw, lifts))},
+        lifts=lifts,
+        learners=[*numbers["learners"]],
+    )

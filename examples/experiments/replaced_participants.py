@@ -1,0 +1,52 @@
+"""Exclusion and replacement: observers who did not learn the family are left out, and others take their place.
+
+affordance run replaced_participants.py --repeats 12
+"""
+
+from dataclasses import replace
+
+import pandas as pd
+
+from affordance.belief.learners import KINDS_DRAWN
+from affordance.experiments import linear
+from affordance.experiments.lifts import run_lifts, summarise_lifts
+from affordance.experiments.observers import Setup
+from affordance.experiments.results import Results
+
+OBSERVERS, MOST = 12, 100  # observers to analyse, and most of those who are tested
+LIMIT = 0.02  # largest mean error in the third cycle of the family, as a share of the weight; people would need more
+
+
+def has_learned(lifts: pd.DataFrame) -> bool:
+    """Says whether one observer, or person, lifted the family by its weight in the third cycle."""
+    last = lifts[(lifts["block"] == "family") & (lifts["cycle"] == 3)]
+    return bool(((last["force"] - last["weight"]).abs() / last["weight"]).mean() <= LIMIT)
+
+
+def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
+    """Tests observers until as many have learned as were asked for; none is run twice."""
+    tools, tested = linear.read("linear_plus_plus", setup), setup.observers
+    while True:
+        more = replace(setup, observers=tested)
+        lifts = run_lifts("replaced_participants", more, tools, linear.design, [KINDS_DRAWN])
+        passed = [number for number, own in lifts.groupby("observer") if has_learned(own)]
+        missing = setup.observers - len(passed)
+        if missing <= 0 or tested >= MOST:
+            return lifts[lifts["observer"].isin(passed[: setup.observers])], tested
+        tested = min(tested + missing, MOST)
+
+
+def run(setup: Setup) -> Results:
+    """Runs it."""
+    lifts, tested = collect(setup)
+    numbers = {**summarise_lifts(lifts, linear.measure, setup), "tested": tested, "analysed": lifts["observer"].nunique()}
+    return Results(
+        title="Linear++ with participants replaced",
+        summary=f"Observers whose third cycle of the family was off by more than {LIMIT:.0%} were replaced.",
+        finding=f"{tested} were tested for {numbers['analysed']}; f = {numbers['f']:.2f}.",
+        data=lifts,
+        numbers=numbers,
+        claims=[],
+        lifts=lifts,
+        learners=["kinds_drawn"],
+    )

@@ -1,0 +1,60 @@
+"""Experiments in the folder of examples run as their docstrings say, and find something."""
+
+import json
+import sys
+
+import pandas as pd
+import pytest
+from helpers.answers import answer
+from helpers.children import ROOT
+
+from affordance.experiments import linear
+
+FOLDER = ROOT / "examples" / "experiments"
+FILES = sorted(path for path in FOLDER.glob("*.py") if path.stem != "counterbalanced")
+
+pytestmark = pytest.mark.usefixtures("unrendered")
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch):
+    """Few cycles of Linear+ and Linear++; the path is as it was."""
+    monkeypatch.setattr(linear, "FAMILIAR", 3)
+    monkeypatch.setattr(linear, "MIXED", 4)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_experiment_runs_and_finds_what_it_asks_for(path, tmp_path, monkeypatch):
+    if path.stem == "cycles_24_to_30":
+        monkeypatch.setattr(linear, "FAMILIAR", 26)
+    answer("run", path, "--repeats", 2, "--jobs", 1, "--out", tmp_path)
+    section = json.loads((tmp_path / path.stem / "section.json").read_text(encoding="utf-8"))
+    assert section["finding"]
+    assert "nan" not in section["finding"]
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_replaced_participants_are_as_many_as_were_asked_for(tmp_path, monkeypatch):
+    """Of observers who differ, those who have not learned are replaced by later ones; none is analysed for them."""
+    path = FOLDER / "replaced_participants.py"
+    answer("run", path, "--repeats", 4, "--jobs", 1, "--out", tmp_path)
+    numbers = json.loads((tmp_path / path.stem / "metrics.json").read_text(encoding="utf-8"))
+    lifts = pd.read_csv(tmp_path / path.stem / "lifts.csv")
+    assert numbers["analysed"] == 4
+    assert numbers["tested"] > 4
+    third = lifts[(lifts["block"] == "family") & (lifts["cycle"] == 3)]
+    error = ((third["force"] - third["weight"]).abs() / third["weight"]).groupby(third["observer"]).mean()
+    assert (error <= 0.02).all()
+
+
+def test_table_is_what_its_program_writes_and_is_lifted(tmp_path, monkeypatch):
+    import runpy
+
+    written = runpy.run_path(str(FOLDER / "counterbalanced.py"))
+    table = written["build_table"](written["design"], 12, groups=["heavier", "lighter"])
+    pd.testing.assert_frame_equal(table, pd.read_csv(FOLDER / "counterbalanced.csv"), check_dtype=False)
+    words = ("--trials", FOLDER / "counterbalanced.csv", "--objects", FOLDER / "objects.yaml", "--out", tmp_path)
+    means = answer("lift", *words, "--jobs", 1, "--learner", "density", "--json").content
+    force = {each["group"]: each["force_N"] for each in means if each["phase"] == "test"}
+    assert force["lighter"] > force["heavier"]  # a colour of one density is learned mostly from what weighs most
