@@ -39,7 +39,11 @@ def collect(setup: Setup) -> tuple[pd.DataFrame, int]:
 def run(setup: Setup) -> Results:
     """Runs it."""
     lifts, tested = collect(setup)
-    numbers = {**summarise_lifts(lifts, linear.measure, setup), "tested": tested, "analysed": lifts["observer"].nunique()}
+    numbers = {
+        **summarise_lifts(lifts, linear.measure, setup),
+        "tested": tested,
+        "analysed": lifts["observer"].nunique(),
+    }
     return Results(
         title="Linear++ with participants replaced",
         summary=f"Observers whose third cycle of the family was off by more than {LIMIT:.0%} were replaced.",

@@ -94,6 +94,22 @@ def test_one_memory_goes_through_all_that_is_done(setup):
     assert lifts["felt"].iloc[1] > 0.0
 
 
+@pytest.mark.parametrize("learner", LEARNERS.values())
+def test_what_was_lifted_and_held_is_one_thing(setup, learner):
+    """A hold recalls what lifts have taught of a thing, a lift what holds have, also of another that looks alike."""
+    tools = [
+        cylinder("small", radius=0.04, height=0.06, mass=0.6),
+        *(cylinder(name, radius=0.04, height=0.12, mass=1.2) for name in ("large", "twin")),
+    ]
+    names = ["twin", "large", "large", "twin", "small", "large"]
+    frame = pd.DataFrame({"object": names, "do": ["lift", "hold", "lift", "hold", "hold", "look"]})
+    lifts = TableExperiment("mine", check_trials(frame, tools), learners=(learner,)).collect(setup)
+    assert lifts["expected"].iloc[0] < 0.7
+    assert lifts["expected"].iloc[[1, 2, 3, 5]].to_numpy() == pytest.approx(1.2, rel=0.05)
+    assert (lifts["surprise"].iloc[[1, 2, 3]] < 3.0).all()
+    assert lifts["kind"].isna().all() if learner is DENSITY else (lifts["kind"] == 1).all()
+
+
 def test_lifts_after_a_hold_are_felt_with_errors_of_their_own(setup):
     rows = [("P", "a", "small", do, None) for do in ("lift", "hold", "lift", "hold", "lift")]
     lifts = build(rows, learners=(DENSITY,)).collect(setup)
