@@ -14,9 +14,8 @@ import pytest
 import xarray as xr
 from helpers.robustness_runs import CONTRADICTED
 
-from affordance.belief import kinds_learner
-from affordance.belief.kinds_learner import Pick
-from affordance.belief.learners import DENSITY, KINDS_MAP
+from affordance.belief.kinds_learner import Kinds, Pick
+from affordance.belief.learners import DENSITY, KINDS_MAP, LEARNERS
 from affordance.experiments import (
     com,
     experience,
@@ -45,7 +44,8 @@ ONE_KIND, OWN_KINDS = 8.0, 0.02
 
 def widen(patch: pytest.MonkeyPatch, kappa: float) -> None:
     for pick in Pick:
-        patch.setitem(kinds_learner.KAPPA, pick, kappa)
+        learner = Kinds(pick, kappa=kappa)
+        patch.setitem(LEARNERS, learner.name, learner)
 
 
 def hold_rods(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
