@@ -205,8 +205,15 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
     what = "limits of torque in place of the file's (N m): one for all, or JOINT=VALUE"
     add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
+    what = "limits of velocity in place of the file's (rad/s): one for all, or JOINT=VALUE"
+    add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
     add("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
-    add("--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)")
+    what = "replace impossible inertias by the nearest possible ones, even where that matters"
+    add("--nearest-inertia", action="store_true", help=what)
+    what = "links whose weight an MJCF lets the simulator carry are refused, or carried by the motors (none)"
+    add("--gravcomp", choices=("file", "none"), default="file", help=what)
+    what = "axis of the robot's root that points up (default: z, unless the file's gravity says otherwise)"
+    add("--up", metavar="AXIS", help=what)
     add("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
 
 
@@ -220,7 +227,10 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         posture=parse_values("--posture", arguments.posture),
         rotor_inertia=parse_values("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2"),
         effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),
+        velocity=parse_values("--velocity", arguments.velocity, unit="rad/s", may_be_zero=False),
         damping=arguments.damping == "file",
+        nearest_inertia=arguments.nearest_inertia,
+        gravcomp=arguments.gravcomp == "file",
         height=arguments.base_height,
         up=arguments.up,
     )

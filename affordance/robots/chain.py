@@ -19,6 +19,15 @@ FEWEST_JOINTS = 3
 _OF_A_LIMB, _LISTED = 3, 12
 
 
+# How joints move that do not turn, by Drake's names of their types.
+_MOVES = {
+    "prismatic": "slides",
+    "quaternion_floating": "floats",
+    "rpy_floating": "floats",
+    "planar": "slides in a plane",
+}
+
+
 class Chain(NamedTuple):
     """Joints of an arm or limb."""
 
@@ -28,6 +37,7 @@ class Chain(NamedTuple):
     why_base: str  # reason for this base, in words
     # Unsuitable joint that ends the climb too early, and the reason; None for none.
     obstacle: tuple[Joint, str] | None = None
+    above: str = ""  # what the joint above the base does, if it moves and cannot be the arm's, in words
 
 
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
@@ -70,7 +80,7 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
 
 
 def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
-    """Lists the bodies that move with each joint of a chain; raises a BadValueError for an impossible inertia."""
+    """Lists the bodies that move with each joint of a chain."""
     slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
     groups: list[list[RigidBody]] = [[] for _ in chain.joints]
     for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
@@ -78,23 +88,23 @@ def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
         above = (link.index() for link in (body, *tree.list_above(body)))
         slot = next((slots[each] for each in above if each in slots), None)
         if slot is not None:
-            if fault := tree.description.faults.get(tree.key(body)):
-                raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
             groups[slot].append(body)
     return groups
 
 
 def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the ends of limbs, with the number of joints of the arm up to each.
+    """Lists the ends of limbs, with the number of joints of the arm up to each; links come before their sites.
 
     Ends are links without a child link and frames that the file names; a hand is listed by its own link, not
     by its fingers.
     """
-    carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
+    links = [joint for joint in tree.joints_above.values() if joint.child_body().name() not in tree.description.sites]
+    carriers = {joint.parent_body().index() for joint in links}
     found: dict[int, list[tuple[bool, str, int]]] = {}
     beyond: dict[int, int] = {}  # largest number of joints beyond each joint
+    sites = tree.description.sites
     for frame in tree.list_frames():
-        if frame.is_body_frame() and frame.body().index() in carriers:
+        if frame.is_body_frame() and (frame.body().index() in carriers or frame.name() in sites):
             continue
         hand = _find_hand(tree, frame.body())
         limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
@@ -117,13 +127,23 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
 def describe_ends(tree: RobotTree, near: str = "") -> str:
     """Describes the ends of limbs, or those with names nearest to a given one."""
     ends = list_ends(tree)
-    close = difflib.get_close_matches(near, ends, n=3, cutoff=0.4) if near else []
+    named = [*ends, *(site for site, link in tree.description.sites.items() if link in ends)]
+    close = difflib.get_close_matches(near, named, n=3, cutoff=0.4) if near else []
     if close:
         return f"nearest: {', '.join(close)}"
     if not ends:
         return f"no limb of it has {FEWEST_JOINTS} joints that turn; {_suggest_frames(tree, near)}"
-    listed = [f"{name} ({count} joints)" for name, count in list(ends.items())[:_LISTED]]
+    listed = [f"{name} ({count} joints{_list_sites(tree, name)})" for name, count in list(ends.items())[:_LISTED]]
     return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
+
+
+def _list_sites(tree: RobotTree, link: str) -> str:
+    """Lists the first sites of a link, each of which can be a tip too; empty if it has none."""
+    sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
+    if not sites:
+        return ""
+    more = f" and {len(sites) - _OF_A_LIMB} more" if len(sites) > _OF_A_LIMB else ""
+    return f"; sites {', '.join(sites[:_OF_A_LIMB])}{more}"
 
 
 def _suggest_frames(tree: RobotTree, name: str) -> str:
@@ -138,8 +158,8 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
     joints: list[RevoluteJoint] = []
     body = tip.body()
 
-    def end(why: str, obstacle: tuple[Joint, str] | None = None) -> Chain:
-        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle)
+    def end(why: str, obstacle: tuple[Joint, str] | None = None, above: str = "") -> Chain:
+        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle, above)
 
     for joint in tree.climb(body):
         if base is not None and body.index() == base.index():
@@ -150,7 +170,7 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
         if joint.num_velocities():
             problem = _find_obstacle(tree, joint)
             if problem and base is None and len(joints) >= FEWEST_JOINTS:
-                return end(f"the joint above it, {joint.name()}, {problem}")
+                return end(f"the joint above it, {joint.name()}, {problem}", above=_describe_above(joint, problem))
             if problem:
                 return end("", (joint, problem))
             assert isinstance(joint, RevoluteJoint)
@@ -159,9 +179,12 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
     if body.name() == "world" and joints:
         body = joints[0].parent_body()
     root = [body, *(link for link in tree.list_above(body) if link.name() != "world")][-1]
+    above = ""
+    if (floating := tree.description.floating.get(tree.key(root))) is not None:
+        above = f"above them {floating} floats, and an arm here has joints that turn only"
     if root.index() == body.index():
-        return end("it is the robot's root")
-    return end(f"no joint above it moves, up to the robot's root, {root.name()}")
+        return end("it is the robot's root" if not above else f"the joint above it, {floating}, floats", above=above)
+    return end(f"no joint above it moves, up to the robot's root, {root.name()}", above=above)
 
 
 def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
@@ -196,10 +219,17 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
     """Describes why a joint cannot belong to the arm; empty if it can."""
     mimic = tree.note(joint).mimic
     if mimic is not None:
-        return f"follows {mimic.leader} (mimic), must move on its own"
+        how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
+        return f"{how}, must move on its own"
     if not isinstance(joint, RevoluteJoint):
         return f"is of type {joint.type_name()}, must be revolute"
     return ""
+
+
+def _describe_above(joint: Joint, problem: str) -> str:
+    """Describes what a joint above the arm does, which no joint of an arm may."""
+    how = _MOVES.get(joint.type_name(), problem.split(",")[0])
+    return f"above them {joint.name()} {how}, and an arm here has joints that turn only"
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:

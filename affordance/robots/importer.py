@@ -12,9 +12,10 @@ from affordance.arguments import check_number
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
-from affordance.robots.arm_file import turn_base
+from affordance.robots.arm_file import RESERVED, turn_base
 from affordance.robots.chain import find_chain
 from affordance.robots.home import HomePosture, find_home, measure_tilt, plant_arm
+from affordance.robots.plausibility import list_implausible
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
@@ -55,6 +56,8 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
         ModelFileError: Drake cannot parse the file, or no home posture was found.
     """
     arm = read_arm(path, options)
+    if taken := [name for name in arm.joint_names if name in RESERVED]:
+        raise BadValueError(path, f"joint {taken[0]}", "has a name that stands for the hand, or the world, here")
     try:
         model = ArmModel(plant_arm(arm))
     except RuntimeError as error:  # values too large or small for a valid arm
@@ -63,7 +66,8 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     try:
         home = find_home(model, options.posture, is_rolled=options.roll is not None)
     except ModelFileError as error:
-        raise ModelFileError(path, error.problem) from error
+        causes = [*([arm.chain.above] if arm.chain.above else []), *list_implausible(arm)]
+        raise ModelFileError(path, "; ".join([error.problem, *causes])) from error
     model.set_posture(home.q)
     R_WH = model.compute_hand_pose().rotation().matrix()
     if options.roll is None:

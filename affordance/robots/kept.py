@@ -17,7 +17,6 @@ from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
-from affordance.reporting.formatting import format_number
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.changes import Change, apply_changes, write_lacks
 from affordance.robots.fitting import fit_tasks
@@ -26,7 +25,7 @@ from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ReducedArm
-from affordance.robots.report import describe_roll, list_warnings, write_report
+from affordance.robots.report import describe_payload, describe_roll, list_couplings, list_warnings, write_report
 from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
@@ -69,11 +68,9 @@ def import_arm(
     fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
     write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, arm, home, fitted, looks)
-    lines = [
-        f"{len(arm.links)} joints from {arm.base} to {options.tip}; static payload at home "
-        f"{format_number(home.payload)} kg, limited by {home.weakest}"
-    ]
+    lines = [f"{len(arm.links)} joints from {arm.base} to {options.tip}; {describe_payload(home)}"]
     lines.append(describe_roll(arm))
+    lines += [f"left out: {coupling}" for coupling in list_couplings(arm)]
     lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
