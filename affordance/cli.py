@@ -35,7 +35,7 @@ COMMANDS = {
     "import-arm": "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)",
     "excite": "design a motion that shows mass, centre of mass or inertia, or what a task will cost",
     "identify": "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings",
-    "memory": "show, forget, merge, export, import or verify a lasting memory of what robots have felt",
+    "memory": "show, forget, merge, export, import, weigh or verify a lasting memory of what robots have felt",
     "study": f"a study that takes its time: {', '.join(list_studies()) or 'in a clone of the repository'}",
     "tutorials": "copy the tutorials to a folder, as notebooks if jupytext is installed, and open Jupyter",
     "doctor": "say which parts work on this machine, and how to get the others",

@@ -7,13 +7,17 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from affordance.arguments import check_number
+from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import FeltObject
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.next_hold import Question, advise_hold
+from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
+from affordance.choice.weighed import learn_weighings
 from affordance.commands.options import give_answer, read_robot
-from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
+from affordance.commands.workbench import add_choice, check_choice, know_materials, open_bench, rank_tools, see_tools
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -23,6 +27,7 @@ from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
+from affordance.reporting.advice_report import describe_knowledge
 from affordance.reporting.formatting import tabulate
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
@@ -56,10 +61,17 @@ def run(arguments: argparse.Namespace) -> int:
     bounds = check_choice(arguments, 100)
     robot = open_robot(*read_robot(arguments))
     bench = open_bench(arguments, robot, arguments.tasks)
-    settings, materials, tools, memory, same_colours, tasks, criterion = bench
-    candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)
-    felt = _recall_felt(arguments.memory, settings, same_colours)
+    settings, tools, tasks = bench.settings, bench.tools, bench.tasks
+    candidates = _list_candidates(load_tools(arguments.may_hold, bench.materials), tools, arguments)
+    named = know_materials(arguments, bench, [*tools, *candidates])
+    bench = bench._replace(memory=named.memory)
+    felt = _recall_felt(arguments.memory, settings, bench.same_colours)
     options = see_tools(arguments, bench)
+    memory = bench.memory
+    if isinstance(memory, MaterialMemory):
+        drawn = add_weighings(list_drawn_options(candidates), candidates)
+        objects = {option.object_name: option for option in [*drawn, *options]}
+        memory, felt = learn_weighings(memory, objects, settings.prior, felt)
     questions = [
         Question(name, plan_options(options, task, settings), arguments.uses) for name, task in tasks.items()
     ]
@@ -68,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         questions,
         memory,
         settings,
-        criterion=criterion,
+        criterion=bench.criterion,
         bounds=None if bounds == GripBounds() else bounds,
         price=arguments.price,
         felt=felt,
@@ -80,10 +92,20 @@ def run(arguments: argparse.Namespace) -> int:
         rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)  # says why none is
     sentence = describe_stop(advice, arguments.uses)
     num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
-    said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "hand": tilt or None, "sentence": sentence}
+    said = {
+        "known": list(named.by_name),
+        "learned": list(named.learned),
+        "unknown": list(named.unknown),
+        "rests_on": advice.rests_on,
+        "trials_of_other_arms": num_past,
+        "hand": tilt or None,
+        "sentence": sentence,
+    }
     content = {**advice._asdict(), **said}
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     cautions += [f"warning: {tilt}"] if tilt else []
+    cautions += [f"warning: {each}" for each in bench.remarks]
+    cautions.append(f"materials: {describe_knowledge(named, arguments.memory or '')}")
     text = "\n".join([*cautions, *describe_holds(advice, arguments.uses), sentence])
 
     def draw() -> Figure:

@@ -18,6 +18,7 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import DENSITY_MAX, Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
+from affordance.objects.weighing import Weighing
 
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4
@@ -64,12 +65,14 @@ class Tool:
         components: Solid parts, at least one; poses are relative to the hand's grip.
         grips: Ways of holding the tool; empty if it can only be held as written.
         grip: Name of the grip in use; empty if the tool is held as written.
+        weighings: Masses of the tool, or of parts of it, that were measured.
     """
 
     name: str
     components: tuple[Component, ...]
     grips: tuple[Grip, ...] = ()
     grip: str = ""
+    weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for no parts, two grips of one name, or a mass beyond MASS_MAX."""
@@ -96,7 +99,7 @@ class Tool:
         """Returns the tool held by one of its grips, with no other grips to choose from."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
-        return Tool(self.name, components, (), grip.name)
+        return Tool(self.name, components, (), grip.name, self.weighings)
 
     def list_gripped(self) -> "dict[str, Tool]":
         """Returns the tool held by each of its grips, by name."""

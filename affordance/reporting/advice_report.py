@@ -5,11 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from affordance.belief.named_materials import NamedBelief
 from affordance.choice.demand import Criterion
 from affordance.choice.options import Option
 from affordance.choice.pricing import Amount
 from affordance.choice.ranking import RankedOption, Ranking
 from affordance.choice.reasons import Reasons, Turn
+from affordance.choice.weighed import Surprise
 from affordance.files.atomic import to_plain
 from affordance.memory.past_arms import describe_past_arms
 from affordance.objects.colour import Colour, find_nearest_colour
@@ -29,11 +31,13 @@ class AdviceQuestion(NamedTuple):
     robot: str
     see: str  # source of the tools' form, "drawing", "features" or "pictures"
     memory: str  # name of the memory; empty without one
-    unknown: tuple[str, ...]  # names of the tools' materials without evidence in the memory
+    known: NamedBelief  # where the belief about the tools' materials comes from
     names: Callable[[Colour], str]
     num_other_arms: int = 0  # number of the memory's trials of this robot that were made with another arm
     tilt: str = ""  # how the hand is turned from upright at home; empty if it is not
     reasons: Reasons | None = None  # reasons of the choice; None if no other option is usable
+    surprises: tuple[Surprise, ...] = ()  # weighings that contradict the belief
+    remarks: tuple[str, ...] = ()  # what is to be said of the tools' file
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
@@ -48,8 +52,8 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
 def describe_advice(advice: Ranking, question: AdviceQuestion) -> str:
     """Writes an advice for a terminal; the last line, and the error, are those of ``describe_choice_of``."""
     by = f"compared by {_say_criterion(advice.criterion)}"
-    title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
-    lines = [title]
+    title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
+    lines = [title, *map(_say_surprise, question.surprises), *(f"warning: {each}" for each in question.remarks)]
     if question.num_other_arms:
         lines.append(describe_past_arms(question.robot, question.num_other_arms))
     if question.tilt:
@@ -93,7 +97,10 @@ def build_content(advice: Ranking, question: AdviceQuestion) -> dict[str, Any]:
         "memory": question.memory or None,
         "trials_of_other_arms": question.num_other_arms,
         "hand": question.tilt or None,
-        "unknown": list(question.unknown),
+        "known": list(question.known.by_name),
+        "learned": list(question.known.learned),
+        "unknown": list(question.known.unknown),
+        "surprises": [each._asdict() for each in question.surprises],
         "by": criterion.value,
         "unit": criterion.unit,
         "statistic": "p95" if criterion.is_peak else "mean",
@@ -162,13 +169,30 @@ def _say_criterion(criterion: Criterion) -> str:
     }[criterion]
 
 
-def _say_memory(question: AdviceQuestion) -> str:
-    if not question.memory:
-        return "no memory is given: all materials have the prior"
-    unknown = (
-        f", which has no evidence about {', '.join(map(_say_material, question.unknown))}" if question.unknown else ""
+def describe_knowledge(known: NamedBelief, memory: str) -> str:
+    """Describes where the belief about materials comes from: their names, the memory of a name, or neither."""
+
+    def list_names(names: Sequence[str]) -> str:
+        return ", ".join(map(_say_material, names))
+
+    parts = []
+    if known.by_name:
+        parts.append(f"handbook densities of {list_names(known.by_name)} (--know nothing leaves them out)")
+    if known.learned:
+        parts.append(f"evidence about {list_names(known.learned)} from the memory {memory}")
+    elif memory:
+        parts.append(f"no evidence from the memory {memory}")
+    if known.unknown:
+        all_or_some = list_names(known.unknown) if parts else "all materials"
+        parts.append(f"the prior of any material for {all_or_some}")
+    return "; ".join(parts)
+
+
+def _say_surprise(surprise: Surprise) -> str:
+    return (
+        f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, and its drawing and materials say "
+        f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing counts"
     )
-    return f"with the memory {question.memory}{unknown}"
 
 
 def _say_material(name: str) -> str:

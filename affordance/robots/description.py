@@ -6,8 +6,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 from scipy.optimize import nnls
+
+from affordance.arrays import Array
 
 # Moments and products of inertia, by their names in URDF and SDF.
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -19,6 +22,14 @@ SHAPES = {
     "sphere": ("radius",),
     "ellipsoid": ("radii",),
 }
+
+
+def build_pose(place: Sequence[float], rpy: Sequence[float]) -> Array:
+    """Builds a pose, (4, 4), from a position, [m], and roll, pitch and yaw, [rad]."""
+    X = np.eye(4)
+    X[:3, :3] = RollPitchYaw(np.array(rpy)).ToRotationMatrix().matrix()
+    X[:3, 3] = place
+    return X
 
 
 class Mimic(NamedTuple):
@@ -127,6 +138,7 @@ class Visual(NamedTuple):
     rpy: tuple[float, ...]  # roll, pitch and yaw in the link's frame, (3,), [rad]
     mesh: str = ""  # name of the mesh in the file; empty for none
     colour: tuple[float, ...] | None = None  # red, green, blue, opacity; None where the file gives none
+    material: str = ""  # name of its material in the file; empty for none
 
 
 @dataclass
@@ -147,6 +159,8 @@ class Description:
     remarks: list[str] = field(default_factory=list)
     remarks_of: dict[str, list[str]] = field(default_factory=dict)
     carried: dict[str, float] = field(default_factory=dict)  # share of links' weight that the simulator carries
+    # Joints of a URDF that are fixed, with the parent and the pose in it, (4, 4), by child link.
+    fixed: dict[str, tuple[str, str, Array]] = field(default_factory=dict)
     floating: dict[str, str] = field(
         default_factory=dict
     )  # joints that float and that Drake leaves out, by child link

@@ -7,7 +7,16 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice, suggest
-from affordance.robots.description import MOMENTS, Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
+from affordance.robots.description import (
+    MOMENTS,
+    Description,
+    Inertial,
+    JointNotes,
+    Mimic,
+    Visual,
+    build_pose,
+    find_joint_fault,
+)
 from affordance.robots.remarks import remark_couplings, remark_missing
 from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
@@ -47,6 +56,9 @@ def read_urdf(path: Path, root: Element) -> Description:
             problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
             raise BadValueError(path, key, problem)
         robot.joints[name] = _read_joint(joint, numbers, key)
+        if joint.get("type") == "fixed":
+            parent, child = (get_attribute(joint.find(end), "link") or "" for end in ("parent", "child"))
+            robot.fixed[child] = name, parent, build_pose(*_read_pose(joint, numbers, key))
         if joint.get("type") == "floating":
             robot.floating[get_attribute(joint.find("child"), "link") or ""] = name
         remove_children(joint, ("mimic", "safety_controller", "calibration"))
@@ -183,4 +195,7 @@ def _read_visual(
     if material is not None and material.find("color") is not None:
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
     sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # URDF has none
-    return Visual(shape.tag, sizes, place, rpy, shape.get("filename", ""), colour) if sizes else None
+    if not sizes:
+        return None
+    named = get_attribute(material, "name") or ""
+    return Visual(shape.tag, sizes, place, rpy, shape.get("filename", ""), colour, named)

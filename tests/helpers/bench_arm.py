@@ -29,7 +29,8 @@ def build_bench_urdf(*changes: tuple[str, str]) -> str:
             f'{key}="{value}"' for key, value in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), moments, strict=True)
         )
         parts.append(
-            f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
+            f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>'
+            f"<inertia {inertia}/></inertial>"
             f'</link><joint name="j_{name}" type="revolute">'
             f'<parent link="{parent}"/><child link="{name}"/>'
             f'<origin xyz="{place}"/><axis xyz="{axis}"/>'
