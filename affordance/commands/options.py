@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -112,6 +113,11 @@ def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
     """Adds ``--json`` and ``--out``, a folder for the named files; see ``give_answer``."""
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for {files} (default: none)")
+
+
+def find_width() -> int:
+    """Finds the width of the terminal, in characters; 0 where there is none, as in a pipe."""
+    return shutil.get_terminal_size((0, 0)).columns
 
 
 def give_answer(

@@ -13,10 +13,12 @@ from affordance.choice.payload import measure_payload
 from affordance.choice.pricing import plan_options
 from affordance.choice.reasons import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import change_by_name, give_answer, read_robot
+from affordance.commands.options import change_by_name, find_width, give_answer, read_robot
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
+    keep_strikers,
+    keep_unlike,
     know_materials,
     open_bench,
     rank_tools,
@@ -26,7 +28,8 @@ from affordance.commands.workbench import (
 from affordance.exceptions import BadValueError
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
-from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
+from affordance.reporting.advice_report import AdviceQuestion, build_content, name_materials
+from affordance.reporting.advice_text import describe_advice, describe_choice_of
 from affordance.reporting.formatting import format_number, tabulate
 from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
@@ -70,7 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
     bench = bench._replace(memory=named.memory)
     settings, materials, tools = bench.settings, bench.materials, bench.tools
     ((name, task),) = bench.tasks.items()
-    choice = plan_options(see_tools(arguments, bench), task, settings)
+    options, remarks = keep_strikers(see_tools(arguments, bench), task, arguments.tools)
+    options, alike = keep_unlike(arguments, options, tools)
+    choice = plan_options(options, task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
     question = AdviceQuestion(
         name,
@@ -83,16 +88,18 @@ def run(arguments: argparse.Namespace) -> int:
         robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
         draws.surprises,
-        bench.remarks,
+        (*bench.remarks, *remarks),
+        alike,
     )
-    text, content = describe_advice(ranking, question), build_content(ranking, question)
+    content = build_content(ranking, question, describe_choice_of(ranking, question))
+    text = describe_advice(ranking, question, find_width())
 
     def draw() -> "Figure":
         # Imported here: they take most of a second, which runs without --out need not wait.
         from affordance.reporting.advice_figure import draw_advice, render_choice
 
-        picture = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
-        return draw_advice(ranking, content["sentence"], picture)
+        pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
+        return draw_advice(ranking, content["sentence"], pictures)
 
     give_answer(arguments, _NAME, text, content, draw)
     return 0

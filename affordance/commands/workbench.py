@@ -13,6 +13,7 @@ from affordance.belief.named_materials import NamedBelief, know_by_name
 from affordance.belief.object_belief import Memory
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
+from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options, list_options, list_seen_options
 from affordance.choice.options import Option, add_weighings
@@ -27,7 +28,7 @@ from affordance.memory.ledger import open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, find_alike_grips
 from affordance.robots.object_file import SUFFIX, read_object
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
@@ -162,6 +163,37 @@ def rank_tools(
     if not ranking.num_usable:
         raise AffordanceError(explain_failure(ranking, task, memory, settings, bounds, rng))
     return ranking, draws
+
+
+def keep_unlike(
+    arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
+) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
+    """Keeps one of the grips of a tool that are alike by its symmetry, as drawn.
+
+    Returns: Options, and by the name of an option the grips that are like it.
+    """
+    if arguments.see != _SIGHTS[0]:  # what is seen is not symmetric
+        return list(options), {}
+    by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
+    others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
+    kept = [each for each in options if (each.object_name, each.grip) not in others]
+    alike = {each.name: by_tool[each.object_name].get(each.grip, ()) for each in kept}
+    return kept, {name: grips for name, grips in alike.items() if grips}
+
+
+def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
+    """Keeps the options that have a striking face, if the task is a blow, and names the tools without one.
+
+    If no tool has one, a BadValueError is raised.
+    """
+    if not isinstance(task, Hammer):
+        return list(options), ()
+    kept = [option for option in options if any(part.strikes for part in option.features)]
+    without = dict.fromkeys(option.object_name for option in options if option not in kept)
+    if not kept:
+        problem = "has no tool with a striking face, must have strikes: {NAME: {point: [x, y, z], normal: [x, y, z]}}"
+        raise BadValueError(path, "tools", problem)
+    return kept, tuple(f"{name} has no striking face (strikes), and is no option for a blow" for name in without)
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
-from scipy.optimize import nnls
 
 from affordance.arrays import Array
 
@@ -118,6 +117,8 @@ class Inertial(NamedTuple):
         A solid of density rho has second moments S = integral of rho x x', which are positive semidefinite, and
         moments I = tr(S) 1 - S. In the common axes, |dI|^2 = |ds|^2 + (sum of ds)^2, least for s >= 0.
         """
+        from scipy.optimize import nnls  # here, as commands without an impossible inertia need not wait for it
+
         if self.mass <= 0.0:
             return Inertial(0.0, self.place, self.rpy, (0.0,) * 6, self.in_link)
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
