@@ -20,6 +20,7 @@ from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.robots.importer import AXES, ImportOptions, parse_values
+from affordance.robots.xacro_file import parse_xacro
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
@@ -199,7 +200,7 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
     add = parser.add_argument
-    add("--tip", help="link or frame at the arm's end, where it holds things; without it they are listed")
+    add("--tip", help="link or frame at the arm's end, where it holds things (default: the end of the longest limb)")
     add("--base", help="link that is fixed to the world (default: where the limb begins)")
     what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
@@ -218,6 +219,12 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--nearest-inertia", action="store_true", help=what)
     what = "links whose weight an MJCF lets the simulator carry are refused, or carried by the motors (none)"
     add("--gravcomp", choices=("file", "none"), default="file", help=what)
+    what = "arguments of a xacro template"
+    add("--xacro", nargs="+", default=[], metavar="NAME:=VALUE", help=what)
+    what = "folder of a package that a xacro template names, and that is not near it; more than once"
+    add("--package", action="append", default=[], metavar="NAME=DIR", help=what)
+    what = "expand a xacro template, which runs Python, even where the kernel cannot limit what it does"
+    add("--trust-xacro", action="store_true", help=what)
     what = "axis of the robot's root that points up (default: z, unless the file's gravity says otherwise)"
     add("--up", metavar="AXIS", help=what)
     add("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
@@ -237,6 +244,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         damping=arguments.damping == "file",
         nearest_inertia=arguments.nearest_inertia,
         gravcomp=arguments.gravcomp == "file",
+        xacro=parse_xacro(arguments.xacro, arguments.package, trusts=arguments.trust_xacro),
         height=arguments.base_height,
         up=arguments.up,
     )

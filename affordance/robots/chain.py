@@ -4,6 +4,7 @@ A limb is a series of joints up to the next branch; fingers are limbs at the end
 """
 
 import difflib
+import re
 from typing import NamedTuple
 
 from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, RigidBody
@@ -15,6 +16,9 @@ from affordance.robots.tree import RobotTree
 _LIMB = 2
 # Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
 FEWEST_JOINTS = 3
+# Words by which files name the frame where an arm holds things, the likeliest first (tool0 is ROS-Industrial's).
+_TOOL_WORDS = ("tcp", "tool", "grasp|grip", "^ee|_ee|eef|end_?effector", "flange", "attach", "hand|palm")
+_FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Most names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
 
@@ -92,11 +96,11 @@ def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
     return groups
 
 
-def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the ends of limbs, with the number of joints of the arm up to each; links come before their sites.
+def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
+    """Lists the ends of each limb, with the number of joints of the arm up to each; the longest limbs come first.
 
-    Ends are links without a child link and frames that the file names; a hand is listed by its own link, not
-    by its fingers.
+    Ends are links without a child link and frames that the file names; links come before their sites, and a hand is
+    listed by its own link, not by its fingers.
     """
     links = [joint for joint in tree.joints_above.values() if joint.child_body().name() not in tree.description.sites]
     carriers = {joint.parent_body().index() for joint in links}
@@ -115,13 +119,45 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
             found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
             for count, joint in enumerate(reversed(limb.joints)):
                 beyond[int(joint.index())] = max(count, beyond.get(int(joint.index()), 0))
-    ends = {
-        name: count
+    limbs = [
+        {name: count for _, name, count in sorted(set(of_limb))}
         for last, of_limb in found.items()
         if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
-        for _, name, count in sorted(set(of_limb))[:_OF_A_LIMB]
-    }
+    ]
+    return sorted(limbs, key=lambda limb: -max(limb.values()))
+
+
+def list_ends(tree: RobotTree) -> dict[str, int]:
+    """Lists the first ends of limbs, with the number of joints of the arm up to each; see ``list_limbs``."""
+    ends = {name: count for limb in list_limbs(tree) for name, count in list(limb.items())[:_OF_A_LIMB]}
     return dict(sorted(ends.items(), key=lambda item: -item[1]))
+
+
+def choose_tip(tree: RobotTree) -> tuple[str, str]:
+    """Chooses the tip of the longest limb, if one is longer than all others: a frame for tools, else its hand.
+
+    Returns: Name of the tip, and a sentence that says what it is and what else there is; both empty if no limb is the
+        longest.
+    """
+    limbs = list_limbs(tree)
+    if not limbs or (len(limbs) > 1 and max(limbs[1].values()) == max(limbs[0].values())):
+        return "", ""
+    ends, sites = limbs[0], tree.description.sites
+    names = [*ends, *(site for site, link in sites.items() if link in ends)]
+    for_tools = [name for name in names if _FOR_TOOLS.search(name)]
+    tip = min(for_tools, key=_rank_tool_frame) if for_tools else names[0]
+    link = sites.get(tip, tip)
+    others = [name for name in names if name != tip]
+    others += [name for limb in limbs[1:] for name in limb]
+    more = f" and {len(others) - _LISTED} more" if len(others) > _LISTED else ""
+    else_there = f"others are {', '.join(others[:_LISTED])}{more}" if others else "there is no other"
+    return tip, f"tip: {tip}, at the end of the longest limb ({ends[link]} joints); {else_there} (--tip)"
+
+
+def _rank_tool_frame(name: str) -> tuple[int, int]:
+    """Ranks names of frames for tools: a tool centre point before the flange that carries the gripper."""
+    words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
+    return min(words, default=len(_TOOL_WORDS)), len(name)
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:

@@ -65,8 +65,16 @@ class Holding(NamedTuple):
     mass: float
 
 
-def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: SimulateBlow) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged."""
+def fit_tasks(
+    models: Path,
+    simulate_path: SimulatePath,
+    simulate_blow: SimulateBlow,
+    tell: Callable[[str], None] = lambda step: None,
+) -> Fitted:
+    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged.
+
+    What is being fitted is told before each task.
+    """
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
     for name, fit in (
@@ -77,6 +85,7 @@ def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: Simulate
     ):
         if "objects" in lacks:
             break  # an arm that cannot hold them cannot move them
+        tell(f"fitting tasks: {name}")
         found: TaskFit = fit(models)
         apply_changes(models, found.changes)
         changes += found.changes

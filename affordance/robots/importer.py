@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.arm_file import RESERVED, turn_base
-from affordance.robots.chain import find_chain
+from affordance.robots.chain import choose_tip, find_chain
 from affordance.robots.home import HomePosture, find_home, measure_tilt, plant_arm
 from affordance.robots.plausibility import list_implausible
 from affordance.robots.reader import read_robot
@@ -38,11 +38,15 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
     if options.roll is not None:
         check_number("--roll", options.roll, -2.0 * math.pi, 2.0 * math.pi, "rad")
-    tree = build_tree(read_robot(path))
+    tree = build_tree(read_robot(path, options.xacro))
+    why_tip = ""
+    if not options.tip:
+        tip, why_tip = choose_tip(tree)
+        options = replace(options, tip=tip)
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain.joints, options.posture)
-    return reduce_arm(tree, chain, context, frozen, options)
+    return replace(reduce_arm(tree, chain, context, frozen, options), why_tip=why_tip)
 
 
 def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -44,7 +44,13 @@ _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
 def import_arm(
-    path: StrPath, options: ImportOptions, folder: StrPath, *, with_meshes: bool = True, fits_tasks: bool = True
+    path: StrPath,
+    options: ImportOptions,
+    folder: StrPath,
+    *,
+    with_meshes: bool = True,
+    fits_tasks: bool = True,
+    tell: Callable[[str], None] = lambda step: None,
 ) -> list[str]:
     """Imports an arm into a folder of models, with its report.
 
@@ -54,6 +60,7 @@ def import_arm(
         folder: Destination; must not exist, or be empty.
         with_meshes: True to draw the robot's meshes.
         fits_tasks: True to adapt paths, blow and objects to what the arm can do.
+        tell: Function that is told what is being done, before each step.
 
     Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 
@@ -63,12 +70,16 @@ def import_arm(
     """
     path, folder = check_path("path", path), check_path("folder", folder)
     check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
+    tell(f"{path.name}: finding a posture")
     arm, home = extract_arm(path, options)
-    looks = write_folder(arm, home, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
-    fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
+    tell(f"{path.name}: converting meshes")
+    looks = write_folder(arm, home, folder, source=f"{path.name}, tip {arm.options.tip}", with_meshes=with_meshes)
+    fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault, tell) if fits_tasks else None
+    tell(f"{path.name}: writing the report")
     write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, arm, home, fitted, looks)
-    lines = [f"{len(arm.links)} joints from {arm.base} to {options.tip}; {describe_payload(home)}"]
+    lines = [f"{len(arm.links)} joints from {arm.base} to {arm.options.tip}; {describe_payload(home)}"]
+    lines += [arm.why_tip] if arm.why_tip else []
     lines.append(describe_roll(arm))
     lines += [f"left out: {coupling}" for coupling in list_couplings(arm)]
     lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
@@ -86,11 +97,16 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     the file.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    files = [path, *read_robot(path).sources, *sorted(_PROGRAM.glob("*.py")), *list_model_files(MODELS)]
+    files = [
+        path,
+        *read_robot(path, options.xacro).sources,
+        *sorted(_PROGRAM.glob("*.py")),
+        *list_model_files(MODELS),
+    ]
     for file in (*files, *sorted((MODELS / "tasks").glob("*.yaml"))):
         digest.update(file.name.encode())
         digest.update(read_bytes(file, MESH))
-    folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")
+    folder = root / f"{path.stem}-{options.tip or 'arm'}-{digest.hexdigest()[:12]}".replace("/", "_")
     if not (folder / "report.html").exists():  # the last file to be written
         if folder.exists():
             shutil.rmtree(folder)

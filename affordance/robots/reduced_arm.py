@@ -17,6 +17,7 @@ from affordance.robots.arm_checks import check_arm, find_limits
 from affordance.robots.chain import Chain, group_bodies
 from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
+from affordance.robots.xacro_file import AS_IT_IS, XacroOptions
 
 # Fields whose options of the command line have another name.
 _OPTIONS = {"height": "base_height"}
@@ -27,7 +28,7 @@ class ImportOptions:
     """Options of an import that the user gives in addition to the file.
 
     Attributes:
-        tip: Link or frame at the end of the arm, where it holds objects.
+        tip: Link or frame at the end of the arm, where it holds objects; empty for that of the longest limb.
         base: Link that is fixed to the world; None to find one.
         out_axis: Axis of the tip that points out of the hand; None to find one.
         posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
@@ -44,9 +45,10 @@ class ImportOptions:
             matters.
         gravcomp: True to respect that the file lets the simulator carry links, which is refused; False for motors
             that carry them.
+        xacro: How a xacro template is expanded.
     """
 
-    tip: str
+    tip: str = ""
     base: str | None = None
     out_axis: str | None = None
     posture: Mapping[str, float] = field(default_factory=dict)
@@ -59,10 +61,11 @@ class ImportOptions:
     roll: float | None = None
     nearest_inertia: bool = False
     gravcomp: bool = True
+    xacro: XacroOptions = AS_IT_IS
 
     def list_given(self) -> list[str]:
         """Lists the options of the command line whose values are not their defaults."""
-        defaults = ImportOptions("")
+        defaults = ImportOptions()
         return [
             f"--{_OPTIONS.get(each.name, each.name).replace('_', '-')}"
             for each in fields(self)
@@ -106,6 +109,7 @@ class ReducedArm:
     base_bodies: tuple[tuple[str, RigidTransform], ...]
     frozen: Mapping[str, float]  # values of the frozen joints, [rad] or [m]
     mended: tuple[str, ...]  # names of the links whose impossible inertia was replaced by the nearest possible one
+    why_tip: str = ""  # how the tip was chosen, and what else there is; empty if it was given
 
     @property
     def up(self) -> str:

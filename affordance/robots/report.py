@@ -113,6 +113,8 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
 def _list_taken(arm: ReducedArm) -> Iterator[str]:
     options = arm.options
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
+    if arm.why_tip:
+        yield arm.why_tip
     yield f"base: {arm.base}, as {arm.chain.why_base}"
     found = "the axis nearest to the line from the last joints; --out-axis overrides"
     yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({'as given' if options.out_axis else found})"

@@ -20,8 +20,6 @@ from affordance.robots.description import (
 from affordance.robots.remarks import remark_couplings, remark_missing
 from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
-# Xacro has been declared by several addresses, or by its prefix alone.
-_XACRO = "xacro}"
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _WORLD = "world"  # which is there without a link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
@@ -32,8 +30,6 @@ _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics",
 
 def read_urdf(path: Path, root: Element) -> Description:
     """Reads a URDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
-    if any(_XACRO in element.tag for element in root.iter()):
-        raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)

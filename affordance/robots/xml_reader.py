@@ -25,6 +25,13 @@ def read_xml(path: Path) -> Element:
     return root
 
 
+def parse_xml(path: Path, content: bytes) -> Element:
+    """Parses the XML of a robot's file from memory, with the checks of ``read_xml``."""
+    root = files.parse_xml(path, content, _parse)
+    check_names(path, "name", (element.get("name", "") for element in root.iter()))
+    return root
+
+
 def _parse(content: bytes) -> Element:
     try:
         return ElementTree.fromstring(content)
