@@ -216,7 +216,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
     add("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
     what = "replace impossible inertias by the nearest possible ones, even where that matters"
-    add("--nearest-inertia", action="store_true", help=what)
+    add("--mend-inertia", action="store_true", help=what)
     what = "links whose weight an MJCF lets the simulator carry are refused, or carried by the motors (none)"
     add("--gravcomp", choices=("file", "none"), default="file", help=what)
     what = "arguments of a xacro template"
@@ -242,7 +242,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),
         velocity=parse_values("--velocity", arguments.velocity, unit="rad/s", may_be_zero=False),
         damping=arguments.damping == "file",
-        nearest_inertia=arguments.nearest_inertia,
+        mend_inertia=arguments.mend_inertia,
         gravcomp=arguments.gravcomp == "file",
         xacro=parse_xacro(arguments.xacro, arguments.package, trusts=arguments.trust_xacro),
         height=arguments.base_height,

@@ -13,6 +13,7 @@ from affordance.choice.pricing import Amount
 from affordance.choice.ranking import RankedOption, Ranking
 from affordance.choice.reasons import Turn
 from affordance.choice.weighed import Surprise
+from affordance.exceptions import name_object
 from affordance.memory.past_arms import describe_past_arms
 from affordance.reporting.advice_report import AdviceQuestion, list_turns, sum_shares
 from affordance.reporting.formatting import format_known, format_number, tabulate_within
@@ -185,13 +186,13 @@ def _say_cost(best: RankedOption, criterion: Criterion) -> str:
 def _name(option: Option, question: AdviceQuestion) -> str:
     """Names an option: "the mallet by its head", "the mallet choked", "the rod by either end"."""
     if not option.grip:
-        return f"the {option.object_name}"
+        return name_object(option.object_name)
     alike = question.alike.get(option.name, ())
     if alike:
         how = "by either end" if len(alike) == 1 else f"by any of {_list_ends(option, question)}"
-        return f"the {option.object_name} {how}"
+        return f"{name_object(option.object_name)} {how}"
     how = option.grip if option.grip.endswith("ed") else f"by its {option.grip}"
-    return f"the {option.object_name} {how}"
+    return f"{name_object(option.object_name)} {how}"
 
 
 def _list_ends(option: Option, question: AdviceQuestion) -> str:

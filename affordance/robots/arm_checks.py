@@ -105,9 +105,9 @@ def _list_link_faults(
             yield _Fault("link", body.name(), f"{fault}; it is part of the arm")
     for body in heavy:
         fault, written = tree.description.mended[tree.key(body)]
-        way_out = "--nearest-inertia of import-arm takes the nearest possible one"
+        way_out = "--mend-inertia of import-arm takes the nearest possible one"
         if written.mass <= 0.0:
-            way_out = "--nearest-inertia of import-arm takes it as massless"
+            way_out = "--mend-inertia of import-arm takes it as massless"
         yield _Fault("link", body.name(), f"{fault}; it is part of the arm", way_out)
     for body in bodies if not carries else ():
         if share := tree.description.carried.get(tree.key(body)):

@@ -17,7 +17,18 @@ _LIMB = 2
 # Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
 FEWEST_JOINTS = 3
 # Words by which files name the frame where an arm holds things, the likeliest first (tool0 is ROS-Industrial's).
-_TOOL_WORDS = ("tcp", "tool", "grasp|grip", "^ee|_ee|eef|end_?effector", "flange", "attach", "hand|palm")
+_TOOL_WORDS = (
+    "tcp",
+    "tool",
+    "grasp|grip",
+    "^ee|_ee|eef|end_?effector",
+    "flange",
+    "attach",
+    "hand|palm",
+    "(^|_)end(_|$)",
+)
+# Words by which files name what is mounted aside of it, or is a part of a gripper.
+_ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
 _FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Most names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
@@ -144,8 +155,9 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
         return "", ""
     ends, sites = limbs[0], tree.description.sites
     names = [*ends, *(site for site, link in sites.items() if link in ends)]
-    for_tools = [name for name in names if _FOR_TOOLS.search(name)]
-    tip = min(for_tools, key=_rank_tool_frame) if for_tools else names[0]
+    at_end = [name for name in names if not _ASIDE.search(name)] or names
+    for_tools = [name for name in at_end if _FOR_TOOLS.search(name)]
+    tip = min(for_tools, key=_rank_tool_frame) if for_tools else at_end[0]
     link = sites.get(tip, tip)
     others = [name for name in names if name != tip]
     others += [name for limb in limbs[1:] for name in limb]
@@ -168,7 +180,8 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
     if close:
         return f"nearest: {', '.join(close)}"
     if not ends:
-        return f"no limb of it has {FEWEST_JOINTS} joints that turn; {_suggest_frames(tree, near)}"
+        frames = _suggest_frames(tree, near)
+        return f"no limb of it has {FEWEST_JOINTS} joints that turn: it is no arm, unless --tip and --base name one; {frames}"
     listed = [f"{name} ({count} joints{_list_sites(tree, name)})" for name, count in list(ends.items())[:_LISTED]]
     return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
 

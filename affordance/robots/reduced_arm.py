@@ -41,7 +41,7 @@ class ImportOptions:
         up: Axis of the robot's root that points up; None for the file's: z, unless its gravity says otherwise.
         roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad]: how the gripper
             is mounted. None to turn the hand so that its z is up at home.
-        nearest_inertia: True to replace impossible inertias of the arm by the nearest possible ones, even where that
+        mend_inertia: True to replace impossible inertias of the arm by the nearest possible ones, even where that
             matters.
         gravcomp: True to respect that the file lets the simulator carry links, which is refused; False for motors
             that carry them.
@@ -59,7 +59,7 @@ class ImportOptions:
     height: float | None = None
     up: str | None = None
     roll: float | None = None
-    nearest_inertia: bool = False
+    mend_inertia: bool = False
     gravcomp: bool = True
     xacro: XacroOptions = AS_IT_IS
 
@@ -159,7 +159,7 @@ def reduce_arm(
         for joint in chain.joints
     }
     groups = group_bodies(tree, chain)
-    mends = {"mends": options.nearest_inertia, "carries": not options.gravcomp}
+    mends = {"mends": options.mend_inertia, "carries": not options.gravcomp}
     mended = check_arm(tree, chain, context, groups, limits, **mends)
     links: list[ReducedLink] = []
     before: Frame = chain.base.body_frame()
@@ -180,7 +180,7 @@ def reduce_arm(
                 effort=limit.effort,
                 damping=limit.damping,
                 rotor_inertia=limit.rotor_inertia,
-                inertial=_sum_inertia(tree, context, frame, group),
+                inertial=sum_inertia(tree, context, frame, group),
                 bodies=_place(tree, context, frame, group),
             )
         )
@@ -266,7 +266,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
     return X_first
 
 
-def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
+def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
     """Computes the combined inertia of bodies in a frame; a single body keeps the numbers of the file."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))

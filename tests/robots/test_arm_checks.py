@@ -38,11 +38,11 @@ def test_all_faults_are_in_one_message_with_the_options_that_settle_them(tmp_pat
         "--velocity VALUE gives limits (rad/s)",
         "joint j_w3: has a damping of -2 N m s/rad, must be at least 0; --damping none",
         "link pad: has an inertia no solid can have",
-        "--nearest-inertia",
+        "--mend-inertia",
     ):
         assert part in said
     options = ImportOptions(
-        "flange", effort={"": 90.0}, velocity={"": 2.0, "j_u": 1.0}, damping=False, nearest_inertia=True
+        "flange", effort={"": 90.0}, velocity={"": 2.0, "j_u": 1.0}, damping=False, mend_inertia=True
     )
     arm = read_arm(path, options)
     assert [link.velocity for link in arm.links] == [2.0, 1.0, 2.0, 2.0, 2.0, 2.0]
@@ -61,7 +61,7 @@ def test_impossible_inertia_is_mended_where_it_hardly_matters(
         said = "link pad: has an inertia no solid can have" if mass else "link pad: has a mass of 0 kg with moments"
         assert said in refuse(read_arm, path, TIP)
         assert said in refuse(load_robot, path, "flange")
-        assert read_arm(path, ImportOptions("flange", nearest_inertia=True)).mended == ("pad",)
+        assert read_arm(path, ImportOptions("flange", mend_inertia=True)).mended == ("pad",)
         return
     arm, home = extract_arm(path, TIP)
     assert any(each.startswith("link pad has ") and "replaces it" in each for each in list_warnings(arm, home))
@@ -70,7 +70,7 @@ def test_impossible_inertia_is_mended_where_it_hardly_matters(
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_nearest_inertia_is_possible_and_no_other_is_nearer(seed: int) -> None:
+def test_mend_inertia_is_possible_and_no_other_is_nearer(seed: int) -> None:
     rng = np.random.default_rng(seed)
     written = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, tuple(rng.normal(size=6).tolist()))
     nearest = written.find_nearest()

@@ -86,3 +86,39 @@ def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     options = ImportOptions("right_tool", effort={"": 20.0, "right_j4": 5.0})
     assert [link.effort for link in read_arm(path, options).links] == [20.0, 20.0, 20.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "tip", "said"),
+    [
+        ("", "", "grip_site", "tip: grip_site, at the end of the longest limb (4 joints); others are third (--tip)"),
+        (
+            '<site name="grip_site" pos="0.1 0 0"/>',
+            "",
+            "third",
+            "tip: third, at the end of the longest limb (4 joints)",
+        ),
+        ('site name="grip_site"', 'site name="camera"', "third", "others are camera (--tip)"),
+        (
+            '<site name="grip_site"',
+            '<site name="flange"/><site name="my_tcp"/><site name="imu_tool"/><site name="s"',
+            "my_tcp",
+            "others are third, flange, imu_tool, s (--tip)",
+        ),
+    ],
+)
+def test_tip_is_the_end_of_the_longest_limb(tmp_path: Path, old: str, new: str, tip: str, said: str) -> None:
+    arm = read_arm(write_text(tmp_path / "a.xml", MJCF.replace(old, new) if old else MJCF), ImportOptions())
+    assert arm.options.tip == tip
+    assert said in arm.why_tip
+
+
+def test_no_tip_is_taken_where_two_limbs_are_the_longest(tmp_path: Path) -> None:
+    said = refuse(read_arm, write_urdf(tmp_path), ImportOptions())
+    assert "--tip: is missing: link or frame of" in said
+    assert "limbs end in right_4 (4 joints), right_tool (4 joints), left_4 (4 joints), left_tool (4 joints)" in said
+
+
+def write_text(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path
