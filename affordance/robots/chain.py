@@ -181,7 +181,8 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
         return f"nearest: {', '.join(close)}"
     if not ends:
         frames = _suggest_frames(tree, near)
-        return f"no limb of it has {FEWEST_JOINTS} joints that turn: it is no arm, unless --tip and --base name one; {frames}"
+        no_arm = f"no limb of it has {FEWEST_JOINTS} joints that turn: it is no arm, unless --tip and --base name one"
+        return f"{no_arm}; {frames}"
     listed = [f"{name} ({count} joints{_list_sites(tree, name)})" for name, count in list(ends.items())[:_LISTED]]
     return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
 

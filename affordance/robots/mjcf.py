@@ -84,10 +84,8 @@ def read_mjcf(path: Path, root: Element) -> Description:
         else:
             _remove_other_groups(body, groups, numbers)
             if why := _find_unreadable(body):
-                robot.faults[name] = (
-                    f"takes its inertia from {why}, must have an <inertial>: MuJoCo's body_mass, body_ipos and "
-                )
-                robot.faults[name] += "body_inertia"
+                numbers_of = "MuJoCo's body_mass, body_ipos, body_iquat, body_inertia"
+                robot.faults[name] = f"takes its inertia from {why}, must have an <inertial> ({numbers_of})"
                 remove_children(body, ("geom",))
         robot.sites |= dict.fromkeys(_make_sites_bodies(body, names), name)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))

@@ -1,14 +1,6 @@
 """A six-joint arm for tests, as URDF and as MJCF, whose texts can be exchanged; both describe the same arm."""
 
 from pathlib import Path
-from typing import Any
-
-import mujoco
-import numpy as np
-
-from affordance.plant.arm_model import ArmModel
-from affordance.robots.home import plant_arm
-from affordance.robots.reduced_arm import ReducedArm
 
 # Name, origin in the parent, axis, effort, mass, centre of mass, moments and products of inertia of each link.
 _LINKS = (
@@ -69,30 +61,3 @@ def write_bench(folder: Path, *changes: tuple[str, str], mjcf: bool = False) -> 
     path = folder / ("bench.xml" if mjcf else "bench.urdf")
     path.write_text(build_bench_mjcf(*changes) if mjcf else build_bench_urdf(*changes))
     return path
-
-
-def compare_with_mujoco(path: Path, arm: ReducedArm) -> float:
-    """Returns the largest difference of inverse dynamics from MuJoCo's, over the largest torque, at 50 states.
-
-    Joints that are frozen in the arm are held where they are frozen; friction, damping and constraints are left out.
-    """
-    model: Any = mujoco.MjModel.from_xml_path(str(path))
-    data: Any = mujoco.MjData(model)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    model.dof_damping[:] = 0.0
-    joints = [model.joint(name) for name in arm.joint_names]
-    rows, places = [int(j.dofadr[0]) for j in joints], [int(j.qposadr[0]) for j in joints]
-    ours, rng, differences, largest = ArmModel(plant_arm(arm)), np.random.default_rng(5), [], 0.0
-    for name, value in arm.frozen.items():
-        data.qpos[model.joint(name).qposadr[0]] = value
-    frozen = data.qpos.copy()
-    for _ in range(50):
-        q, v, a = rng.uniform(-2.0, 2.0, (3, len(rows)))
-        data.qpos[:], data.qvel[:], data.qacc[:] = frozen, 0.0, 0.0
-        data.qpos[places], data.qvel[rows], data.qacc[rows] = q, v, a
-        mujoco.mj_inverse(model, data)
-        ours.set_state(np.concatenate([q, v]))
-        tau = ours.compute_inverse_dynamics(a)
-        differences.append(float(np.abs(tau - data.qfrc_inverse[rows]).max()))
-        largest = max(largest, float(np.abs(tau).max()))
-    return max(differences) / largest
