@@ -76,6 +76,9 @@ def check_arm(
     heavy = [body for body in bodies if tree.key(body) in tree.description.mended and not mends]
     heavy = [body for body in heavy if _matters(tree, chain, context, bodies, body)]
     faults = [*_list_link_faults(tree, bodies, heavy, carries=carries)]
+    if not faults and not sum(body.default_mass() for body in bodies) > 0.0:
+        another = "another file of the robot, as simulators have it, may have them"
+        faults.append(_Fault("", "", "has no mass for any link of the arm, must have inertias (<inertial>)", another))
     if limits is not None:
         faults += [fault for joint in chain.joints for fault in _list_joint_faults(tree, chain, joint, limits)]
     if faults:
@@ -161,10 +164,10 @@ def _describe(tree: RobotTree, faults: Sequence[_Fault]) -> BadValueError:
         kinds.setdefault((fault.element, fault.problem, fault.way_out), []).append(fault.name)
     parts = []
     for (element, problem, way_out), names in kinds.items():
-        where = f"{element} {names[0]}"
+        where = f"{element} {names[0]}".strip()
         also = f" (so {'does' if len(names) == 2 else 'do'} {', '.join(names[1:])})" if len(names) > 1 else ""
         parts.append((where, f"{problem}{also}{f'; {way_out}' if way_out else ''}"))
     (where, first), *others = parts
     return BadValueError(
-        tree.description.path, where, "; ".join([first, *(f"{place}: {problem}" for place, problem in others)])
+        tree.description.path, where, "; ".join([first, *(": ".join(filter(None, each)) for each in others)])
     )

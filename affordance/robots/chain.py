@@ -151,6 +151,8 @@ def choose_tip(tree: RobotTree) -> tuple[str, str]:
         longest.
     """
     limbs = list_limbs(tree)
+    # A finger that turns ends a limb of its own; its hand ends another.
+    limbs = [limb for limb in limbs if not all(map(_ASIDE.search, limb))] or limbs
     if not limbs or (len(limbs) > 1 and max(limbs[1].values()) == max(limbs[0].values())):
         return "", ""
     ends, sites = limbs[0], tree.description.sites

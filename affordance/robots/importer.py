@@ -125,9 +125,7 @@ def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_ze
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
-    """Rejects an arm without mass, and one with a joint that moves no inertia."""
-    if not arm.mass > 0.0:
-        raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
+    """Rejects an arm with a joint that moves no inertia."""
     model.set_posture(np.linspace(0.1, 1.0, len(arm.links)))
     values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:

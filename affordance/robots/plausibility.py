@@ -127,13 +127,15 @@ def _list_twins(arm: ReducedArm) -> Iterator[str]:
         arm.tree.key(body): float(body.default_mass())
         for body in map(plant.get_body, map(BodyIndex, range(1, plant.num_bodies())))
     }
+    told: set[str] = set()
     for link in arm.links:
         for name, _ in link.bodies:
             other = next((twin for twin in _name_twins(name) if twin in masses), None)
-            if other is None:
+            if other is None or name in told:
                 continue
             mass, of_twin = masses[name], masses[other]
             if abs(mass - of_twin) > _TWIN * max(mass, of_twin):
+                told.add(other)
                 yield f"link {name} has {mass:.3g} kg, and its twin {other} {of_twin:.3g} kg"
 
 

@@ -87,13 +87,13 @@ class Numbers:
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for other shapes."""
+        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for any other."""
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
         for name in names:
             count = 3 if name in ("size", "radii", "scale") else 1
             sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (default,) * count)
-        return sizes
+        return sizes if shape == "mesh" or all(size > 0.0 for size in sizes) else ()
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent; anything else raises a BadValueError."""

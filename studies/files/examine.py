@@ -15,15 +15,15 @@ from typing import NamedTuple
 
 from affordance.cli import main
 from affordance.exceptions import AffordanceError
-from affordance.robots.importer import ImportOptions, read_arm
+from affordance.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.robots.kept import import_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ReducedArm
 from affordance.robots.xacro_file import AS_IT_IS, expand, is_template
 from studies.study import import_part
 
-# What is given where the import asks for it: torque and velocity of a middling arm, [N m, rad/s].
-EFFORT, VELOCITY = 100.0, 3.0
+# What is given where the import asks for it: torque, velocity and rotors of a middling arm, [N m, rad/s, kg m^2].
+EFFORT, VELOCITY, ROTOR_INERTIA = 100.0, 3.0, 0.01
 _ROUNDS = 6
 
 
@@ -49,7 +49,7 @@ def examine(path: Path, shown: str) -> Examined:
     arm: ReducedArm | None = None
     for _ in range(_ROUNDS):
         try:
-            arm = read_arm(path, options)
+            arm, _ = extract_arm(path, options)
             said = ""
             break
         except AffordanceError as error:
@@ -82,14 +82,17 @@ def examine(path: Path, shown: str) -> Examined:
 def _follow(message: str, options: ImportOptions) -> ImportOptions:
     """Returns the options with those that a message names."""
     if "--tip: is missing" in message and (ends := re.findall(r"(?:limbs end in|,) ([^,(]+?) \(\d+ joints", message)):
-        right = [name for name in ends if re.search("right|(^|_|/)r_", name, re.IGNORECASE)]
-        options = replace(options, tip=(right or ends)[0])
+        hands = [name for name in ends if "finger" not in name] or ends
+        right = [name for name in hands if re.search("right|(^|_|/)r_", name, re.IGNORECASE)]
+        options = replace(options, tip=(right or hands)[0])
     if "--effort " in message:
         options = replace(options, effort={"": EFFORT})
     if "--velocity " in message:
         options = replace(options, velocity={"": VELOCITY})
     if "--mend-inertia" in message:
         options = replace(options, mend_inertia=True)
+    if "--rotor-inertia " in message:
+        options = replace(options, rotor_inertia={"": ROTOR_INERTIA})
     if "--gravcomp none" in message:
         options = replace(options, gravcomp=False)
     if "--damping none" in message:
@@ -101,6 +104,7 @@ def _list_given(options: ImportOptions) -> list[str]:
     given = [f"--tip {options.tip}"] if options.tip else []
     given += [f"--effort {EFFORT:g}"] if options.effort else []
     given += [f"--velocity {VELOCITY:g}"] if options.velocity else []
+    given += [f"--rotor-inertia {ROTOR_INERTIA:g}"] if options.rotor_inertia else []
     given += ["--mend-inertia"] if options.mend_inertia else []
     given += ["--gravcomp none"] if not options.gravcomp else []
     return [*given, *(["--damping none"] if not options.damping else [])]
