@@ -56,7 +56,9 @@ def _list_of_links(arm: ReducedArm) -> Iterator[str]:
         mass, p_com = link.inertial.mass, float(np.linalg.norm(link.inertial.place))
         if not mass:
             continue
-        size = _WIDTH + length + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
+        # A link may reach back to the joint before it, and out to whatever is fixed to it.
+        before = float(np.linalg.norm(link.X_PL.translation()))
+        size = _WIDTH + max(length, before) + max(float(np.linalg.norm(X.translation())) for _, X in link.bodies)
         if p_com > size + reach:
             away.append(f"{link.name} {p_com:.3g} m")
             continue

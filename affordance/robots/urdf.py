@@ -37,6 +37,8 @@ def read_urdf(path: Path, root: Element) -> Description:
     for link, name, key in list_new(root.findall("link"), path, robot.visuals):
         robot.add_visuals(name, [_read_visual(each, numbers, key, colours) for each in link.findall("visual")])
         remove_children(link, ("visual", "collision"))
+        for attribute in set(link.attrib) - {"name"}:  # as an earlier version of URDF has them
+            del link.attrib[attribute]
         _keep_first(robot, link, key)
         inertial = link.find("inertial")
         if inertial is not None:
