@@ -23,8 +23,8 @@ _POINT = 0.01
 _OTHER_UNIT = 10.0
 # Widest range of a joint, eight turns as of a wrist with cables, and fastest joint, 2900 degrees/s, [rad, rad/s].
 _WIDEST, _FASTEST = 50.0, 50.0
-# Ranges of all joints below this look like degrees that were radians, [rad].
-_NARROW = 0.2
+# Ranges of all joints below this look like radians that were read as degrees: two turns, 4 pi, as degrees, [rad].
+_NARROW = 0.22
 # Relative difference of masses between left and right that is more than rounding.
 _TWIN = 0.01
 # Words for the sides of a robot within a name, and letters that begin or end one.

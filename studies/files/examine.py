@@ -134,6 +134,6 @@ def _compare(path: Path, arm: ReducedArm, options: ImportOptions, folder: Path) 
                 part.compare_with_mujoco(original, read_arm(path, replace(options, damping=False)))
             ), "MuJoCo"
         part = import_part("studies.arms.parity")
-        return float(part.compute_parity(original, options).largest), "Pinocchio"
+        return float(part.compute_parity(original, replace(options, rotor_inertia={})).largest), "Pinocchio"
     except (AffordanceError, ValueError, IndexError, KeyError, RuntimeError) as error:
         return None, f"not compared: {' '.join(str(error).split())[:120]}"

@@ -54,10 +54,14 @@ def test_centres_of_mass_in_millimetres_are_named(tmp_path: Path) -> None:
     assert "u 242 m; are they in millimetres?" in "; ".join(list_implausible(read_arm(path, TIP)))
 
 
-def test_radians_that_were_read_as_degrees_are_the_cause_that_no_posture_is_found(tmp_path: Path) -> None:
-    path = write_bench(tmp_path, (' angle="radian"', ""), mjcf=True)
+@pytest.mark.parametrize(("limit", "degrees"), [("2.9", "5.8"), ("6.28319", "13")])
+def test_radians_that_were_read_as_degrees_are_the_cause_that_no_posture_is_found(
+    tmp_path: Path, limit: str, degrees: str
+) -> None:
+    wide = ('range="-2.9 2.9"', f'range="-{limit} {limit}"')
+    path = write_bench(tmp_path, (' angle="radian"', ""), wide, mjcf=True)
     said = refuse(extract_arm, path, TIP, error=ModelFileError)
-    assert "no joint turns by more than 5.8 degrees" in said
+    assert f"no joint turns by more than {degrees} degrees" in said
     assert 'An MJCF needs <compiler angle="radian"/>' in said
 
 
