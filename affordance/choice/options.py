@@ -50,12 +50,12 @@ class Option:
 
 
 def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Option]:
-    """Returns options with the weighings of their tools; where parts were not told apart, with those of the whole."""
+    """Returns options with the weighings of their tools, of the whole only where parts are not distinguished."""
     by_name = {tool.name: tool for tool in tools}
     weighed = []
     for option in options:
         tool = by_name[option.object_name]
-        is_told_apart = len(option.features) == len(tool.components)
-        weighings = tuple(each for each in tool.weighings if is_told_apart or not each.parts)
+        is_distinguished = len(option.features) == len(tool.components)
+        weighings = tuple(each for each in tool.weighings if is_distinguished or not each.parts)
         weighed.append(replace(option, weighings=weighings))
     return weighed

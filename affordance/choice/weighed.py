@@ -8,13 +8,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import FeltObject
-from affordance.choice.options import Option
 from affordance.objects.inertia import Geometry
 from affordance.objects.weighing import Weighing
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.systems import measure_geometry
 
 # Distance between a weighing and what was believed, in standard deviations, above which the object is odd: it is not
 # of its materials, or not as it is drawn. Outliers of lifts are counted from the same distance.
@@ -103,44 +99,3 @@ def _sum_volumes(weighed: WeighedObject, weighing: Weighing, size: int) -> Array
         if not weighing.parts or k in weighing.parts:
             volumes[column] += part.shape.volume
     return volumes
-
-
-def learn_weighings(
-    memory: MaterialMemory,
-    objects: Mapping[str, Option],
-    prior: Prior,
-    felt: Mapping[str, FeltObject],
-) -> tuple[MaterialMemory, dict[str, FeltObject]]:
-    """Learns from weighings of objects as from holding them, each object by one of its options.
-
-    Returns: The memory, and the evidence about each object that was held or weighed, by name.
-    """
-    found = dict(felt)
-    for name, option in objects.items():
-        if not option.weighings:
-            continue
-        columns = []
-        for part in option.features:
-            memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
-            columns.append(column)
-        chosen = list(dict.fromkeys(columns))
-        own_columns = [chosen.index(column) for column in columns]
-        geometry = measure_geometry(option.features, own_columns, len(chosen))
-        weighed = WeighedObject(option.features, own_columns, geometry, option.weighings)
-        before = memory.belief.select(chosen).add_object_variation(prior.deviation_sd)
-        own = compute_likelihood(weighed, np.maximum(before.untruncated_mean, 0.0))
-        colours = tuple(memory.colours[column] for column in chosen)
-        earlier = found.get(name)
-        if earlier is not None and set(earlier.colours) == set(colours):
-            held = earlier.own.select([earlier.colours.index(colour) for colour in colours])
-            news = own.marginalise_deviation(prior.deviation_sd, held)
-            own = own.add(held)
-        else:
-            news = own.marginalise_deviation(prior.deviation_sd)
-        appearance = tuple(part.appearance for part in option.features)
-        known = FeltObject.of(colours, own, prior, appearance)
-        assert known is not None  # there is a likelihood
-        found[name] = known
-        belief = memory.belief.condition(news.embed(chosen, memory.belief.size))
-        memory = MaterialMemory(memory.colours, belief, memory.objects)
-    return memory, found

@@ -15,7 +15,7 @@ from affordance.choice.next_hold import Question, advise_hold
 from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.choice.weighed import learn_weighings
+from affordance.choice.weighed_holds import learn_weighings
 from affordance.commands.options import find_width, give_answer, read_robot
 from affordance.commands.workbench import (
     add_choice,

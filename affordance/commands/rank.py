@@ -11,7 +11,7 @@ import numpy as np
 from affordance.arguments import check_number
 from affordance.choice.payload import measure_payload
 from affordance.choice.pricing import plan_options
-from affordance.choice.reasons import explain_choice
+from affordance.choice.ranking import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
 from affordance.commands.options import change_by_name, find_width, give_answer, read_robot
 from affordance.commands.workbench import (

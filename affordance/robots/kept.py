@@ -60,7 +60,7 @@ def import_arm(
         folder: Destination; must not exist, or be empty.
         with_meshes: True to draw the robot's meshes.
         fits_tasks: True to adapt paths, blow and objects to what the arm can do.
-        tell: Function that is told what is being done, before each step.
+        tell: Function that is called with a description of each step, before it.
 
     Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 

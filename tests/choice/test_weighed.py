@@ -9,7 +9,8 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.listed_options import list_options
 from affordance.choice.options import Option, add_weighings
-from affordance.choice.weighed import WeighedObject, condition_on_weighings, learn_weighings
+from affordance.choice.weighed import WeighedObject, condition_on_weighings
+from affordance.choice.weighed_holds import learn_weighings
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.materials import Material
 from affordance.objects.tool import Component, Tool

@@ -20,7 +20,7 @@ def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
 
 
 def test_rank_says_its_commands_and_what_to_take():
-    first, second, third, sentence, *_ = answer(
+    first, second, third, _, sentence, *_ = answer(
         "rank", "--demo", "--samples", 200, "--only", "machinist hammer"
     ).lines
     assert "simulated recordings" in first
