@@ -117,9 +117,9 @@ def _list_switched_off(
     evidence, prior = belief.fit.evidence, settings.signal_prior or PRIORS[belief.fit.evidence.kind]
     is_wrench = evidence.kind is SignalKind.WRENCH
     # Of a pair the floor is the error of friction, which gains by the arm's own weight take up.
-    of_pair = evidence.is_repeated and settings.friction and before.common_sd == 0.0
+    of_pair = evidence.is_repeated and settings.friction and not before.is_by_weight
     would_count = {
-        "gains": belief.calibration is None and before.common_sd == 0.0 and prior.gain_sd > 0.0,
+        "gains": belief.calibration is None and not before.is_by_weight and prior.drift_own_sd > 0.0,
         "load_friction": prior.load_friction_sd > 0.0,
         "friction": prior.friction_sd > 0.0,
         "tare": is_wrench and has_empty,
@@ -134,7 +134,7 @@ def _list_switched_off(
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
     """Judges the run that has to show gains and arm, where no load was weighed and no motion repeated."""
     duration = float(run.times[-1] - run.times[0])
-    if before.common_sd > 0.0 and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
+    if before.is_by_weight and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
         yield (
             f"{run.source}: {duration:.1f} s are too short to tell the gains by the arm's own weight, at least "
             f"{_LEAST_DURATION:g} s are needed: repeat the motion with an empty hand, or weigh a load"

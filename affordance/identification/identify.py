@@ -185,7 +185,7 @@ def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: b
     yield f"the arm that was recorded is that of {arm.source}: a relative's file gives another mass"
     if gains.kind is SignalKind.WRENCH:
         yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
-    if is_weighed or (gains.kind is SignalKind.CURRENT and gains.common_sd == 0.0):
+    if is_weighed or (gains.kind is SignalKind.CURRENT and not gains.is_by_weight):
         yield "the scale is right: its error is that of every mass found with these gains"
     if is_seen:
         yield "what is held is the object that was named, posed in the hand as stated, with sizes as right as stated"

@@ -27,7 +27,7 @@ GROUPS = {"mass": MASS, "c_x": slice(1, 2), "c_y": slice(2, 3), "c_z": slice(3, 
 _LEVEL = 0.01
 # Edges of the levels of mass, [kg], duration, [s], and speed, [rad/s].
 _EDGES = {"mass": (0.5, 1.5), "length": (15.0, 30.0), "speed": (0.3, 0.55)}
-_NUM_SAMPLES = 4000
+_NUM_SAMPLES = 16_000
 
 
 @dataclass(frozen=True)

@@ -38,6 +38,7 @@ class Gains:
         least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm with which they were found; empty if unknown.
+        is_by_weight: True if the arm's own weight told them, by a file that errs.
     """
 
     joint_names: tuple[str, ...]
@@ -50,6 +51,7 @@ class Gains:
     least_variance: Array
     source: str
     robot: str = ""
+    is_by_weight: bool = False
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
@@ -74,24 +76,29 @@ class Gains:
         prior = settings.get_prior(self.kind)
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
-        drift[:, 0, 0] = (prior.gain_sd * g) ** 2
+        drift[:, 0, 0] = (prior.drift_own_sd * g) ** 2
         # Only signals that contain gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
         friction_sd = self.friction_sd
         if friction_sd is not None:
             friction_sd = np.hypot(friction_sd, settings.friction_drift * np.abs(self.friction))
-        return replace(self, covariance=self.covariance + drift, friction_sd=friction_sd)
+        common_sd = float(np.hypot(self.common_sd, prior.drift_common_sd))
+        return replace(self, covariance=self.covariance + drift, common_sd=common_sd, friction_sd=friction_sd)
 
 
 def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
     """Builds the gains of signals that are torques, before any calibration."""
     prior = settings.get_prior(kind)
     num = len(joint_names)
-    covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
+    common_sd, own_sd = (
+        float(np.hypot(*each))
+        for each in ((prior.scale_common_sd, prior.drift_common_sd), (prior.scale_own_sd, prior.drift_own_sd))
+    )
+    covariance = np.tile(np.diag([own_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
     mean = np.tile([1.0, prior.load_friction], (num, 1))
-    source = f"the signal is a torque; gains good to {100 * prior.gain_sd:g} %"
-    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros((num, 3)), None, np.zeros(num), source)
+    source = f"the signal is a torque; gains good to {100 * common_sd:.2g} % together and {100 * own_sd:.2g} % each"
+    return Gains(joint_names, kind, mean, covariance, common_sd, np.zeros((num, 3)), None, np.zeros(num), source)
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:

@@ -45,6 +45,12 @@ def theta_from_parameters(pi: Array) -> Array:
     return theta
 
 
+def thicken(pi: Array) -> Array:
+    """Returns bodies, (..., 10), a micrometre thicker, so that rounding leaves the thinnest a positive volume."""
+    thick: Array = pi + pi[..., :1] * np.array([0.0, 0.0, 0.0, 0.0, 1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0])
+    return thick
+
+
 def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
     """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10).
 
