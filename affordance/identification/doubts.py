@@ -31,6 +31,7 @@ _FILE_FACTOR_LOADED = 3.0 * _FILE_FACTOR
 # is not in the file. On recordings of a UR10e and a Panda it is .97 and more in windows of 10 s and more.
 _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
 _SDS = 3.0
+_LEAST_ERROR = 1e-6  # relative standard error of simulated signals without noise
 # Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
 # for its five unknowns, and half of the intervals and more miss the truth (docs/identify.md).
 _LEAST_DURATION = 15.0
@@ -75,6 +76,8 @@ def find_doubts(
     doubts = list(_list_switched_off(belief, before, settings, has_empty=bool(empty)))
     if loaded.description.kind is SignalKind.WRENCH:
         return (*doubts, *judge_wrench(loaded, belief, before, settings))
+    if empty:
+        doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
         doubts += _find_stuck(run)
         if not run.description.compensates_arm:
@@ -108,6 +111,33 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
         error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
     return OwnWeight(gain, explained, error, torque_sd >= JUDGED * compute_strength(robot))
+
+
+def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
+    """Returns the gains by the arm's own weight in an empty run over known ones, and their relative errors, (n, 2)."""
+    own = compare_with_own_weight(robot, run, settings)
+    ratio = own.gain / gains.mean[:, 0]
+    is_sure = own.judged & (ratio > 0.0)
+    return np.where(is_sure[:, None], np.column_stack([ratio, np.maximum(own.error, _LEAST_ERROR)]), np.nan)
+
+
+def _judge_controller(
+    robot: SerialChain, empty: Run, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Compares the signal for the arm's own weight with that when the gains were found: a controller may be another."""
+    if before.own_weight is None or empty.description.compensates_arm:
+        return
+    now, prior = weigh_arm(robot, empty, before, settings), settings.get_prior(before.kind)
+    # Drift of both runs; the file's own errors are the same.
+    drift = np.sqrt(2.0) * np.hypot(prior.drift_common_sd, prior.drift_own_sd)
+    change = now[:, 0] / before.own_weight[:, 0] - 1.0
+    sd = np.sqrt(drift**2 + now[:, 1] ** 2 + before.own_weight[:, 1] ** 2)
+    for j in np.flatnonzero(np.abs(change) > _SDS * sd):
+        yield (
+            f"{empty.source}, {robot.joint_names[j]}: the arm's own weight gives {100.0 * change[j]:+.0f} % of the signal "
+            f"that it gave when the gains were found, within {100.0 * _SDS * sd[j]:.0f} % is usual: another controller, "
+            "another arm, or a setting of the currents has changed"
+        )
 
 
 def _list_switched_off(

@@ -4,7 +4,7 @@ For numbers found on a recording, docs/decisions/0020-recorded-data.md names the
 """
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fields
@@ -13,6 +13,17 @@ NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
 _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
+
+
+# Standard deviations of gains in the prior of a signal.
+_OF_GAINS = (
+    "scale_common_sd",
+    "scale_own_sd",
+    "drift_common_sd",
+    "drift_own_sd",
+    "change_common_sd",
+    "change_own_sd",
+)
 
 
 class SignalKind(enum.Enum):
@@ -37,8 +48,12 @@ class SignalPrior:
         scale_common_sd: Relative standard deviation of a factor that all gains share in every run, before any
             calibration.
         scale_own_sd: Relative standard deviation of each gain in addition, in every run.
-        drift_common_sd: Relative standard deviation of a factor that all gains share in one run, calibrated or not.
-        drift_own_sd: Relative standard deviation of each gain in one run in addition.
+        drift_common_sd: Relative standard deviation of a factor that all gains share in one session, calibrated
+            in another or not.
+        drift_own_sd: Relative standard deviation of each gain in one session in addition.
+        change_common_sd: Relative standard deviation of a factor by which all gains change from one run of a session
+            to the next.
+        change_own_sd: Relative standard deviation of the change of each gain in addition.
         load_friction: Mean of mu, friction as a fraction of the load.
         load_friction_sd: Standard deviation of mu before any calibration.
         friction_sd: Standard deviation of Coulomb friction, viscous friction (per rad/s) and offset, or of their
@@ -46,12 +61,16 @@ class SignalPrior:
     """
 
     scale_common_sd: Annotated[
-        float, _SHARE, Setting("1", "half of each sensor's own, an assumption; unknown of currents until a weighed load")
+        float,
+        _SHARE,
+        Setting("1", "half of each sensor's own, an assumption; unknown of currents until a weighed load"),
     ]
     scale_own_sd: Annotated[
         float,
         _SHARE,
-        Setting("1", "KUKA states 2 % of full scale of the torque sensors of an LBR iiwa; wrist sensors, an assumption"),
+        Setting(
+            "1", "KUKA states 2 % of full scale of the torque sensors of an LBR iiwa; wrist sensors, an assumption"
+        ),
     ]
     drift_common_sd: Annotated[
         float,
@@ -63,6 +82,10 @@ class SignalPrior:
         ),
     ]
     drift_own_sd: Annotated[float, _SHARE, Setting("1", "the same, as joints differ by 5 K in temperature")]
+    change_common_sd: Annotated[
+        float, _SHARE, Setting("1", "the same, as joints warm by some 4 K in minutes; sensors repeat to .2 %")
+    ]
+    change_own_sd: Annotated[float, _SHARE, Setting("1", "half of that by temperature, an assumption")]
     load_friction: Annotated[float, Setting("1", f"a UR10e's gears lose 3 to 10 % of the load ({_RECORDED})")]
     load_friction_sd: Annotated[
         float, Setting("1", "covers a UR10e's joints; servos lose a third of the load and need their own")
@@ -78,10 +101,10 @@ class SignalPrior:
 
 
 PRIORS = {
-    SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.02, 0.003, 0.003, 0.0, 0.0, 0.3),
-    SignalKind.MOTOR_TORQUE: SignalPrior(0.01, 0.02, 0.015, 0.005, 0.05, 0.07, 3.0),
-    SignalKind.CURRENT: SignalPrior(0.0, 0.0, 0.015, 0.005, 0.05, 0.07, 0.3),
-    SignalKind.WRENCH: SignalPrior(0.005, 0.01, 0.003, 0.003, 0.0, 0.0, 3.0),
+    SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.02, 0.003, 0.003, 0.002, 0.002, 0.0, 0.0, 0.3),
+    SignalKind.MOTOR_TORQUE: SignalPrior(0.01, 0.02, 0.015, 0.005, 0.004, 0.002, 0.05, 0.07, 3.0),
+    SignalKind.CURRENT: SignalPrior(0.0, 0.0, 0.015, 0.005, 0.004, 0.002, 0.05, 0.07, 0.3),
+    SignalKind.WRENCH: SignalPrior(0.005, 0.01, 0.003, 0.003, 0.002, 0.002, 0.0, 0.0, 3.0),
 }
 
 
@@ -156,12 +179,12 @@ class IdentificationSettings:
     def get_prior(self, kind: SignalKind) -> SignalPrior:
         """Returns the prior of a kind of signal, with zeros for nuisances that are switched off."""
         prior = self.signal_prior or PRIORS[kind]
-        scales = prior.scale_common_sd, prior.scale_own_sd, prior.drift_common_sd, prior.drift_own_sd
-        return SignalPrior(
-            *(scales if self.gains else (0.0,) * 4),
-            prior.load_friction if self.load_friction else 0.0,
-            prior.load_friction_sd if self.load_friction else 0.0,
-            prior.friction_sd if self.friction else 0.0,
+        return replace(
+            prior,
+            **({} if self.gains else dict.fromkeys(_OF_GAINS, 0.0)),
+            load_friction=prior.load_friction if self.load_friction else 0.0,
+            load_friction_sd=prior.load_friction_sd if self.load_friction else 0.0,
+            friction_sd=prior.friction_sd if self.friction else 0.0,
         )
 
 

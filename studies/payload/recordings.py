@@ -44,7 +44,8 @@ _NUM_HARMONICS = 5
 _AMPLITUDES = (0.3, 0.9)  # root mean square angle of a joint about its home, before the limits, [rad]
 _MARGIN = 0.1  # distance that motions keep from the limits of the robot's file, [rad]
 _SMOOTH = 0.01  # speed over which friction changes its sign, [rad/s]
-# Rest before and after a motion, time over which it gathers speed, and what the loaded run misses of the first rest, [s].
+# Rest before and after a motion, time over which it gathers speed, and what the loaded run misses of the first
+# rest, [s].
 _REST, _RAMP, _MISSED = 0.5, 1.0, (0.0, 0.3)
 # Load by which gains of currents are found, [kg], its distance from the flange, [m], and the length, [s], and speed,
 # [rad/s], of that pair of runs.
@@ -82,7 +83,7 @@ class SimulatedArm:
     links: Array  # true parameters of the links, shape (n, 10)
     friction: Array  # true Coulomb and viscous friction before the change of a run, shape (n, 2), [N m]
     load_friction: Array  # shape (n,)
-    gain: Array  # shape (n,), [unit of the signal per N m]
+    gain: Array  # in this session, shape (n,), [unit of the signal per N m]
     agreement: float  # time constant of the errors, [s]
 
     @classmethod
@@ -102,6 +103,12 @@ class SimulatedArm:
             np.array(errors.signal_per_torque) * scale,
             float(rng.uniform(*errors.agreement)),
         )
+
+    def warm(self, rng: np.random.Generator) -> "SimulatedArm":
+        """Returns the arm in another session, with other gains."""
+        errors, n = self.errors, self.robot.num_joints
+        drift = 1.0 + errors.drift_common * rng.standard_normal() + errors.drift_own * rng.standard_normal(n)
+        return replace(self, gain=self.gain * drift)
 
     def record(
         self,
@@ -127,7 +134,7 @@ class SimulatedArm:
         friction = change * (self.friction[:, 0] * rise * direction + self.friction[:, 1] * v)
         friction += self.load_friction * np.abs(torque) * direction
         rotors = np.array(errors.rotor_inertia) * vdot
-        drift = 1.0 + errors.drift_common * rng.standard_normal() + errors.drift_own * rng.standard_normal(n)
+        drift = 1.0 + errors.change_common * rng.standard_normal() + errors.change_own * rng.standard_normal(n)
         noise = np.array(errors.noise)
         left = noise * (self._draw_errors(len(times), rng) + WHITE_SHARE * rng.standard_normal((len(times), n)))
         offset = errors.offset * rng.standard_normal(n)
@@ -227,6 +234,7 @@ def simulate(errors: ArmErrors, solid: str, rng: np.random.Generator) -> Recordi
     payload *= mass / payload[0]
     arm = SimulatedArm.draw(errors, robot, rng)
     gains = _weigh(arm, rng) if errors.kind is SignalKind.CURRENT else None
+    arm = arm.warm(rng)
     motion = Motion.draw(errors, robot, length, speed, rng)
     other = motion if paired else Motion.draw(errors, robot, _draw_log_uniform(rng, LENGTHS), speed, rng)
     empty = arm.record(other, rng, source="empty", payload=np.zeros(10))

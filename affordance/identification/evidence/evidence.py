@@ -127,15 +127,11 @@ class Evidence:
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
     def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
-        """Returns SDs of the change of gains, (C,), since the run that was subtracted: shared, and each channel's own.
-
-        Both runs have gains of their own, shape (C,) in the mean, so that their difference has twice the variance.
-        """
+        """Returns SDs of the change of gains, (C,), since the run that was subtracted: shared, and each channel's own."""
         if not self.is_difference:
             return np.zeros_like(gain), np.zeros_like(gain)
         prior = settings.get_prior(self.kind)
-        of_both = np.sqrt(2.0) * np.abs(gain)
-        return prior.drift_common_sd * of_both, prior.drift_own_sd * of_both
+        return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""

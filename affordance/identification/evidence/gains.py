@@ -39,6 +39,9 @@ class Gains:
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm with which they were found; empty if unknown.
         is_by_weight: True if the arm's own weight told them, by a file that errs.
+        own_weight: Signal for the arm's own weight in the empty run over that which the gain and the robot's file say,
+            and its standard error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs
+            the same way in every run, so that it tells another controller.
     """
 
     joint_names: tuple[str, ...]
@@ -52,6 +55,7 @@ class Gains:
     source: str
     robot: str = ""
     is_by_weight: bool = False
+    own_weight: Array | None = None
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
@@ -128,6 +132,10 @@ def write_gains(path: StrPath, gains: Gains) -> None:
                 f"    friction: {_list(gains.friction[i])}  # direction, velocity, offset",
                 f"    friction_sd: {_list(gains.friction_sd[i])}",
             ]
+        if gains.own_weight is not None and np.isfinite(gains.own_weight[i]).all():
+            lines.append(
+                f"    own_weight: {_list(gains.own_weight[i])}  # signal over that by the file, and its error"
+            )
     write_text(check_path("path", path), "\n".join(lines) + "\n")
 
 
@@ -157,6 +165,10 @@ class JointEntry(DataModel):
     ] = None
     friction_sd: Annotated[
         Annotated[_Triple, Vector(3, Within(0.0))] | None, Field(description="Their standard deviations.")
+    ] = None
+    own_weight: Annotated[
+        Annotated[tuple[float, float], Vector(2, Within(1e-6, 1e6))] | None,
+        Field(description="Signal for the arm's own weight over that by gain and file, and its relative error."),
     ] = None
 
     @model_validator(mode="after")
@@ -206,6 +218,7 @@ class _GainsEntry(DataModel):
             np.array([joint.noise_variance for joint in each]),
             self.source,
             self.robot,
+            own_weight=np.array([joint.own_weight or (np.nan, np.nan) for joint in each]),
         )
 
 
@@ -223,4 +236,5 @@ def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) 
         friction=gains.friction[order],
         friction_sd=None if gains.friction_sd is None else gains.friction_sd[order],
         least_variance=gains.least_variance[order],
+        own_weight=None if gains.own_weight is None else gains.own_weight[order],
     )

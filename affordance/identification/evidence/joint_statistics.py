@@ -38,9 +38,7 @@ class ChannelSamples(NamedTuple):
     used: Mask  # True where a sample is used, shape (N, C)
 
     @classmethod
-    def of_joints(
-        cls, Y: Array, v: Array, signal: Array, *, arm_torque: Array, min_speed: float
-    ) -> "ChannelSamples":
+    def of_joints(cls, Y: Array, v: Array, signal: Array, *, arm_torque: Array, min_speed: float) -> "ChannelSamples":
         """Builds the samples of joints; those slower than the least speed, [rad/s], are not used.
 
         The sign of the load is that of the torque of the arm alone, shape (N, n), whether the signal has it or not.

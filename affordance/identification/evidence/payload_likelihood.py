@@ -212,6 +212,17 @@ class PayloadLikelihood:
         precision = 1.0 + float((self._tt - (along * p).sum(axis=1)).sum())
         return float(f.sum()) / precision
 
+    def estimate_changes(self, pi: Array) -> tuple[Array, Array]:
+        """Computes the relative change of each channel's gain since the subtracted run given a load, and its prior SD.
+
+        Both are of shape (C,); zeros where no run was subtracted.
+        """
+        own, shared = (np.broadcast_to(each, self._tt.shape) for each in (self.prior.own_change_sd, self._shared_sd))
+        gain = np.maximum(np.abs(self.prior.gain[:, 0]), np.finfo(float).tiny)
+        w = self.build_residual_weights(pi)
+        change = -w[:, ARM] if not self.prior.has_arm else np.zeros_like(gain)
+        return change / gain * np.sign(self.prior.gain[:, 0]), np.hypot(own, shared) / gain
+
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
         """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
         g, L = self.prior.gain, self._L

@@ -46,8 +46,12 @@ def theta_from_parameters(pi: Array) -> Array:
 
 
 def thicken(pi: Array) -> Array:
-    """Returns bodies, (..., 10), a micrometre thicker, so that rounding leaves the thinnest a positive volume."""
-    thick: Array = pi + pi[..., :1] * np.array([0.0, 0.0, 0.0, 0.0, 1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0])
+    """Returns bodies, (..., 10), a micrometre thicker, so that rounding leaves the thinnest a positive volume.
+
+    Those of many metres, by more: by less than a millionth of their size.
+    """
+    thick = pi.copy()
+    thick[..., 4:7] += 1e-12 * pi[..., :1] + 1e-13 * np.abs(pi[..., 4:7]).sum(axis=-1, keepdims=True)
     return thick
 
 
