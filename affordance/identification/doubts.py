@@ -17,6 +17,7 @@ from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.fit_checks import FEWEST, JUDGED, compute_strength, judge_fit, judge_wrench
 from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.joint_rates import find_lag
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
@@ -38,6 +39,8 @@ _LEAST_DURATION = 15.0
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
+# Lag of velocities behind angles, [s]: those of a UR10e's controller are 1 to 2 ms late, a Panda's 5 ms.
+_LATE = 0.02
 # Time over which the errors of a model of the arm agree, [s].
 _AGREEMENT = 1.0
 # What a result lacks if a part of its uncertainty is switched off, by the setting.
@@ -79,7 +82,7 @@ def find_doubts(
     if empty:
         doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
-        doubts += _find_stuck(run)
+        doubts += [*_find_stuck(run), *_find_late(run)]
         if not run.description.compensates_arm:
             factor = _FILE_FACTOR if run is not loaded else np.inf if empty else _FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
@@ -114,7 +117,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
 
 
 def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
-    """Returns the gains by the arm's own weight in an empty run over known ones, and their relative errors, (n, 2)."""
+    """Compares gains by the arm's own weight in an empty run with known ones: ratios and relative errors, (n, 2)."""
     own = compare_with_own_weight(robot, run, settings)
     ratio = own.gain / gains.mean[:, 0]
     is_sure = own.judged & (ratio > 0.0)
@@ -124,7 +127,7 @@ def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: Identificati
 def _judge_controller(
     robot: SerialChain, empty: Run, before: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Compares the signal for the arm's own weight with that when the gains were found: a controller may be another."""
+    """Compares the signal for the arm's own weight with that of the run in which the gains were found."""
     if before.own_weight is None or empty.description.compensates_arm:
         return
     now, prior = weigh_arm(robot, empty, before, settings), settings.get_prior(before.kind)
@@ -134,9 +137,9 @@ def _judge_controller(
     sd = np.sqrt(drift**2 + now[:, 1] ** 2 + before.own_weight[:, 1] ** 2)
     for j in np.flatnonzero(np.abs(change) > _SDS * sd):
         yield (
-            f"{empty.source}, {robot.joint_names[j]}: the arm's own weight gives {100.0 * change[j]:+.0f} % of the signal "
-            f"that it gave when the gains were found, within {100.0 * _SDS * sd[j]:.0f} % is usual: another controller, "
-            "another arm, or a setting of the currents has changed"
+            f"{empty.source}, {robot.joint_names[j]}: the signal for the arm's own weight has changed by "
+            f"{100.0 * change[j]:+.0f} % since the gains were found, within {100.0 * _SDS * sd[j]:.0f} % is usual: "
+            "another controller or arm, or a setting of the currents has changed"
         )
 
 
@@ -208,6 +211,20 @@ def check_sensors(run: Run) -> None:
         name = names[j]
         problem = f"is {run.signal[0, j]:g} throughout, must change as the joint moves"
         raise BadValueError(run.source, f"signal of {name}", problem)
+
+
+def _find_late(run: Run) -> Iterator[str]:
+    """Finds velocities that are late behind their angles, or early, which moves the torques that they explain."""
+    if run.v is None:
+        return
+    moves = np.flatnonzero(np.ptp(run.q, axis=0) > _MOVES)
+    lags = np.array([find_lag(run.times, run.q[:, j], run.v[:, j]) for j in moves])
+    if moves.size and abs(lag := float(np.median(lags))) > _LATE:
+        way = "late" if lag > 0.0 else "early"
+        yield (
+            f"{run.source}: velocities are {abs(1e3 * lag):.0f} ms {way} by their angles, at most {1e3 * _LATE:g} ms "
+            "is usual: shift them, or leave them out"
+        )
 
 
 def _find_stuck(run: Run) -> Iterator[str]:

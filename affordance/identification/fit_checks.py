@@ -82,7 +82,7 @@ def judge_fit(
     for j in np.flatnonzero(judged & (np.abs(change) > _CHANGED * np.maximum(change_sd, 1e-30))):
         yield (
             f"{robot.joint_names[j]}: the signal for the arm's own weight has changed by {100.0 * change[j]:+.1f} % "
-            f"since the empty run, within {100.0 * _CHANGED * change_sd[j]:.1f} % is usual: the gains of both runs differ"
+            f"since the empty run, within {100.0 * _CHANGED * change_sd[j]:.1f} % is usual: gains of both runs differ"
         )
     bound = _RESIDUAL[evidence.is_difference, evidence.is_repeated]
     usual = np.maximum(torque_sd, _LEAST_SIGNAL * strength)

@@ -191,8 +191,8 @@ def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: b
         yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
     else:
         yield (
-            f"nothing but the load pulls: what pulls by 1 N at the tip counts as {1e3 / _EARTH:.0f} g, and no recording "
-            "shows whether a cable or a hand does"
+            f"nothing but the load pulls: what pulls by 1 N at the tip counts as {1e3 / _EARTH:.0f} g, and no "
+            "recording shows whether a cable or a hand does"
         )
         yield (
             "the controller subtracted a payload from the signal in neither run, unless the description says so: one "

@@ -62,7 +62,7 @@ class ErrorModel(NamedTuple):
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
     def count_freedom(self, statistics: JointStatistics) -> Array:
-        """Counts the degrees of freedom of each channel's estimated variance, shape (C,): the blocks left by the fit."""
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks that the fit leaves."""
         count = np.maximum(statistics.counts, 1.0)
         errors = count / (statistics.block_length if self.correlated else self.alike)
         return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
@@ -96,8 +96,8 @@ class Evidence:
     # Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
-    # Standard deviations of friction that an arm fitted to other runs leaves, shape (C, 3), in the signal's unit; None
-    # for those of the signal's kind.
+    # Standard deviations of friction that an arm fitted to other runs leaves, shape (C, 3), in the signal's unit;
+    # None for those of the signal's kind.
     friction_left: Array | None = None
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
@@ -127,7 +127,7 @@ class Evidence:
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
     def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
-        """Returns SDs of the change of gains, (C,), since the run that was subtracted: shared, and each channel's own."""
+        """Returns SDs of the change of gains since the subtracted run, shared and each channel's own, (C,) each."""
         if not self.is_difference:
             return np.zeros_like(gain), np.zeros_like(gain)
         prior = settings.get_prior(self.kind)

@@ -39,9 +39,9 @@ class Gains:
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm with which they were found; empty if unknown.
         is_by_weight: True if the arm's own weight told them, by a file that errs.
-        own_weight: Signal for the arm's own weight in the empty run over that which the gain and the robot's file say,
-            and its standard error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs
-            the same way in every run, so that it tells another controller.
+        own_weight: Signal for the arm's own weight in the empty run over what gain and robot's file say, and its
+            relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs the same
+            way in every run, so that this tells another controller.
     """
 
     joint_names: tuple[str, ...]

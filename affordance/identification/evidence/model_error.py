@@ -52,7 +52,7 @@ def project_link_errors(robot: SerialChain, prepared: PreparedRun, samples: Chan
 
 
 def project_pulls(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Projects a pull from outside onto the payload by least squares along a motion: its covariance, shape (10, 10).
+    """Projects a pull from outside onto the payload by least squares along a motion: its covariance, (10, 10).
 
     A cable or a hose pulls in a direction that the motion does not change, at a link of the outer half of the arm;
     each of them is as probable, so that the pull has more than one lever.
@@ -98,9 +98,9 @@ def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
 def estimate_sizes(
     list_stretches: Callable[[float], Sequence[PayloadLikelihood]], shares: Array
 ) -> tuple[float, float]:
-    """Estimates the SD of the phantom's mass, [kg], and the share of friction that a fit leaves, from empty stretches.
+    """Estimates the SD of the phantom's mass, [kg], and the share of friction that a fit leaves.
 
-    A function builds the likelihoods of the stretches for each share. Both sizes are root mean squares under their
+    A function builds the likelihoods of empty stretches for each share. Both sizes are root mean squares under their
     joint posterior, with priors that are even in the logarithms, so that few stretches give larger ones.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)

@@ -213,9 +213,9 @@ class PayloadLikelihood:
         return float(f.sum()) / precision
 
     def estimate_changes(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the relative change of each channel's gain since the subtracted run given a load, and its prior SD.
+        """Computes the relative change of each channel's gain since the subtracted run, and its prior SD.
 
-        Both are of shape (C,); zeros where no run was subtracted.
+        The load, (10,), is given; both are of shape (C,), and zeros where no run was subtracted.
         """
         own, shared = (np.broadcast_to(each, self._tt.shape) for each in (self.prior.own_change_sd, self._shared_sd))
         gain = np.maximum(np.abs(self.prior.gain[:, 0]), np.finfo(float).tiny)

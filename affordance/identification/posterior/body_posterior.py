@@ -203,9 +203,9 @@ def spread_bodies(
 ) -> WeightedBodies:
     """Spreads samples of a posterior over those of several likelihoods, each with other variances of the errors.
 
-    Each sample is moved as the normal approximation about the mode (Laplace's) moves from its own likelihood to one of
-    the others, drawn at random: by the most probable body and by the roots of both covariances. What the run does not
-    show stays as it is.
+    Each sample is moved as the normal approximation about the mode (Laplace's) moves from its own likelihood to one
+    of the others, drawn at random: by the most probable body and by the roots of both covariances. What the run does
+    not show stays as it is.
     """
     theta = theta_from_parameters(thicken(bodies.pi))
     away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T
@@ -215,7 +215,7 @@ def spread_bodies(
         centre, covariance = _climb(quadratic, prior.mean, prior.precision, mode.theta, _ROUGH)
         rows = group == number
         theta[rows] = centre + away[rows] @ np.linalg.cholesky(covariance).T
-    return bodies._replace(pi=parameters_from_theta(theta))
+    return bodies._replace(pi=thicken(parameters_from_theta(theta)))
 
 
 def _correlate(before: Array, after: Array) -> float:
