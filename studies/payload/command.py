@@ -1,20 +1,37 @@
-"""``affordance study payload``: coverage of identified payloads on simulated recordings whose truth is known."""
+"""``affordance study payload``: coverage on simulated payloads; mistakes and other methods on recordings.
+
+With ``--data`` it compares other methods on the development recordings, and measures what size of a mistake passes.
+"""
 
 import argparse
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.identification.identify import Runs, identify
+from affordance.identification.settings import DEFAULT_SETTINGS
 from studies.payload.coverage import GROUPS, SHARES, CoverageConfig, run_load, tabulate
 from studies.payload.errors import ARMS
+from studies.payload.mistakes import list_rows as list_mistakes
+from studies.payload.mistakes import measure_blind_bands
+from studies.payload.peers import compare
+from studies.payload.peers import list_rows as list_peers
+from studies.recorded.clones import UR10E_LOAD, load_ur10e
+from studies.recorded.mistake_outcomes import Case
 from studies.study import Findings, Study, Work, add_only, print_table, run_kept
+
+_NUM_WINDOWS = 100  # payloads put into windows of the Panda's recording
+_FEW = 2000  # samples that suffice for a verdict
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 400, "simulated loads of each robot")
+    add_repeats(parser, 400, "simulated loads of each robot; none with --data")
+    what = "folder with the clones, as of study recorded: compare methods and mistakes there instead"
+    parser.add_argument("--data", type=Path, metavar="DIR", help=what)
     add_only(parser, ARMS, "robots")
     add_seed(parser)
     add_jobs(parser)
@@ -22,8 +39,25 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def plan(arguments: argparse.Namespace) -> Work:
-    """Plans the loads of each robot."""
-    return partial(_work, arguments)
+    """Plans the loads of each robot, or the comparison on recordings."""
+    return partial(_work if arguments.data is None else _compare, arguments)
+
+
+def _compare(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
+    """Compares methods on recordings, then makes mistakes in the UR10e's pair."""
+    peers = compare(arguments.data, _NUM_WINDOWS, arguments.seed)
+    header = ["recording", "method", "rms error (g)", "stated 90 % (g)", "inside", "CPU (s)"]
+    print_table(header, list_peers(peers))
+    recorded = load_ur10e(arguments.data)
+    settings = replace(DEFAULT_SETTINGS, num_samples=_FEW, seed=arguments.seed)
+    runs = Runs(recorded.loaded, (recorded.empty,))
+    gains = identify(recorded.robot, runs, reference_mass=UR10E_LOAD, settings=settings).calibration
+    case = Case(recorded.robot, recorded.empty, recorded.loaded, UR10E_LOAD, gains=gains)
+    mistakes = measure_blind_bands(case, settings)
+    header = ["mistake", "sizes that pass", "largest move: size, mass", "noticed from"]
+    print_table(header, list_mistakes(mistakes))
+    numbers = {"peers": peers, "mistakes": mistakes}
+    yield Findings(numbers, details=numbers, folder="recorded")
 
 
 def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:

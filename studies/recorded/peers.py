@@ -41,11 +41,7 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
 
     If the solver fails, an AffordanceError is raised.
     """
-    A, b = _stack(evidence, gains)
-    # Friction is unconstrained: eliminating it leaves a smaller quadratic.
-    friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
-    W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
-    y = b - friction @ (friction.T @ b)
+    W, y = eliminate_friction(evidence, gains)
     program = MathematicalProgram()
     pi = program.NewContinuousVariables(NUM_PARAMETERS, "pi")
     scale = float(np.trace(W.T @ W)) / NUM_PARAMETERS
@@ -56,6 +52,15 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
     if not result.is_success():
         raise AffordanceError(f"the semidefinite program fails: {result.get_solution_result()}")
     return PointPayload(result.GetSolution(pi), float("nan"))
+
+
+def eliminate_friction(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
+    """Stacks the rows of all joints without friction: it is unconstrained, so that a smaller problem is left."""
+    A, b = _stack(evidence, gains, with_load_friction=with_load_friction)
+    friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
+    W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
+    y = b - friction @ (friction.T @ b)
+    return W, y
 
 
 def _stack(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
