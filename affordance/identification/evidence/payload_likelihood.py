@@ -136,7 +136,8 @@ class PayloadLikelihood:
         f = vectors.T @ (root.T @ quadratic.information)
         widened = 1.0 + np.outer(sizes**2, np.maximum(values, 0.0))
         of_load = (np.outer(sizes**2, f**2) / widened - np.log(widened)).sum(axis=1)
-        log_evidence: Array = 0.5 * (of_load - float(self._xx.sum()) - self._log_friction)
+        at_zero = float(self.compute_log_likelihood(np.zeros((1, NUM_PARAMETERS)))[0])
+        log_evidence: Array = at_zero + 0.5 * (of_load - self._log_friction)
         return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
