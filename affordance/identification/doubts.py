@@ -45,7 +45,7 @@ _LATE = 0.02
 _AGREEMENT = 1.0
 # What a result lacks if a part of its uncertainty is switched off, by the setting.
 _SWITCHED_OFF = {
-    "gains": "intervals are too narrow, as gains may not differ in this run from those known before",
+    "gains": "intervals are too narrow, as gains may not differ in this run from those known, or of the empty run",
     "load_friction": "intervals may be too narrow, as friction that grows with the load is left out",
     "friction": "intervals are wrong, as the load takes the part of friction and offsets, which are left out",
     "tare": "the empty run is not used: what it shows counts as load, and the errors it shows are in no interval",
@@ -149,14 +149,13 @@ def _list_switched_off(
     """Lists parts of the uncertainty that were switched off and that this analysis would have had."""
     evidence, prior = belief.fit.evidence, settings.signal_prior or PRIORS[belief.fit.evidence.kind]
     is_wrench = evidence.kind is SignalKind.WRENCH
-    # Of a pair the floor is the error of friction, which gains by the arm's own weight take up.
-    of_pair = evidence.is_repeated and settings.friction and not before.is_by_weight
+    drifts = belief.calibration is None and not before.is_by_weight and prior.drift_own_sd > 0.0
     would_count = {
-        "gains": belief.calibration is None and not before.is_by_weight and prior.drift_own_sd > 0.0,
+        "gains": drifts or (evidence.is_difference and prior.change_own_sd > 0.0),
         "load_friction": prior.load_friction_sd > 0.0,
         "friction": prior.friction_sd > 0.0,
         "tare": is_wrench and has_empty,
-        "floor": (has_empty and settings.tare) if is_wrench else of_pair or not evidence.is_repeated,
+        "floor": (has_empty and settings.tare) if is_wrench else True,
         "correlated_noise": True,
     }
     for name, lack in _SWITCHED_OFF.items():

@@ -135,6 +135,9 @@ def _solve_mujoco(evidence: Evidence, gains: Gains) -> Estimate:
         pi: Array = np.concatenate([found[:4], np.diag(of_tip), of_tip[[0, 0, 1], [1, 2, 2]]])
         return pi
 
+    def compute_mass(theta: Array) -> float:
+        return float(convert(theta)[0])
+
     def compute_residual(theta: Array, _: Any) -> tuple[list[Array], None, None]:
         return [W @ convert(np.asarray(theta).ravel()) - y], None, None
 
@@ -146,8 +149,8 @@ def _solve_mujoco(evidence: Evidence, gains: Gains) -> Estimate:
     # What it makes of white errors, with the number of samples, and not of the rows above.
     variance = float(residual[0] @ residual[0]) / (len(b) - NUM_PARAMETERS)
     covariance = variance * np.linalg.pinv(result.jac.T @ result.jac)
-    slope = scipy.optimize.approx_fprime(theta, lambda x: float(convert(x)[0]), 1e-7)
-    return Estimate(float(convert(theta)[0]), TO_90 * float(np.sqrt(slope @ covariance @ slope)))
+    slope = scipy.optimize.approx_fprime(theta, compute_mass, 1e-7)
+    return Estimate(compute_mass(theta), TO_90 * float(np.sqrt(slope @ covariance @ slope)))
 
 
 def list_rows(found: dict[str, Any]) -> Iterator[list[str]]:
