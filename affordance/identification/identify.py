@@ -11,7 +11,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
-from affordance.identification.doubts import check_sensors, find_doubts
+from affordance.identification.doubts import check_sensors, find_doubts, weigh_arm
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
@@ -38,6 +38,7 @@ type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, Identificatio
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _DEVIATION_MAX = 1e6
+_EARTH = 9.81  # [m/s^2]
 _OVERLAP = 0.2  # share of samples in common above which two runs are one recording
 
 
@@ -114,7 +115,10 @@ def identify(
         solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
         calibration = None
         if is_calibration and reference_mass is not None:
-            calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
+            calibration = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
+            if empty and not empty[0].description.compensates_arm:
+                calibration = replace(calibration, own_weight=weigh_arm(arm, empty[0], calibration, settings))
+            before = calibration
             solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
         belief = infer(
             evidence,
@@ -185,7 +189,16 @@ def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: b
     yield f"the arm that was recorded is that of {arm.source}: a relative's file gives another mass"
     if gains.kind is SignalKind.WRENCH:
         yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
-    if is_weighed or (gains.kind is SignalKind.CURRENT and gains.common_sd == 0.0):
+    else:
+        yield (
+            f"nothing but the load pulls: what pulls by 1 N at the tip counts as {1e3 / _EARTH:.0f} g, and no "
+            "recording shows whether a cable or a hand does"
+        )
+        yield (
+            "the controller subtracted a payload from the signal in neither run, unless the description says so: one "
+            "that is set in one run only is missing from the result, or added to it"
+        )
+    if is_weighed or (gains.kind is SignalKind.CURRENT and not gains.is_by_weight):
         yield "the scale is right: its error is that of every mass found with these gains"
     if is_seen:
         yield "what is held is the object that was named, posed in the hand as stated, with sizes as right as stated"

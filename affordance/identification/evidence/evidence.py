@@ -61,6 +61,12 @@ class ErrorModel(NamedTuple):
         variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
+    def count_freedom(self, statistics: JointStatistics) -> Array:
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks that the fit leaves."""
+        count = np.maximum(statistics.counts, 1.0)
+        errors = count / (statistics.block_length if self.correlated else self.alike)
+        return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
+
 
 def _count_fitted(statistics: JointStatistics) -> float:
     """Returns the number of unknowns that are fitted to each channel."""
@@ -77,7 +83,7 @@ class Evidence:
     channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
     prepared: PreparedRun  # even samples of the run, with their times, motion and filter
     rate: float  # sampling rate, [Hz]
-    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by tau_arm
+    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by its torque
     arm_torque: Array  # torque of the arm alone, for the sign of the load, shape (N, C), [N m]
     is_difference: bool  # True if the signal is what the load added to the same motion
     # True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
@@ -90,6 +96,9 @@ class Evidence:
     # Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
+    # Standard deviations of friction that an arm fitted to other runs leaves, shape (C, 3), in the signal's unit;
+    # None for those of the signal's kind.
+    friction_left: Array | None = None
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
@@ -110,10 +119,19 @@ class Evidence:
 
     def list_friction_sds(self, settings: IdentificationSettings) -> Array:
         """Returns prior SDs of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets only."""
+        if self.friction_left is not None and settings.friction:
+            return self.friction_left
         sd = self.friction_scale * settings.get_prior(self.kind).friction_sd
         if self.kind is not SignalKind.WRENCH:
             return np.full((len(self.channel_names), 3), sd)
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
+
+    def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
+        """Returns SDs of the change of gains since the subtracted run, shared and each channel's own, (C,) each."""
+        if not self.is_difference:
+            return np.zeros_like(gain), np.zeros_like(gain)
+        prior = settings.get_prior(self.kind)
+        return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
@@ -175,7 +193,6 @@ def build_evidence(
             robot.compute_payload_regressors(*prepared.motion),
             prepared.v,
             prepared.signal,
-            tau_arm=zero if is_difference else arm_torque,
             arm_torque=arm_torque,
             min_speed=settings.min_speed,
         )

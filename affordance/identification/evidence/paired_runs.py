@@ -14,6 +14,7 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.model_error import project_pulls
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
@@ -60,9 +61,13 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
     )
+    covariance = evidence.phantom_covariance
+    if settings.floor:
+        covariance = project_pulls(robot, both, evidence.samples)
     return replace(
         evidence,
         prepared=both._replace(times=both.times + alignment.lag),
+        phantom_covariance=covariance,
         is_repeated=True,
         notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
     )

@@ -6,10 +6,15 @@ import numpy as np
 
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.posterior.body_posterior import draw_bodies
+from affordance.identification.posterior.body_posterior import draw_bodies, spread_bodies
 from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, PlacedObject, infer_parts
 from affordance.identification.posterior.payload_belief import SURPRISE, PayloadBelief
-from affordance.identification.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
+from affordance.identification.posterior.payload_fit import (
+    add_friction_error,
+    build_channel_prior,
+    fit_payload,
+    vary_errors,
+)
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
@@ -40,6 +45,7 @@ def infer(
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
+    bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
     bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)

@@ -29,6 +29,8 @@ _SMOOTH = 0.5
 _NEXT_UNIT, _SHORTEST = 1000.0, 5e-4
 _TURN = 2.0 * np.pi
 _LISTED = 5
+# Largest lag of a rate behind its quantity that is looked for, [s].
+_LONGEST_LAG = 0.5
 
 
 class Jump(NamedTuple):
@@ -179,3 +181,34 @@ def explain_long_steps(times: Array, q: Array, typical: float) -> str:
     if len({jump.row for jump in jumps}) > 0.5 * len(times):  # in that unit, too
         return "are these postures that were held? the motion from each to the next must be recorded too"
     return f"in other units the description must have 'units: {{time: {unit}}}'"
+
+
+def find_lag(times: Array, values: Array, rate: Array) -> float:
+    """Finds by how much a recorded rate is late, [s]; negative if it is early.
+
+    Args:
+        times: Times of the samples, shape (N,), increasing, [s].
+        values: Quantity of which the rate is, shape (N,).
+        rate: Recorded rate, shape (N,).
+
+    Returns: The lag, up to half a second either way, at which the rate fits best, between samples by a parabola.
+    """
+    step = float(np.median(np.diff(times)))
+    even = np.arange(times[0], times[-1], step)
+    reference = np.gradient(np.interp(even, times, values), step)
+    late = np.interp(even, times, rate)
+    reference, late = reference - reference.mean(), late - late.mean()
+    most = min(round(_LONGEST_LAG / step), len(even) // 4)
+
+    def misfit(rows: int) -> float:
+        inside = slice(most, len(even) - most)
+        shifted = late[inside.start + rows : inside.stop + rows]
+        return float(np.mean((shifted - reference[inside]) ** 2))
+
+    misfits = np.array([misfit(rows) for rows in range(-most, most + 1)])
+    best = int(np.argmin(misfits))
+    if 0 < best < 2 * most:
+        before, at, after = misfits[best - 1 : best + 2]
+        bend = before - 2.0 * at + after
+        return step * (best - most + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
+    return step * (best - most)

@@ -24,6 +24,7 @@ from affordance.identification.recording.joint_rates import (
     LONGEST_STEP,
     explain_long_steps,
     find_fault,
+    find_lag,
 )
 from affordance.identification.settings import SignalKind
 
@@ -297,9 +298,13 @@ class Run:
             apart = float(np.std(summed - values) / np.std(values))
             if apart > _RATE_APART:
                 problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must differ by at most"
-                raise BadValueError(
-                    self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; are columns or times exchanged?"
-                )
+                lag = find_lag(self.times, of[:, joint], rate[:, joint])
+                late = np.interp(self.times + lag, self.times, rate[:, joint])
+                left = np.std(late - np.gradient(of[:, joint], self.times)) / max(float(np.std(late)), 1e-12)
+                hint = "are columns or times exchanged?"
+                if left < _RATE_APART:
+                    hint = f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
+                raise BadValueError(self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; {hint}")
 
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
