@@ -18,11 +18,13 @@ from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.excitation.more_motion import suggest_motion, suggest_run
+from affordance.identification.excitation.next_posture import suggest_posture
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.held_postures import POSTURE_STEP
 from affordance.identification.recording.joint_rates import ANGLE_SLACK
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
@@ -98,6 +100,8 @@ def identify(
         _check_angles(arm, run)
         check_sensors(run)
     description = loaded.description
+    if description.postures:  # at rest nothing is filtered, and each posture has errors of its own
+        settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
         reference_mass = description.reference_mass
@@ -128,8 +132,9 @@ def identify(
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
         if calibration is not None and reference_mass is not None:
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
+        suggest = suggest_posture if description.postures else suggest_motion
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
-        belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
+        belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest(arm, belief, before, settings)))
         doubts = find_doubts(arm, loaded, empty, belief, before, settings)
         return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
@@ -239,7 +244,11 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
     other = loaded.description
     for run in empty:
         one = run.description
-        pairs = {"signal": (one.kind.value, other.kind.value), "gravity": (one.gravity, other.gravity)}
+        pairs = {
+            "signal": (one.kind.value, other.kind.value),
+            "gravity": (one.gravity, other.gravity),
+            "postures": (one.postures, other.postures),
+        }
         for name, (given, needed) in pairs.items():
             if given != needed:
                 raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")

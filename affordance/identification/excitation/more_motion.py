@@ -101,6 +101,10 @@ def suggest_run(belief: PayloadBelief) -> str:
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
+    if evidence.is_at_rest and (evidence.kind is SignalKind.WRENCH or evidence.is_repeated):
+        return "hold more postures, in which the payload hangs otherwise"
+    if evidence.is_at_rest:
+        return "hold the same postures with an empty hand too (--empty)"
     if evidence.kind is SignalKind.WRENCH:
         return "turn the sensor slowly through other postures, with an empty hand too (--empty)"
     if not evidence.is_difference:

@@ -78,18 +78,21 @@ def test_suggestion_does_not_change_the_belief(robot, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("kind", "is_difference", "is_repeated", "says"),
+    ("kind", "is_difference", "is_repeated", "is_at_rest", "says"),
     [
-        (SignalKind.WRENCH, False, False, "turn the sensor slowly through other postures"),
-        (SignalKind.CURRENT, False, False, "record the same motion with an empty hand (--empty)"),
-        (SignalKind.JOINT_TORQUE, True, False, "record the same motion with an empty hand: the arm that was fitted"),
-        (SignalKind.MOTOR_TORQUE, True, True, "move slowly through other postures; affordance excite --for mass"),
+        (SignalKind.WRENCH, False, False, False, "turn the sensor slowly through other postures"),
+        (SignalKind.CURRENT, False, False, False, "record the same motion with an empty hand (--empty)"),
+        (SignalKind.JOINT_TORQUE, True, False, False, "record the same motion with an empty hand: the arm that was"),
+        (SignalKind.MOTOR_TORQUE, True, True, False, "move slowly through other postures; affordance excite --for"),
+        (SignalKind.WRENCH, False, False, True, "hold more postures"),
+        (SignalKind.JOINT_TORQUE, True, True, True, "hold more postures"),
+        (SignalKind.JOINT_TORQUE, False, False, True, "hold the same postures with an empty hand too"),
     ],
 )
 def test_the_run_that_would_show_an_unseen_mass_depends_on_how_the_arm_was_treated(
-    kind, is_difference, is_repeated, says
+    kind, is_difference, is_repeated, is_at_rest, says
 ):
-    evidence = SimpleNamespace(kind=kind, is_difference=is_difference, is_repeated=is_repeated)
+    evidence = SimpleNamespace(kind=kind, is_difference=is_difference, is_repeated=is_repeated, is_at_rest=is_at_rest)
     belief = SimpleNamespace(fit=SimpleNamespace(evidence=evidence), shows_mass=False)
     assert more_motion.suggest_run(belief).startswith(says)
     belief.shows_mass = True
