@@ -1,6 +1,8 @@
 """``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
+import shutil
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +19,8 @@ from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.identification.payload_claim import judge_claim
-from affordance.identification.payload_formats import format_payload, read_payload
+from affordance.identification.payload_formats import read_payload
+from affordance.identification.payload_lines import format_payload
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
@@ -143,7 +146,11 @@ def run(arguments: argparse.Namespace) -> int:
         verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted, "frame": flange.name}
         content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
-    text = describe_payload(belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway)
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+    text = describe_payload(
+        belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=width
+    )
+    content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:
         _write(arguments.out, belief, is_used)
     options.give_answer(arguments, "belief", text, content)

@@ -305,7 +305,8 @@ def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_beh
     empty, loaded = _name(folder, "empty", "heavy")
     swapped = ("--empty", loaded, "--loaded", empty, "--reference-mass", 2.0 * PAYLOAD[0], "--out")
     text = _run(folder, *swapped, tmp_path / "a", status=3).out
-    assert text.splitlines()[1] == "NOT TO BE TRUSTED:"
+    assert text.splitlines()[0].endswith(" mm in flange: NOT TO BE TRUSTED")
+    assert text.splitlines()[2] == "NOT TO BE TRUSTED:"
     assert "set_target_payload(" not in text
     assert not (tmp_path / "a" / "gains.yaml").exists()
     assert json.loads((tmp_path / "a" / "belief.json").read_text())["trusted"] is False
@@ -318,8 +319,8 @@ def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, 
     """Without an empty run the mass is hardly known; with one, an empty hand is known to hold next to nothing."""
     loaded, empty, nothing, heavy = _name(folder, "loaded", "empty", "nothing", "heavy")
     text = _run(folder, "--loaded", loaded, status=3).out
-    assert text.splitlines()[1].startswith("NOT SEEN: the mass, 90 % from ")
-    assert text.splitlines()[2].startswith("  to see it: record the same motion with an empty hand (--empty)")
+    assert text.splitlines()[2].startswith("NOT SEEN: the mass, 90 % from ")
+    assert text.splitlines()[3].startswith("  to see it: record the same motion with an empty hand (--empty)")
     assert "No reason was found" not in text
     assert "no lines, as the mass was not seen" in text
     found = _run(folder, "--loaded", loaded, "--json", status=3).content
@@ -329,7 +330,8 @@ def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, 
     _run(folder, "--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0], "--out", tmp_path)
     words = ("--empty", empty, "--loaded", nothing, "--gains", tmp_path / "gains.yaml")
     text = _run(folder, *words).out
-    assert text.splitlines()[1] == "No reason was found to distrust the result."
+    assert text.splitlines()[0].startswith("Little or nothing is held, 0 to 0.")
+    assert text.splitlines()[2] == "No reason was found to distrust the result."
     assert "mass (mass): little or nothing is held" in text
     assert "no lines, as little or nothing is held" in text
     assert _run(folder, *words, "--json").content["mass_seen"] is True

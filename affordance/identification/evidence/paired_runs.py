@@ -93,7 +93,7 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
     signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
     if kind is not SignalKind.CURRENT:  # what the arm itself weighs differently, as an arm droops under a load
         signal = signal - robot.compute_arm_torques(*after.motion) + robot.compute_arm_torques(*before.motion)
-    times: Array = POSTURE_STEP * np.arange(len(rows))
+    times = np.linspace(0.0, POSTURE_STEP * (len(rows) - 1), len(rows))
     evidence = build_evidence(
         robot,
         loaded.source,

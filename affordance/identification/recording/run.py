@@ -179,8 +179,8 @@ class Run:
 
     def __repr__(self) -> str:
         rows, joints = self.q.shape
-        many = "postures" if self.description.postures else f"samples at {self.rate:.4g} Hz"
-        return f"Run({self.source}: {rows} {many} of {joints} joints, {self.signal_name})"
+        many, at = ("postures", "") if self.description.postures else ("samples", f" at {self.rate:.4g} Hz")
+        return f"Run({self.source}: {rows} {many} of {joints} joints{at}, {self.signal_name})"
 
     @property
     def signal_name(self) -> str:

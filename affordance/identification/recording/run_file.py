@@ -200,7 +200,7 @@ def _build_postures(
     if len(held.values) < len(q):
         moved = f", {held.num_moving} rows in motion are left out" if held.num_moving else ""
         notes = (*notes, f"{len(q)} rows show {len(held.values)} postures{moved}")
-    times: Array = POSTURE_STEP * np.arange(len(held.values))
+    times = np.linspace(0.0, POSTURE_STEP * (len(held.values) - 1), len(held.values))
     return Run(
         str(path),
         description,
