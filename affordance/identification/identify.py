@@ -11,6 +11,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
+from affordance.identification.as_found import find_reading, list_problems, list_remedies
 from affordance.identification.doubts import check_sensors, find_doubts
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
@@ -65,6 +66,7 @@ def identify(
     seen: SeenObject | None = None,
     solid_prior: SolidPrior | None = None,
     deviation_sd: float = 100.0,
+    as_found: bool = False,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
     """Identifies a payload from recorded runs.
@@ -79,6 +81,8 @@ def identify(
         seen: Belief about the object by a camera and a memory of materials; None without a camera.
         solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        as_found: True to take sign, gravity, frame and lag as the arm's own weight shows them; False to doubt a
+            result whose runs show others than described.
         settings: Settings of nuisances, filters and samples.
 
     Returns: The posterior of the payload, with the reasons not to trust it, if there are any.
@@ -99,9 +103,12 @@ def identify(
         run.check_rates(arm.velocity_limits, arm.limits, arm.source)
         _check_angles(arm, run)
         check_sensors(run)
-    description = loaded.description
-    if description.postures:  # at rest nothing is filtered, and each posture has errors of its own
+    if loaded.description.postures:  # at rest nothing is filtered, and each posture has errors of its own
         settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
+    reading = find_reading(arm, (*empty, loaded)[0], settings)
+    if as_found:
+        loaded, empty = reading.apply(loaded), [reading.apply(run) for run in empty]
+    description = loaded.description
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
         reference_mass = description.reference_mass
@@ -128,7 +135,12 @@ def identify(
             deviation_sd=deviation_sd,
             settings=settings,
         )
-        assumed = (*belief.assumptions, *_assume_of_hand(arm, before, calibration is not None, seen is not None))
+        changed = list_remedies(reading) if as_found else ()
+        assumed = (
+            *belief.assumptions,
+            *changed,
+            *_assume_of_hand(arm, before, calibration is not None, seen is not None),
+        )
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
         if calibration is not None and reference_mass is not None:
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
@@ -136,6 +148,8 @@ def identify(
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
         belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest(arm, belief, before, settings)))
         doubts = find_doubts(arm, loaded, empty, belief, before, settings)
+        if not as_found:
+            doubts = (*list_problems(reading, (*empty, loaded)), *doubts)
         return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
         problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"

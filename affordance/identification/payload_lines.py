@@ -19,6 +19,7 @@ from affordance.arrays import Array
 from affordance.exceptions import show_value
 from affordance.identification.payload_formats import PayloadSetting, build_matrix, take_moments
 
+_MOMENTS = 9  # decimals of moments, [kg m^2]
 _TRANSITION = 0.5  # time in which a UR's controller goes over to the new payload, so that the arm does not jump, [s]
 
 
@@ -34,7 +35,7 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
     mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
     point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"
     mass, metres, millimetres = f"{m:.4f}", _list(centre, 5), _list(1e3 * centre, 2)
-    six, nine = _list((xx, yy, zz, xy, xz, yz), 6), _list(matrix.T.ravel(), 6)
+    six, nine = _list((xx, yy, zz, xy, xz, yz), _MOMENTS), _list(matrix.T.ravel(), _MOMENTS)
     x, y, z = (show_number(value, 5) for value in centre)
     of_ur = "/io_and_status_controller/set_payload ur_msgs/srv/SetPayload"
     of_franka = "/service_server/set_load franka_msgs/srv/SetLoad"
@@ -84,7 +85,7 @@ def _format_krl(mass: str, millimetres: str, matrix: Array) -> str:
         for names, values in (
             ("XYZ", millimetres.split(", ")),
             ("ABC", [show_number(float(angle), 2) for angle in turned]),
-            ("XYZ", [show_number(float(moment), 6) for moment in moments]),
+            ("XYZ", [show_number(float(moment), _MOMENTS) for moment in moments]),
         )
     )
     return f"$LOAD={{M {mass},CM {{{place},{turn}}},J {{{about}}}}}"
