@@ -103,7 +103,8 @@ def _read_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: Prep
     if left[best] < left[0] - np.log(_BETTER) and measure_angle(directions[best], directions[0]) > _TURNED:
         signs = np.sign(fits[best].gain[_judge(fits[best])])
         direction = directions[best] * (1.0 if signs.sum() >= 0.0 else -1.0)
-        gravity = tuple(float(each) for each in length * direction)
+        x, y, z = (float(each) for each in length * direction)
+        gravity = (x, y, z)
         along = describe_direction(direction)
         findings.append(
             Finding(f"gravity seems to be along {along} of the base", f"gravity is taken to be along {along}")

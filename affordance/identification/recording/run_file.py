@@ -19,6 +19,7 @@ from affordance.identification.recording.held_postures import (
     looks_held,
 )
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
+from affordance.identification.recording.run_arrays import SUFFIXES, is_lerobot, read_arrays, read_lerobot
 from affordance.identification.recording.run_bag import read_bag
 from affordance.identification.recording.run_entry import (
     COLUMN_MAPS,
@@ -38,7 +39,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run from its table and description.
 
     Args:
-        path: Table (.csv, .txt, .tsv or .nc) or ROS bag.
+        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, or folder of LeRobot.
         description: YAML file that describes the table; None for the one next to it, of the same name.
 
     Raises:
@@ -55,7 +56,11 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         )
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
-    if path.is_dir() or path.suffix in _BAGS:
+    if is_lerobot(path):
+        table = read_lerobot(path)
+    elif path.suffix in SUFFIXES:
+        table = read_arrays(path)
+    elif path.is_dir() or path.suffix in _BAGS:
         table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
         if entry.signal is None:
             problem = "is missing: efforts of a bag may be joint_torque, motor_torque or current"
