@@ -17,6 +17,7 @@ from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.identification.excitation.expectation import Aim, Expectation, Spread, find_errors
+from affordance.identification.excitation.more_motion import USUAL_ACCELERATION
 from affordance.identification.excitation.motion_design import MotionDesign, NoMotionError, design_motion
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
@@ -26,7 +27,6 @@ from affordance.identification.excitation.planned_motion import (
     PostureFamily,
     plan_way,
 )
-from affordance.identification.excitation.more_motion import USUAL_ACCELERATION
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_tools

@@ -1,6 +1,7 @@
 """Benefit of four more seconds of motion: a line on the mass always, another on what was not seen."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -97,3 +98,16 @@ def test_the_run_that_would_show_an_unseen_mass_depends_on_how_the_arm_was_treat
     assert more_motion.suggest_run(belief).startswith(says)
     belief.shows_mass = True
     assert more_motion.suggest_run(belief) == ""
+
+
+def test_motion_elsewhere_keeps_the_limits_of_the_robot(robot):
+    """A slow run asks for no more than its file's velocities and 3 rad/s^2; a fast one for what it showed itself."""
+    slow = replace(robot, velocity_limits=np.full(6, 0.3))
+    for factor, v_max, vdot_max in ((1.0, 0.3, 3.0), (5.0, 1.25, 10.0)):
+        run = SimpleNamespace(
+            q=np.zeros((2, 6)), v=np.full((2, 6), 0.25 * factor), vdot=np.full((2, 6), 2.0 * factor)
+        )
+        belief = SimpleNamespace(fit=SimpleNamespace(evidence=SimpleNamespace(prepared=run)))
+        *_, (_, family) = more_motion._list_families(slow, belief)
+        np.testing.assert_allclose(family.limits.v_max, v_max)
+        np.testing.assert_allclose(family.limits.vdot_max, vdot_max)
