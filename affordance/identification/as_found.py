@@ -186,7 +186,7 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
         rest = float(np.mean((x - own @ solution) ** 2))
         beyond = float(np.mean(without**2))
         least = 1e-6 * max(float(x @ x) / len(x), 1e-12)
-        error = np.sqrt(np.linalg.pinv(own.T @ own)[0, 0] * rest * alike)
+        error = np.sqrt(max(np.linalg.pinv(own.T @ own)[0, 0], 0.0) * rest * alike)
         explained = 1.0 - rest / max(beyond, least)
         values[:, j] = solution[0], error, max(rest, least), explained, tau.std(), np.sqrt(beyond)
     return _Fit(*values)

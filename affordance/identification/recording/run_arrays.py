@@ -67,8 +67,7 @@ def read_lerobot(path: Path) -> RunTable:
         episode = table.values[:, table.names.index("episode_index")]
         rows = episode == episode[0]
         table = table._replace(values=table.values[rows], rows=table.rows[rows])
-    names = tuple("time" if name == "timestamp" else name for name in table.names)
-    return table._replace(names=names)
+    return table._replace(names=tuple("time" if name == "timestamp" else name for name in table.names))
 
 
 def _read_npz(path: Path, content: bytes) -> dict[str, Array]:
