@@ -36,6 +36,8 @@ _LEAST_ERROR = 1e-6  # relative standard error of simulated signals without nois
 # Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
 # for its five unknowns, and half of the intervals and more miss the truth (docs/identify.md).
 _LEAST_DURATION = 15.0
+# The same of postures that are held: four for each of a joint's three unknowns, gain, offset and error of the file.
+_LEAST_POSTURES = 12
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
@@ -82,7 +84,12 @@ def find_doubts(
     if empty:
         doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
+<<<<<<< HEAD
         doubts += [*_find_stuck(run), *_find_late(run)]
+=======
+        if not run.description.postures:
+            doubts += _find_stuck(run)
+>>>>>>> b45b
         if not run.description.compensates_arm:
             factor = _FILE_FACTOR if run is not loaded else np.inf if empty else _FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
@@ -166,7 +173,19 @@ def _list_switched_off(
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
     """Judges the run that has to show gains and arm, where no load was weighed and no motion repeated."""
     duration = float(run.times[-1] - run.times[0])
+<<<<<<< HEAD
     if before.is_by_weight and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
+=======
+    if before.common_sd == 0.0 or belief.fit.evidence.is_repeated:
+        return
+    if run.description.postures:
+        if len(run.times) < _LEAST_POSTURES:
+            yield (
+                f"{run.source}: {len(run.times)} postures are too few to tell the gains by the arm's own weight, "
+                f"at least {_LEAST_POSTURES} are needed: repeat the postures with an empty hand, or weigh a load"
+            )
+    elif duration < _LEAST_DURATION:
+>>>>>>> b45b
         yield (
             f"{run.source}: {duration:.1f} s are too short to tell the gains by the arm's own weight, at least "
             f"{_LEAST_DURATION:g} s are needed: repeat the motion with an empty hand, or weigh a load"
@@ -204,6 +223,8 @@ def _judge_signals(
 def check_sensors(run: Run) -> None:
     """Raises a BadValueError for a signal of a moving joint that does not change."""
     moves, names = np.ptp(run.q, axis=0) > _MOVES, run.description.joint_names
+    if run.description.postures and run.description.kind is not SignalKind.WRENCH:
+        moves = moves & (run.signal[0] != 0.0)  # a joint along gravity shows nothing at rest
     if run.description.kind is SignalKind.WRENCH:
         moves, names = np.tile(moves.any(), len(WRENCH_COLUMNS)), WRENCH_COLUMNS
     for j in np.flatnonzero(moves & (np.ptp(run.signal, axis=0) == 0.0)):

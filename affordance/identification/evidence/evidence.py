@@ -16,6 +16,7 @@ from affordance.identification.evidence.joint_statistics import (
     JointStatistics,
     compute_statistics,
 )
+from affordance.identification.evidence.rest_errors import estimate_variance_at_rest
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
@@ -36,6 +37,8 @@ class ErrorModel(NamedTuple):
     alike: float  # number of neighbouring samples that the filter correlates; 1 for none
     correlated: bool  # True if errors may be correlated over longer times
     least_variance: Array  # lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared]
+    # Channels with errors of like size, where the arm was held at rest in a few postures; empty where it moved.
+    alike_at_rest: tuple[slice, ...] = ()
 
     def can_estimate(self, statistics: JointStatistics) -> bool:
         """Returns whether a channel has more samples than are fitted to it, so that a residual shows its error."""
@@ -47,8 +50,12 @@ class ErrorModel(NamedTuple):
         The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
         sample times the number of samples that share its error. Its lower bounds are the variance with correlation by
         the filter alone, and that of earlier runs. Where a channel has no more independent samples than are fitted to
-        it, its residual shows no error, and all of its signal may be one.
+        it, its residual shows no error, and all of its signal may be one. At rest the errors of postures are
+        independent, and few: see ``estimate_variance_at_rest``.
         """
+        if self.alike_at_rest:
+            estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
+            return np.where(statistics.counts > 0, np.maximum(estimate, self.least_variance), 1.0)
         count = np.maximum(statistics.counts, 1.0)
         fitted = _count_fitted(statistics)
         all_of_it = statistics.products[:, SIGNAL, SIGNAL]
@@ -135,7 +142,17 @@ class Evidence:
 
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
-        return describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        errors = describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
+
+    @property
+    def is_at_rest(self) -> bool:
+        """True if the arm was held in postures and never moves."""
+        return not self.prepared.v.any()
+
+    def _list_alike(self) -> tuple[slice, ...]:
+        """Lists the channels whose errors are of like size: forces and moments, or all joints."""
+        return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
         """Computes the sums over the run."""

@@ -112,7 +112,10 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         sentences.append(
             f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
         )
-        sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
+        if not evidence.is_at_rest:
+            sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
+        elif evidence.kind is not SignalKind.JOINT_TORQUE:
+            sentences.append("friction at rest holds part of the load, in either direction by chance")
     else:
         sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, a tenth of that in N m")
     phantom = 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0]))
@@ -124,6 +127,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         sentences.append(
             "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"
         )
+    if evidence.is_at_rest:
+        sentences.append(f"{len(evidence.prepared.times)} postures held at rest; their errors are independent")
+        return tuple(sentences)
     sentences.append(
         f"errors agree over the time the residual says, in blocks of {settings.block:g} s"
         if settings.correlated_noise
