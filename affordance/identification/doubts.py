@@ -84,12 +84,8 @@ def find_doubts(
     if empty:
         doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
-<<<<<<< HEAD
-        doubts += [*_find_stuck(run), *_find_late(run)]
-=======
         if not run.description.postures:
-            doubts += _find_stuck(run)
->>>>>>> b45b
+            doubts += [*_find_stuck(run), *_find_late(run)]
         if not run.description.compensates_arm:
             factor = _FILE_FACTOR if run is not loaded else np.inf if empty else _FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
@@ -173,10 +169,7 @@ def _list_switched_off(
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
     """Judges the run that has to show gains and arm, where no load was weighed and no motion repeated."""
     duration = float(run.times[-1] - run.times[0])
-<<<<<<< HEAD
-    if before.is_by_weight and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
-=======
-    if before.common_sd == 0.0 or belief.fit.evidence.is_repeated:
+    if not before.is_by_weight or belief.fit.evidence.is_repeated:
         return
     if run.description.postures:
         if len(run.times) < _LEAST_POSTURES:
@@ -185,7 +178,6 @@ def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[
                 f"at least {_LEAST_POSTURES} are needed: repeat the postures with an empty hand, or weigh a load"
             )
     elif duration < _LEAST_DURATION:
->>>>>>> b45b
         yield (
             f"{run.source}: {duration:.1f} s are too short to tell the gains by the arm's own weight, at least "
             f"{_LEAST_DURATION:g} s are needed: repeat the motion with an empty hand, or weigh a load"

@@ -11,12 +11,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
-<<<<<<< HEAD
-from affordance.identification.doubts import check_sensors, find_doubts, weigh_arm
-=======
 from affordance.identification.as_found import find_reading, list_problems, list_remedies
-from affordance.identification.doubts import check_sensors, find_doubts
->>>>>>> b45b
+from affordance.identification.doubts import check_sensors, find_doubts, weigh_arm
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence

@@ -14,11 +14,8 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
-<<<<<<< HEAD
 from affordance.identification.evidence.model_error import project_pulls
-=======
 from affordance.identification.recording.held_postures import FEWEST_POSTURES, POSTURE_STEP
->>>>>>> b45b
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings, SignalKind

@@ -45,7 +45,8 @@ def infer(
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
-    bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
+    if not evidence.is_at_rest:  # errors there are widened by Student's t already
+        bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
     bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)

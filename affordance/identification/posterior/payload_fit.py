@@ -107,13 +107,9 @@ def add_friction_error(
     nothing is added where no run was repeated. Nor is anything where gains are those of the arm's own weight: without
     friction they would be others, so that the change of the load is one of gains, and as large as the load.
     """
-<<<<<<< HEAD
-    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
-=======
     if evidence.is_at_rest:  # friction has no direction there, and its errors are those of the residual
         return evidence
-    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.common_sd > 0.0:
->>>>>>> b45b
+    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)

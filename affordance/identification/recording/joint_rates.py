@@ -188,7 +188,6 @@ def explain_long_steps(times: Array, q: Array, typical: float) -> str:
     return f"in other units the description must have 'units: {{time: {unit}}}'"
 
 
-<<<<<<< HEAD
 def find_lag(times: Array, values: Array, rate: Array) -> float:
     """Finds by how much a recorded rate is late, [s]; negative if it is early.
 
@@ -218,7 +217,8 @@ def find_lag(times: Array, values: Array, rate: Array) -> float:
         bend = before - 2.0 * at + after
         return step * (best - most + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
     return step * (best - most)
-=======
+
+
 class RateFault(NamedTuple):
     """Column that is not the rate of the quantity that it should belong to."""
 
@@ -246,13 +246,22 @@ def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | 
         apart = float(np.std(summed - values) / np.std(values))
         if apart > _RATE_APART:
             problem = f"differs by {100.0 * apart:.0f} % from the rate of {{}}, must differ by at most"
-            asks = "are columns or times exchanged?"
-            return RateFault(int(joint), f"{problem} {100.0 * _RATE_APART:g} %; {asks}", False)
+            hint = _explain_difference(times, of[:, joint], rate[:, joint])
+            return RateFault(int(joint), f"{problem} {100.0 * _RATE_APART:g} %; {hint}", False)
     return None
+
+
+def _explain_difference(times: Array, values: Array, rate: Array) -> str:
+    """Says what may be wrong with a rate that is not that of its quantity."""
+    lag = find_lag(times, values, rate)
+    late = np.interp(times + lag, times, rate)
+    left = np.std(late - np.gradient(values, times)) / max(float(np.std(late)), 1e-12)
+    if left < _RATE_APART:
+        return f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
+    return "are columns or times exchanged?"
 
 
 def _remove_line(values: Array, times: Array) -> Array:
     """Subtracts the line through the first and the last value."""
     line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
     return values - line
->>>>>>> b45b

@@ -26,7 +26,6 @@ from affordance.identification.recording.joint_rates import (
     compare_rate,
     explain_long_steps,
     find_fault,
-    find_lag,
 )
 from affordance.identification.settings import SignalKind
 
@@ -289,35 +288,6 @@ class Run:
         hint = f"; {_HINTS[name]}" if name in _HINTS else ""
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
 
-<<<<<<< HEAD
-    def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
-        """Rejects rates in other units than their quantity, or of another joint or time, at each joint that moves."""
-        for joint in np.argsort(-np.ptp(self.q, axis=0), kind="stable"):
-            # A constant offset of the rate is removed from both.
-            values = _remove_line(of[:, joint], self.times)
-            steps = 0.5 * (rate[1:, joint] + rate[:-1, joint]) * np.diff(self.times)
-            summed = _remove_line(np.append(0.0, np.cumsum(steps)), self.times)
-            if np.ptp(values) < _LEAST_MOTION:
-                continue
-            ratio = float(np.ptp(summed) / np.ptp(values))
-            column, quantity = f"column {name}_{joint + 1}", f"{of_name}_{joint + 1}"
-            if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
-                hint = f"; {_HINTS[name]}" if ratio > 1.0 else ""
-                problem = f"is {ratio:.3g} times the rate of {quantity}, must be from {1.0 / _RATE_FACTOR:g} to"
-                raise BadValueError(self.source, column, f"{problem} {_RATE_FACTOR:g} times{hint}")
-            apart = float(np.std(summed - values) / np.std(values))
-            if apart > _RATE_APART:
-                problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must differ by at most"
-                lag = find_lag(self.times, of[:, joint], rate[:, joint])
-                late = np.interp(self.times + lag, self.times, rate[:, joint])
-                left = np.std(late - np.gradient(of[:, joint], self.times)) / max(float(np.std(late)), 1e-12)
-                hint = "are columns or times exchanged?"
-                if left < _RATE_APART:
-                    hint = f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
-                raise BadValueError(self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; {hint}")
-
-=======
->>>>>>> b45b
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
     """Interpolates values recorded at some times, shape (N, columns), at others."""
