@@ -271,6 +271,16 @@ class MaterialMemory:
         memory = replace(self, state=lesson.state, things=things, num_lifts=self.num_lifts + 1, at_hand=None)
         return Lesson(memory, _get_only(lesson.densities), lesson.likelihood.take(0))
 
+    def condition(self, likelihood: Likelihood) -> "MaterialMemory":
+        """Returns the memory with evidence added about the mean density of each colour, of size M.
+
+        The learner must sum evidence (``sums_evidence``).
+        """
+        assert self.learner.sums_evidence
+        precision = self.state["precision"] + likelihood.precision
+        information = self.state["information"] + likelihood.information_vector
+        return replace(self, state={**self.state, "precision": precision, "information": information})
+
     def group(self) -> Groups:
         """Returns the groups of objects that the learner keeps apart; there must be a colour."""
         return self.learner.group(self.state)

@@ -14,6 +14,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
+from affordance.choice.weighed import Surprise, WeighedObject, condition_on_weighings
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
@@ -54,6 +55,7 @@ class Draws(NamedTuple):
     densities: Array
     used: NDArray[np.bool_]  # True where an object has parts of a colour, (N, M)
     parameters: Array  # inertial parameters of all options, (options, S, 10)
+    surprises: tuple[Surprise, ...] = ()  # weighings that contradict the belief
 
 
 @runtime_checkable
@@ -109,6 +111,7 @@ class Choice:
         self.cost_models = tuple(cost_models)  # of the task with each option
         self.settings = settings
         self._features = {option.object_name: option.features for option in options}
+        self._weighings = {option.object_name: option.weighings for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
@@ -122,15 +125,20 @@ class Choice:
     def draw(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Draws:
         """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
         check_num_samples(num_samples, len(self.options))
-        memory, geometries = self._recognise(memory)
-        joint = memory.belief.add_object_variation(self.settings.prior.deviation_sd, len(self._features))
+        memory, columns = self._find_columns(memory)
+        geometries = self._measure(columns, memory.belief.size)
+        objects = {
+            name: WeighedObject(self._features[name], columns[name], geometries[name], self._weighings[name])
+            for name in self._features
+        }
+        joint, surprises = condition_on_weighings(memory.belief, objects, self.settings.prior)
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._features), -1)
         drawn = {}
         for i, (object_name, geometry) in enumerate(geometries.items()):
             errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
             drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
         used = np.array([geometry.Phi.any(axis=0) for geometry in geometries.values()])
-        return Draws(memory.colours, rho, used, self.grip(drawn))
+        return Draws(memory.colours, rho, used, self.grip(drawn), surprises)
 
     def add_colours(self, memory: MaterialMemory) -> MaterialMemory:
         """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
@@ -162,15 +170,23 @@ class Choice:
 
     def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
         """Recognises every part of every object once; the geometries refer to the colours of the returned memory."""
+        memory, columns = self._find_columns(memory)
+        return memory, self._measure(columns, memory.belief.size)
+
+    def _find_columns(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, list[int]]]:
+        """Finds the column of every part of every object, in the belief of the returned memory."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
             for part in features:
                 memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior, part.lightness_sd)
                 indices[object_name].append(index)
-        size = memory.belief.size
-        return memory, {
-            object_name: measure_geometry(features, indices[object_name], size)
+        return memory, indices
+
+    def _measure(self, columns: Mapping[str, list[int]], size: int) -> dict[str, Geometry]:
+        """Measures the geometry of every object."""
+        return {
+            object_name: measure_geometry(features, columns[object_name], size)
             for object_name, features in self._features.items()
         }
 

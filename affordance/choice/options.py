@@ -1,11 +1,14 @@
 """Options of a choice: objects in grips, described by their observed features."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from affordance.arguments import check_pose
 from affordance.arrays import Array
+from affordance.objects.tool import Tool
+from affordance.objects.weighing import Weighing
 from affordance.vision.features import ComponentFeatures
 
 
@@ -18,12 +21,14 @@ class Option:
         grip: Name of the end in the hand; empty if there is only one grip.
         features: Observed features of the object's components, in the object's frame T, the same for all its grips.
         X_TG: Pose of the grip G, which coincides with the hand, in the object, shape (4, 4).
+        weighings: Measured masses of the object, or of parts of it, by their indices among the features.
     """
 
     object_name: str
     grip: str
     features: tuple[ComponentFeatures, ...]
     X_TG: Array
+    weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
         """Keeps a read-only copy of the pose; one that scales or mirrors raises a BadArgumentError."""
@@ -42,3 +47,15 @@ class Option:
         """Features of the object's components, posed relative to the hand."""
         X_GT = np.linalg.inv(self.X_TG)
         return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)
+
+
+def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Option]:
+    """Returns options with the weighings of their tools, of the whole only where parts are not distinguished."""
+    by_name = {tool.name: tool for tool in tools}
+    weighed = []
+    for option in options:
+        tool = by_name[option.object_name]
+        is_distinguished = len(option.features) == len(tool.components)
+        weighings = tuple(each for each in tool.weighings if is_distinguished or not each.parts)
+        weighed.append(replace(option, weighings=weighings))
+    return weighed

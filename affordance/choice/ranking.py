@@ -21,6 +21,7 @@ from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest
 from affordance.choice.pricing import Amounts, GripBounds, price_options
+from affordance.choice.reasons import Reasons, find_reasons
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
 from affordance.files.html_table import build_table
@@ -261,6 +262,26 @@ def rank_draws(
         p_none=float((chosen == NO_OPTION).mean()),
         flips=bool(usable and entries[order[0]].effort > least_effort * (1.0 + TIE)),
         criterion=criterion,
+    )
+
+
+def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
+    """Finds the reasons of a ranking's choice, by indices of ``ranked``; None if no other option is usable.
+
+    The samples are those under which it was made, of options in their order.
+    """
+    usable = ranking.ranked[: ranking.num_usable]
+    if len(usable) < 2:
+        return None
+    rival = max(range(1, len(usable)), key=lambda i: usable[i].p_best)
+    names = list(dict.fromkeys(option.object_name for option in options))
+    return find_reasons(
+        draws,
+        np.array([each.samples.cost for each in usable]),
+        np.array([each.samples.feasible for each in usable]),
+        np.array([names.index(each.option.object_name) for each in usable]),
+        (0, rival),
+        is_peak=ranking.criterion.is_peak,
     )
 
 

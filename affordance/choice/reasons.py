@@ -1,7 +1,6 @@
 """Reasons of a choice: which material's uncertainty decides between two options, and what would change the choice."""
 
 import itertools
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +8,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.choice.inner_simulation import Draws
-from affordance.choice.options import Option
 from affordance.choice.picking import MIN_FEASIBILITY
-from affordance.choice.ranking import Ranking
 from affordance.objects.colour import Colour
 
 # Samples to a bin of densities, and numbers of bins: conditional costs are those of the samples of a bin.
@@ -47,26 +44,6 @@ class Reasons(NamedTuple):
     shares: tuple[Share, ...]  # of the materials, the largest first
     rest: float  # share of all else: errors of shape, and what is not linear in the densities
     turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first
-
-
-def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
-    """Finds the reasons of a ranking's choice, by indices of ``ranked``; None if no other option is usable.
-
-    The samples are those under which it was made, of options in their order.
-    """
-    usable = ranking.ranked[: ranking.num_usable]
-    if len(usable) < 2:
-        return None
-    rival = max(range(1, len(usable)), key=lambda i: usable[i].p_best)
-    names = list(dict.fromkeys(option.object_name for option in options))
-    return find_reasons(
-        draws,
-        np.array([each.samples.cost for each in usable]),
-        np.array([each.samples.feasible for each in usable]),
-        np.array([names.index(each.option.object_name) for each in usable]),
-        (0, rival),
-        is_peak=ranking.criterion.is_peak,
-    )
 
 
 def find_reasons(

@@ -17,6 +17,7 @@ from affordance.files.atomic import write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.identification.excitation.expectation import Aim, Expectation, Spread, find_errors
+from affordance.identification.excitation.more_motion import USUAL_ACCELERATION
 from affordance.identification.excitation.motion_design import MotionDesign, NoMotionError, design_motion
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
@@ -24,6 +25,7 @@ from affordance.identification.excitation.planned_motion import (
     MotionFamily,
     MotionLimits,
     PostureFamily,
+    plan_way,
 )
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import SignalKind
@@ -53,6 +55,8 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
+    what = "folder that import-arm wrote, or a robot's file with --tip (default: the paper's arm)"
+    add("place", nargs="?", type=Path, metavar="robot", help=what)
     add("--for", dest="aim", default="mass", metavar="AIM", help="mass, com, inertia, or a task (default mass)")
     add("--seconds", type=float, default=8.0, metavar="S", help="length of the motion (default 8)")
     add("--postures", type=int, metavar="N", help="visit N postures (default: a Fourier series)")
@@ -62,7 +66,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--signal", choices=SIGNALS, default=SIGNALS[0], help="what will be recorded (default joint_torque)")
     add("--gains", type=Path, metavar="FILE", help="gains.yaml of identify, with gains and errors of this arm")
     add("--floor", type=float, default=10.0, metavar="G", help="error that no time averages out (default 10 g)")
-    add("--acceleration", type=float, default=3.0, metavar="A", help="limit of each joint, rad/s^2 (default 3)")
+    what = "limit of all joints, or one for each, rad/s^2 (default 3)"
+    add("--acceleration", type=float, nargs="+", default=[USUAL_ACCELERATION], metavar="A", help=what)
     add("--tip-speed", type=float, default=1.0, metavar="V", help="limit of the tip's speed, m/s (default 1)")
     add("--reach", type=float, default=3.14, metavar="RAD", help="farthest from home, each joint (default 3.14)")
     add("--above", type=float, metavar="M", help="least height of the tip in the base frame (default: none)")
@@ -75,13 +80,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Designs the motion, prints what it is predicted to show, and writes it."""
     _check(arguments)
+    if arguments.place is not None:
+        if arguments.robot is not None:
+            raise BadValueError("--robot", "", "is given twice, must be given once, as an option or without")
+        arguments.robot = arguments.place
     robot = open_robot(*options.read_robot(arguments))
+    given, num = np.array(arguments.acceleration), len(robot.joint_names)
+    if len(given) not in (1, num):
+        raise BadValueError(
+            "--acceleration", "", f"has {len(given)} numbers, must have 1 or one for each of {num} joints"
+        )
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
         robot.home,
         robot.limits,
         reach=arguments.reach,
-        acceleration=arguments.acceleration,
+        acceleration=given,
         tip_speed=arguments.tip_speed,
         height=-np.inf if arguments.above is None else arguments.above,
     )
@@ -93,7 +107,8 @@ def run(arguments: argparse.Namespace) -> int:
         design, spread = design_motion(expectation, family, aim, seed=arguments.seed)
     except NoMotionError as error:
         raise _blame(arguments, error) from error
-    text = "\n".join(_describe(arguments, robot, aim, design, spread))
+    way = plan_way(chain, limits, robot.home, design.motion.q[0])
+    text = "\n".join(_describe(arguments, robot, aim, design, spread, way))
     content = {
         "for": arguments.aim,
         "predicted_sd": {"mass_g": 1e3 * spread.mass, "com_mm": 1e3 * spread.com, "inertia_kg_m2": spread.inertia},
@@ -109,6 +124,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_text(arguments.out / "motion.csv", format_csv(design.motion))
         write_text(arguments.out / "trajectory.yaml", format_trajectory(robot.joint_names, design.motion))
+        there = plan_way(chain, limits, robot.home, design.motion.q[0])
+        back = plan_way(chain, limits, design.motion.q[-1], robot.home)
+        write_text(arguments.out / "to_start.yaml", format_trajectory(robot.joint_names, there))
+        write_text(arguments.out / "back_home.yaml", format_trajectory(robot.joint_names, back))
     options.give_answer(arguments, _NAME, text, content)
     return 0
 
@@ -143,8 +162,8 @@ def _check(arguments: argparse.Namespace) -> None:
         check_whole("--postures", arguments.postures, _POSTURES)
     for name, bounds in _BOUNDS.items():
         value = getattr(arguments, name.replace("-", "_"))
-        if value is not None:
-            check_number(f"--{name}", value, *bounds)
+        for each in value if isinstance(value, list) else [] if value is None else [value]:
+            check_number(f"--{name}", each, *bounds)
 
 
 def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
@@ -190,7 +209,7 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
 
 
 def _describe(
-    arguments: argparse.Namespace, robot: Robot, aim: Aim, design: MotionDesign, spread: Spread
+    arguments: argparse.Namespace, robot: Robot, aim: Aim, design: MotionDesign, spread: Spread, way: PreparedRun
 ) -> Iterator[str]:
     """Describes what the motion is predicted to show, a line each."""
     of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
@@ -209,6 +228,11 @@ def _describe(
         yield f"the mass is within {_NEAR_FLOOR:g} times of that: longer motions bring little"
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
     yield f"start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
+    lowest = float(robot.chain.compute_motion(*way.motion).p_WT[:, 2].min())
+    yield (
+        f"from home a straight way in joint angles takes {way.times[-1]:.1f} s, the tip no lower than {lowest:.2f} m "
+        "(to_start.yaml and back_home.yaml of --out)"
+    )
     yield "run it with an empty hand, then with the load; record from a second before to a second after"
     assumed = "assumed: errors as of arms with like limits of torque"
     yield assumed if arguments.gains is None else f"errors and gains by {arguments.gains}"

@@ -5,11 +5,12 @@ from pathlib import Path
 
 from affordance.choice.expected_inertia import expect
 from affordance.commands import options
-from affordance.commands.workbench import recall_memory
+from affordance.commands.workbench import add_know, know_materials, recall_memory
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.past_arms import describe_past_arms
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
+from affordance.reporting.advice_text import describe_knowledge
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
@@ -23,6 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
+    add_know(parser)
     options.add_same_colours(parser)
     options.add_answer(parser, "guess.json and .txt")
     options.add_robot(parser)
@@ -40,14 +42,21 @@ def run(arguments: argparse.Namespace) -> int:
         if name not in known:
             raise BadValueError(arguments.tools, "--only", describe_choice(name, known))
     memory = recall_memory(arguments.memory, settings, options.read_same_colours(arguments, materials))
-    chosen = [known[name] for name in arguments.only] or tools
-    expected = [expect(tool, memory, settings) for tool in chosen]
+    chosen = [known[name] for name in arguments.only] or list(tools)
+    named = know_materials(arguments, memory, chosen, materials, settings.prior)
+    expected = [expect(tool, named.memory, settings) for tool in chosen]
     num_past = robot.count_past_arms(arguments.memory)
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
-    if not arguments.memory:
-        cautions.append("No memory is given: all materials have the prior.")
-    text = "\n".join([*cautions, *describe_expectations(expected, by_part=True)])
     name = Path(arguments.memory).name if arguments.memory else None
-    content = {"memory": name, "trials_of_other_arms": num_past, "expected": build_expectations(expected)}
+    knowledge = f"materials: {describe_knowledge(named, name or '')}"
+    text = "\n".join([*cautions, *describe_expectations(expected, by_part=True), knowledge])
+    content = {
+        "memory": name,
+        "known": list(named.by_name),
+        "learned": list(named.learned),
+        "unknown": list(named.unknown),
+        "trials_of_other_arms": num_past,
+        "expected": build_expectations(expected),
+    }
     options.give_answer(arguments, "guess", text, content)
     return 0

@@ -1,6 +1,8 @@
 """``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
+import shutil
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,13 +12,15 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
+from affordance.commands.payload_files import write_belief
 from affordance.commands.payload_text import describe_payload
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.identification.evidence.gains import read_gains, write_gains
+from affordance.identification.evidence.gains import read_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
 from affordance.identification.payload_claim import judge_claim
-from affordance.identification.payload_formats import format_payload, read_payload
+from affordance.identification.payload_formats import read_payload
+from affordance.identification.payload_lines import format_payload
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.run import Run
@@ -78,6 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "parts of the uncertainty to leave out, to see their effect"
     add("--off", nargs="+", default=[], choices=NUISANCES, help=what)
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
+    what = "take sign, gravity, frame and lag as the arm's own weight shows them, and say so"
+    add("--as-found", action="store_true", help=what)
     add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording that comes with the package")
     options.add_answer(parser, "belief.json, samples.nc, gains.yaml and figures")
@@ -122,6 +128,7 @@ def run(arguments: argparse.Namespace) -> int:
         reference_mass=mass,
         seen=seen,
         deviation_sd=prior.deviation_sd,
+        as_found=arguments.as_found,
         settings=settings,
     )
     if past := _find_past_arms(arguments, robot):
@@ -142,9 +149,13 @@ def run(arguments: argparse.Namespace) -> int:
         verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted, "frame": flange.name}
         content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
-    text = describe_payload(belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway)
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+    text = describe_payload(
+        belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=width
+    )
+    content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:
-        _write(arguments.out, belief, is_used)
+        write_belief(arguments.out, belief, is_used)
     options.give_answer(arguments, "belief", text, content)
     return 0 if belief.is_trusted and belief.shows_mass else 3
 
@@ -286,25 +297,3 @@ def _find_tool(arguments: argparse.Namespace, materials: Mapping[str, Material])
     if name not in named:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(named)}")
     return named[name]
-
-
-def _write(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
-    # Imported here: they take most of a second, which runs without --out need not wait.
-    from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
-    from affordance.reporting.figures import save_figure
-    from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
-
-    save_figure(draw_fit(belief.fit), folder, "fit")
-    save_figure(draw_posteriors(belief), folder, "posteriors")
-    save_figure(draw_whiteness(belief.fit), folder, "whiteness")
-    if belief.calibration is not None and is_used:
-        write_gains(folder / "gains.yaml", belief.calibration)
-    meaning = "mass, first moment, moments and products of inertia about the tip"
-    samples = Trajectories(
-        {
-            "parameters": LabelledArray(("sample", "parameter"), belief.bodies.pi, "kg, kg m, kg m^2", meaning),
-            "weight": LabelledArray(("sample",), belief.bodies.weights, "1", "weight of a sample, sum one"),
-        },
-        {"parameter": ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]},
-    )
-    write_trajectories(folder / "samples.nc", samples)

@@ -4,6 +4,8 @@ import argparse
 import time
 from pathlib import Path
 
+from tqdm import tqdm
+
 from affordance.commands.options import add_arm_arguments, read_options
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
@@ -13,6 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
     add("file", type=Path, help="the robot's file")
+    add("values", nargs="*", metavar="NAME:=VALUE", help="arguments of a xacro template")
     add_arm_arguments(parser)
     add("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
     what = "whether paths, blow and objects are changed to what the arm can do"
@@ -23,13 +26,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Imports an arm; returns the exit status."""
     start = time.perf_counter()
-    lines = import_arm(
-        arguments.file,
-        read_options(arguments),
-        arguments.out,
-        with_meshes=not arguments.no_meshes,
-        fits_tasks=arguments.tasks == "fit",
-    )
+    with tqdm(bar_format="{desc} ({elapsed})", leave=False, disable=None) as steps:  # on a terminal only
+        arguments.xacro = [*arguments.values, *arguments.xacro]
+        lines = import_arm(
+            arguments.file,
+            read_options(arguments),
+            arguments.out,
+            with_meshes=not arguments.no_meshes,
+            fits_tasks=arguments.tasks == "fit",
+            tell=steps.set_description_str,
+        )
     print("\n".join(lines))
     print(f"{arguments.out}: written in {time.perf_counter() - start:.1f} s; see {PAGE} or {TEXT} there")
     return 0

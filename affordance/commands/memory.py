@@ -1,7 +1,7 @@
-"""``affordance memory``: shows, forgets, merges, exports, imports and verifies what robots have felt."""
+"""``affordance memory``: shows, forgets, merges, exports, imports, weighs and verifies what robots have felt."""
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from affordance.belief.density_belief import Prior
@@ -12,14 +12,16 @@ from affordance.memory.ledger import Ledger, open_memory
 from affordance.memory.stored_trials import Selection
 from affordance.memory.summary import ExperienceSummary, MemorySummary, summarise
 from affordance.memory.trial_evidence import TrialEvidence
+from affordance.memory.weighed_trial import list_weighed_trials
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
+from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import tabulate
 from affordance.reporting.memory_figure import draw_memory
 
 # Exit status if verifying found faults.
 FAULTY = 3
-ACTIONS = ("show", "forget", "merge", "export", "import", "verify")
+ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,7 +29,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("action", choices=ACTIONS, help="what to do; forget needs one of the options that select trials")
     add("memory", metavar="MEMORY", help="SQLite file")
-    add("files", nargs="*", metavar="FILE", help="memories to merge, file to export to, or files to import")
+    add(
+        "files",
+        nargs="*",
+        metavar="FILE",
+        help="memories to merge, file to export to, files to import, or tools weighed",
+    )
     add("--robot", default="", metavar="NAME", help="trials of this robot")
     add("--object", default="", metavar="NAME", help="trials with objects of this name")
     add(
@@ -48,17 +55,19 @@ def run(arguments: argparse.Namespace) -> int:
     trials: list[TrialEvidence] = []  # read first, so that nothing is made if one is wrong
     if arguments.action == "import":
         trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
+    elif arguments.action == "weigh":
+        trials = _read_weighings([Path(file) for file in arguments.files], arguments.materials or MATERIALS)
     elif arguments.action == "merge":
         for file in arguments.files:
             with open_memory(file, create=False) as other:
                 trials += other.list_trials()
-    with open_memory(arguments.memory, create=arguments.action in ("merge", "import")) as ledger:
+    with open_memory(arguments.memory, create=arguments.action in ("merge", "import", "weigh")) as ledger:
         match arguments.action:
             case "show":
                 _show(arguments, ledger, prior)
             case "forget":
                 print(f"{ledger.place}: {_count(_forget(arguments, ledger))} forgotten, {len(ledger)} remain")
-            case "merge" | "import":
+            case "merge" | "import" | "weigh":
                 new, replaced = ledger.add(trials)
                 earlier = f", {replaced} replaced by an earlier record" if replaced else ""
                 print(f"{ledger.place}: {new} of {_count(len(trials))} new{earlier}, {len(ledger)} in all")
@@ -84,6 +93,17 @@ def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]
     return names
 
 
+def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidence]:
+    """Reads the weighings of tools files; a file without any raises a BadValueError."""
+    trials = []
+    for path in paths:
+        found = list(list_weighed_trials(load_tools(path, load_materials(materials)), path))
+        if not found:
+            raise BadValueError(path, "", "has no weighing, must have mass (kg) of a tool or of a part")
+        trials += found
+    return trials
+
+
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
     """Forgets the selected trials, and returns their number; an unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
@@ -100,6 +120,7 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
 def _check_arguments(arguments: argparse.Namespace) -> None:
     """Checks that the action has its files, and no option that it ignores."""
     needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
+    needed["weigh"] = "at least one file of tools"
     files = len(arguments.files)
     if (arguments.action in needed and not files) or (arguments.action == "export" and files > 1):
         raise BadValueError(arguments.action, "", f"is given {files} files, must be {needed[arguments.action]}")

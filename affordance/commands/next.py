@@ -10,11 +10,22 @@ from affordance.arguments import check_number
 from affordance.belief.felt_object import FeltObject
 from affordance.choice.expected_inertia import expect
 from affordance.choice.hold_advice import CERTAIN, HoldAdvice, OpenDecision
+from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.next_hold import Question, advise_hold
+from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
-from affordance.commands.options import give_answer, read_robot
-from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
+from affordance.choice.weighed_holds import learn_weighings
+from affordance.commands.options import find_width, give_answer, read_robot
+from affordance.commands.workbench import (
+    add_choice,
+    check_choice,
+    keep_strikers,
+    know_materials,
+    open_bench,
+    rank_tools,
+    see_tools,
+)
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
@@ -24,13 +35,16 @@ from affordance.memory.summary import recall_felt
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
+from affordance.reporting.advice_text import describe_knowledge
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
-from affordance.reporting.formatting import tabulate
+from affordance.reporting.formatting import tabulate_within
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"
+# Columns of the table that are left out first where it is too wide.
+_INFORMATION, _THEN = 2, 3
 # A choice is a tie if its expected loss is at most this share of the cost.
 _TIE = 1e-3
 # Probability of holding an object from which nothing is said of its weight.
@@ -58,19 +72,28 @@ def run(arguments: argparse.Namespace) -> int:
     bounds = check_choice(arguments, 100)
     robot = open_robot(*read_robot(arguments))
     bench = open_bench(arguments, robot, arguments.tasks)
-    settings, materials, tools, memory, same_colours, tasks, criterion = bench
-    candidates = _list_candidates(load_tools(arguments.may_hold, materials), tools, arguments)
-    felt = _recall_felt(arguments.memory, settings, same_colours)
+    settings, tools, tasks = bench.settings, bench.tools, bench.tasks
+    candidates = _list_candidates(load_tools(arguments.may_hold, bench.materials), tools, arguments)
+    named = know_materials(arguments, bench.memory, [*tools, *candidates], bench.materials, settings.prior)
+    bench = bench._replace(memory=named.memory)
+    felt = _recall_felt(arguments.memory, settings, bench.same_colours)
     options = see_tools(arguments, bench)
-    questions = [
-        Question(name, plan_options(options, task, settings), arguments.uses) for name, task in tasks.items()
-    ]
+    memory = bench.memory
+    if memory.learner.sums_evidence:
+        drawn = add_weighings(list_drawn_options(candidates), candidates)
+        objects = {option.object_name: option for option in [*drawn, *options]}
+        memory, felt = learn_weighings(memory, objects, settings.prior, felt)
+    questions, remarks = list[Question](), list(bench.remarks)
+    for name, task in tasks.items():
+        usable, said = keep_strikers(options, task, arguments.tools)
+        questions.append(Question(name, plan_options(usable, task, settings), arguments.uses))
+        remarks += said
     advice = advise_hold(
         candidates,
         questions,
         memory,
         settings,
-        criterion=criterion,
+        criterion=bench.criterion,
         bounds=None if bounds == GripBounds() else bounds,
         price=arguments.price,
         felt=felt,
@@ -82,13 +105,23 @@ def run(arguments: argparse.Namespace) -> int:
         rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)  # says why none is
     sentence = describe_stop(advice, arguments.uses)
     num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
-    said = {"rests_on": advice.rests_on, "trials_of_other_arms": num_past, "hand": tilt or None, "sentence": sentence}
+    told = {
+        "known": list(named.by_name),
+        "learned": list(named.learned),
+        "unknown": list(named.unknown),
+        "rests_on": advice.rests_on,
+        "trials_of_other_arms": num_past,
+        "hand": tilt or None,
+        "sentence": sentence,
+    }
     expected = [expect(tool, memory, settings) for tool in candidates]
-    content = {**advice._asdict(), **said, "expected": build_expectations(expected)}
+    content = {**advice._asdict(), **told, "expected": build_expectations(expected)}
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     cautions += [f"warning: {tilt}"] if tilt else []
-    held = describe_holds(advice, arguments.uses)
-    text = "\n".join([*cautions, *held, *describe_expectations(expected), sentence])
+    cautions += [f"warning: {each}" for each in remarks]
+    knowledge = f"materials: {describe_knowledge(named, Path(arguments.memory).name if arguments.memory else '')}"
+    held = describe_holds(advice, arguments.uses, find_width())
+    text = "\n".join([sentence, *cautions, *held, *describe_expectations(expected), knowledge])
 
     def draw() -> Figure:
         return draw_holds(
@@ -106,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def describe_holds(advice: HoldAdvice, uses: float) -> list[str]:
+def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]:
     """Formats the decisions as they stand, what may be held, and both rules of stopping."""
     unit = advice.unit
     lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
@@ -116,7 +149,7 @@ def describe_holds(advice: HoldAdvice, uses: float) -> list[str]:
         heavy = "" if each.p_held >= _SURELY else f"  (held by the arm with probability {each.p_held:.2f})"
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
         rows.append([each.name, worth, f"{each.information:.2f}", f"{then}{heavy}"])
-    lines += tabulate(rows, right=(1, 2))
+    lines += tabulate_within(rows, width, (_INFORMATION, _THEN))
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
     lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
     return lines

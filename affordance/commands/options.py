@@ -3,6 +3,7 @@
 import argparse
 import json
 import math
+import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.robots.importer import AXES, ImportOptions, parse_values
+from affordance.robots.xacro_file import parse_xacro
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 if TYPE_CHECKING:
@@ -119,6 +121,11 @@ def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
     parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for {files} (default: none)")
 
 
+def find_width() -> int:
+    """Finds the width of the terminal, in characters; 0 where there is none, as in a pipe."""
+    return shutil.get_terminal_size((0, 0)).columns
+
+
 def give_answer(
     arguments: argparse.Namespace,
     name: str,
@@ -198,7 +205,7 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
     add = parser.add_argument
-    add("--tip", help="link or frame at the arm's end, where it holds things; without it they are listed")
+    add("--tip", help="link or frame at the arm's end, where it holds things (default: the end of the longest limb)")
     add("--base", help="link that is fixed to the world (default: where the limb begins)")
     what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
@@ -210,8 +217,21 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
     what = "limits of torque in place of the file's (N m): one for all, or JOINT=VALUE"
     add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
+    what = "limits of velocity in place of the file's (rad/s): one for all, or JOINT=VALUE"
+    add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
     add("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
-    add("--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)")
+    what = "replace impossible inertias by the nearest possible ones, even where that matters"
+    add("--mend-inertia", action="store_true", help=what)
+    what = "links whose weight an MJCF lets the simulator carry are refused, or carried by the motors (none)"
+    add("--gravcomp", choices=("file", "none"), default="file", help=what)
+    what = "arguments of a xacro template"
+    add("--xacro", nargs="+", default=[], metavar="NAME:=VALUE", help=what)
+    what = "folder of a package that a xacro template names, and that is not near it; more than once"
+    add("--package", action="append", default=[], metavar="NAME=DIR", help=what)
+    what = "expand a xacro template, which runs Python, even where the kernel cannot limit what it does"
+    add("--trust-xacro", action="store_true", help=what)
+    what = "axis of the robot's root that points up (default: z, unless the file's gravity says otherwise)"
+    add("--up", metavar="AXIS", help=what)
     add("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
 
 
@@ -225,7 +245,11 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         posture=parse_values("--posture", arguments.posture),
         rotor_inertia=parse_values("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2"),
         effort=parse_values("--effort", arguments.effort, unit="N m", may_be_zero=False),
+        velocity=parse_values("--velocity", arguments.velocity, unit="rad/s", may_be_zero=False),
         damping=arguments.damping == "file",
+        mend_inertia=arguments.mend_inertia,
+        gravcomp=arguments.gravcomp == "file",
+        xacro=parse_xacro(arguments.xacro, arguments.package, trusts=arguments.trust_xacro),
         height=arguments.base_height,
         up=arguments.up,
     )

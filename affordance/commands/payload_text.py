@@ -1,15 +1,21 @@
-"""Text of an identified payload, as it is read: verdict, payload, materials, claim, assumptions, lines to paste."""
+"""Text of an identified payload, as it is read: the answer, verdict, payload, materials, claim, lines to paste."""
 
+import textwrap
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from affordance.identification.payload_claim import ClaimVerdict
-from affordance.identification.payload_formats import PayloadSetting, format_payload
-from affordance.identification.posterior.marginals import UNITS
+from affordance.identification.payload_formats import PayloadSetting
+from affordance.identification.payload_lines import format_payload, show_number
+from affordance.identification.posterior.marginals import COM, UNITS
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.robots.flange import Flange
 
-_NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+_NAMES = ("mass", "centre x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+# Decimals of mass, [kg], centre of mass, [m], and moments, [kg m^2]: a tenth of a gram and of a millimetre.
+_DECIMALS = (4, 4, 4, 4, *[6] * 6)
 _VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or wrong, the run cannot tell"}
 
 
@@ -21,14 +27,16 @@ def describe_payload(
     materials: Mapping[str, Colour],
     taught: str,
     anyway: bool,
+    width: int = 0,
 ) -> str:
     """Writes a belief for a terminal, with the verdict on a claimed payload, and what a memory has learned.
 
-    Claim and lines are in the frame of the flange; a text in its place says why there are none. Densities are named
-    by the materials of their colours. Of a result that is not to be trusted, lines for the robot are written only if
-    ``anyway``.
+    The answer is in the first line. Sentences are broken at the width of a terminal, [characters], if it is given;
+    lines to paste never are. Claim and lines are in the frame of the flange; a text in its place says why there are
+    none. Densities are named by the materials of their colours. Of a result that is not to be trusted, lines for the
+    robot are written only if ``anyway``.
     """
-    blocks = [_give_verdict(belief), _tabulate(belief)]
+    blocks = [f"{give_answer_line(belief, flange)}\n{_give_verdict(belief)}", _tabulate(belief)]
     if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
         blocks.append(f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})")
@@ -43,8 +51,38 @@ def describe_payload(
         blocks.append(_compare(belief, *claim, flange))
     blocks += _list("Found", belief.notes)
     blocks += _list("Assumed", belief.assumptions)
-    blocks.append(_write_lines(belief, flange, anyway))
-    return "\n\n".join(blocks)
+    lines = _write_lines(belief, flange, anyway)
+    pasted = "\n" in lines
+    text = "\n\n".join(blocks if pasted else [*blocks, lines])
+    if width:
+        text = "\n".join(_break_line(line, width) for line in text.splitlines())
+    return f"{text}\n\n{lines}" if pasted else text
+
+
+def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
+    """Gives the answer in one line: mass, centre of mass in the frame of the flange, and whether to trust it."""
+    if isinstance(flange, str):
+        frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
+    else:
+        frame, payload = flange.name, PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
+    trust = "NOT TO BE TRUSTED" if belief.doubts else "trusted" if belief.shows_mass else "NOT SEEN"
+    if not belief.doubts and belief.is_light:
+        low, high = belief.mass_interval90
+        return f"Little or nothing is held, {show_number(max(low, 0.0), 3)} to {show_number(high, 3)} kg: trusted"
+    grams = np.format_float_positional(1e3 * belief.mass_sd, 2, fractional=False, trim="-")
+    decimals = int(np.clip(1 - np.floor(np.log10(max(belief.mass_sd, 1e-4))), 0, 4))
+    centre = ", ".join(show_number(1e3 * float(value), 1) for value in payload.centre_of_mass)
+    sd = np.format_float_positional(1e3 * belief.marginals.sd[COM].max(), 2, fractional=False, trim="-")
+    where = f"centre of mass ({centre}) +- {sd} mm in {frame}"
+    return f"{belief.mass:.{decimals}f} kg +- {grams} g, {where}: {trust}"
+
+
+def _break_line(line: str, width: int) -> str:
+    """Breaks a line that is too long for a terminal, with a deeper indent from the second line on."""
+    if len(line) <= width:
+        return line
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.fill(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
@@ -70,13 +108,21 @@ def _give_verdict(belief: PayloadBelief) -> str:
 def _tabulate(belief: PayloadBelief) -> str:
     m = belief.marginals
     lines = [
-        f"In the frame {belief.tip}:",
-        f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}",
+        f"In the frame {belief.tip}, moments about the centre of mass:",
+        f"{'':9} {'mean':>9} {'SD':>9}  {'50 % interval':^19} {'90 % interval':^19}",
     ]
-    for i, (name, unit) in enumerate(zip(_NAMES, UNITS, strict=True)):
-        intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
-        lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
+    for i, (name, unit, decimals) in enumerate(zip(_NAMES, UNITS, _DECIMALS, strict=True)):
+        mean, *ends = (
+            f"{_pad_number(float(each[i]), decimals):>9}" for each in (m.mean, m.low50, m.high50, m.low90, m.high90)
+        )
+        sd = np.format_float_positional(m.sd[i], 2, fractional=False, trim="-")
+        lines.append(f"{name:9} {mean} {sd:>9}  {' '.join(ends)} {unit}")
     return "\n".join(lines)
+
+
+def _pad_number(value: float, decimals: int) -> str:
+    """Formats a number with so many decimals, or as 0 if these do not show it."""
+    return "0" if abs(value) < 0.5 * 10.0**-decimals else f"{value:.{decimals}f}"
 
 
 def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
@@ -117,5 +163,5 @@ def _write_lines(belief: PayloadBelief, flange: Flange | str, anyway: bool) -> s
     lines = [f"For the robot, with {flange.name} as its flange (--flange names another frame){mark}:"]
     payload = belief.setting.express(flange.X_FT)
     return "\n".join(
-        [*lines, *(f"  {robot}: {line}" for robot, line in format_payload(payload, flange.name).items())]
+        [*lines, *(f"  {robot}:\n    {line}" for robot, line in format_payload(payload, flange.name).items())]
     )

@@ -2,27 +2,46 @@
 
 import argparse
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from affordance.belief.colour_recognition import find_colour_index
+import numpy as np
+
+from affordance.arguments import check_number
 from affordance.choice.expected_inertia import expect
+from affordance.choice.payload import measure_payload
 from affordance.choice.pricing import plan_options
-from affordance.choice.reasons import explain_choice
+from affordance.choice.ranking import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import give_answer, read_robot
-from affordance.commands.workbench import add_choice, check_choice, open_bench, rank_tools, see_tools
+from affordance.commands.options import change_by_name, find_width, give_answer, read_robot
+from affordance.commands.workbench import (
+    add_choice,
+    check_choice,
+    keep_strikers,
+    keep_unlike,
+    know_materials,
+    open_bench,
+    rank_tools,
+    read_tasks,
+    see_tools,
+)
 from affordance.exceptions import BadValueError
 from affordance.memory.exchange import read_trials
 from affordance.memory.ledger import open_memory
-from affordance.reporting.advice_report import AdviceQuestion, build_content, describe_advice, name_materials
+from affordance.reporting.advice_report import AdviceQuestion, build_content, name_materials
+from affordance.reporting.advice_text import describe_advice, describe_choice_of
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.reporting.formatting import format_number, tabulate
 from affordance.robots.kept import open_robot
+from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Bounds of a payload, [kg] and [m]: values beyond are mistakes in units; and exit status of one that is too heavy.
+_PAYLOAD_MAX, _DISTANCE_MAX, _TOO_HEAVY = 1e4, 10.0, 3
 # Name of the written files.
 _NAME = "ranking"
 
@@ -33,6 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
     add("--demo", action="store_true", help="rank our hammers by what simulated recordings of the package taught")
+    what = "in place of tools: a mass (kg) in the hand; the answer is what is left of each joint's torque limit"
+    add("--payload", type=float, metavar="KG", help=what)
+    what = "where its centre lies in the hand's frame (m; default 0 0 0)"
+    add("--payload-at", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"), help=what)
     add_choice(parser, _NAME, samples=10_000)
 
 
@@ -45,38 +68,83 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("task", "", f"is given {given} times, must be given once; affordance next takes several")
     bounds = check_choice(arguments, 1)
     robot = open_robot(*read_robot(arguments))
+    if arguments.payload is not None:
+        return _answer_payload(arguments, robot, names)
     bench = open_bench(arguments, robot, names)
-    settings, materials, tools, known, _, tasks, _ = bench
-    ((name, task),) = tasks.items()
-    choice = plan_options(see_tools(arguments, bench), task, settings)
+    named = know_materials(arguments, bench.memory, bench.tools, bench.materials, bench.settings.prior)
+    bench = bench._replace(memory=named.memory)
+    settings, materials, tools = bench.settings, bench.materials, bench.tools
+    ((name, task),) = bench.tasks.items()
+    options, remarks = keep_strikers(see_tools(arguments, bench), task, arguments.tools)
+    options, alike = keep_unlike(arguments, options, tools)
+    choice = plan_options(options, task, settings)
     ranking, draws = rank_tools(arguments, bench, choice, task, bounds)
-    parts = [part.looks_like for tool in tools for part in tool.components]
     seen = {option.object_name: option.features for option in choice.options}
-    expected = [expect(tool, known, settings, seen[tool.name]) for tool in tools]
+    expected = [expect(tool, bench.memory, settings, seen.get(tool.name)) for tool in tools]
     question = AdviceQuestion(
         name,
         robot.name,
         arguments.see,
         Path(arguments.memory).name if arguments.memory else "",
-        tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
+        named,
         name_materials(tools, materials),
         robot.count_past_arms(arguments.memory),
         robot.describe_tilt(),
         explain_choice(ranking, draws, choice.options),
+        draws.surprises,
+        (*bench.remarks, *remarks),
+        alike,
     )
-    *lines, sentence = describe_advice(ranking, question).splitlines()
-    text = "\n".join([*lines, *describe_expectations(expected), sentence])
-    content = {**build_content(ranking, question), "expected": build_expectations(expected)}
+    content = build_content(ranking, question, describe_choice_of(ranking, question))
+    content["expected"] = build_expectations(expected)
+    text = "\n".join([describe_advice(ranking, question, find_width()), *describe_expectations(expected)])
 
     def draw() -> "Figure":
         # Imported here: they take most of a second, which runs without --out need not wait.
         from affordance.reporting.advice_figure import draw_advice, render_choice
 
-        picture = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
-        return draw_advice(ranking, content["sentence"], picture)
+        pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
+        return draw_advice(ranking, content["sentence"], pictures)
 
     give_answer(arguments, _NAME, text, content, draw)
     return 0
+
+
+def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> int:
+    """Prints what a payload leaves of each joint's torque limit during a task."""
+    mass = check_number("--payload", arguments.payload, 0.0, _PAYLOAD_MAX, "kg")
+    for value in arguments.payload_at:
+        check_number("--payload-at", value, -_DISTANCE_MAX, _DISTANCE_MAX, "m")
+    ((name, task),) = read_tasks(names, arguments.files, robot).items()
+    settings = change_by_name(arguments, Settings(arm=robot.directives))
+    demand = measure_payload(task, mass, np.array(arguments.payload_at), settings)
+    place = " ".join(f"{each:g}" for each in arguments.payload_at)
+    least = min(demand.joints, key=lambda each: each.margin / each.limit if np.isfinite(each.limit) else np.inf)
+    sentence = (
+        f"{format_number(mass)} kg at ({place}) m in the hand {'fits' if least.margin >= 0.0 else 'is too heavy'}: "
+        f"{least.joint} needs {format_number(least.needed)} N m of {format_number(least.limit)} N m at most."
+    )
+    rows = [["", "needs (N m)", "limit (N m)", "left (N m)"]]
+    rows += [
+        [each.joint, *(f"{value:.2f}" for value in (each.needed, each.limit, each.margin))]
+        if np.isfinite(each.limit)
+        else [each.joint, "", "none", ""]
+        for each in demand.joints
+    ]
+    lines = [sentence, f"{name} with {robot.name}, the arm's own weight and motion included:"]
+    lines += [f"  {line}" for line in tabulate(rows, right=(1, 2, 3))]
+    lines.append(f"  at the grip: {format_number(demand.force)} N, {format_number(demand.moment)} N m")
+    content = {
+        "task": name,
+        "robot": robot.name,
+        "payload": {"mass": mass, "position": list(arguments.payload_at)},
+        "joints": [{**each._asdict(), "margin": each.margin} for each in demand.joints],
+        "grip_force": demand.force,
+        "grip_moment": demand.moment,
+        "sentence": sentence,
+    }
+    give_answer(arguments, _NAME, "\n".join(lines), content)
+    return 0 if least.margin >= 0.0 else _TOO_HEAVY
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:

@@ -9,28 +9,34 @@ import numpy as np
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.named_materials import NamedBelief, know_by_name
+from affordance.belief.prior import Prior
 from affordance.choice.demand import Criterion
 from affordance.choice.easing import explain_failure
+from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, Draws, TaskCostModel
 from affordance.choice.listed_options import list_drawn_options, list_options, list_seen_options
-from affordance.choice.options import Option
+from affordance.choice.options import Option, add_weighings
 from affordance.choice.pricing import GripBounds
 from affordance.choice.ranking import Ranking, rank_draws
 from affordance.choice.tasks import is_any_still, load_task_file
 from affordance.commands import options
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
 from affordance.memory.same_colours import SameColours
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, Material, load_materials
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, find_alike_grips
+from affordance.robots.object_file import SUFFIX, read_object
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
 # Ways in which the form of tools is known.
 _SIGHTS = ("drawing", "features", "pictures")
+# Word of ``--know`` for no material.
+_NOTHING = "nothing"
 # Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
@@ -49,6 +55,7 @@ class Bench(NamedTuple):
     same_colours: SameColours
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
+    remarks: tuple[str, ...] = ()  # what is to be said of the tools' file
 
 
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
@@ -68,10 +75,17 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
     add("--samples", type=int, default=samples, metavar="N", help=f"samples of the belief (default {samples})")
     tools = MODELS / "workshop" / "tools.yaml"
-    add("--tools", type=Path, default=tools, metavar="FILE", help="tools with grips (default: ours)")
+    add(
+        "--tools",
+        type=Path,
+        default=tools,
+        metavar="FILE",
+        help="tools with grips, or an object's URDF (default: ours)",
+    )
     add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
     add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
+    add_know(parser)
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
     options.add_same_colours(parser)
     options.add_answer(parser, f"{files}.json, .txt, .png and .svg")
@@ -79,6 +93,14 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     options.add_seed(parser)
     options.add_set(parser)
     options.add_learner(parser)
+
+
+def add_know(parser: argparse.ArgumentParser) -> None:
+    """Adds the option that names the materials whose handbook density is known."""
+    what = (
+        "materials whose density is known by their name: names with commas, or nothing (default: all that are named)"
+    )
+    parser.add_argument("--know", metavar="NAMES", help=what)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
@@ -93,18 +115,43 @@ def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]
     """Loads what the options of a choice name, for tasks of the robot by name and those of files."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
-    tools = options.choose_tools(
-        load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools
-    )
+    remarks: tuple[str, ...] = ()
+    if arguments.tools.suffix.lower() == SUFFIX:
+        tool, remarks = read_object(arguments.tools, materials)
+        known: tuple[Tool, ...] = (tool,)
+    else:
+        known = load_tools(arguments.tools, materials, arguments.meshes)
+    tools = options.choose_tools(known, arguments.only, arguments.tools)
     same_colours = options.read_same_colours(arguments, materials)
     memory = recall_memory(arguments.memory, settings, same_colours)
-    tasks = _read_tasks(names, arguments.files, robot)
+    tasks = read_tasks(names, arguments.files, robot)
     criterion = _choose_criterion(arguments.by, robot, tasks.values())
-    return Bench(settings, materials, tools, memory, same_colours, tasks, criterion)
+    return Bench(settings, materials, tools, memory, same_colours, tasks, criterion, remarks)
+
+
+def know_materials(
+    arguments: argparse.Namespace,
+    memory: MaterialMemory,
+    tools: Sequence[Tool],
+    materials: Mapping[str, Material],
+    prior: Prior,
+) -> NamedBelief:
+    """Adds to a memory what ``--know`` says about the materials of tools, by their names."""
+    names: list[str] | None = None
+    if arguments.know is not None:
+        names = [] if arguments.know == _NOTHING else [each.strip() for each in arguments.know.split(",")]
+    for name in names or ():
+        if name not in materials:
+            raise BadValueError("--know", "", describe_choice(name, [*materials, _NOTHING]))
+    return know_by_name(memory, tools, materials, prior, names)
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    """Lists the options that the tools offer, by drawings, features or pictures as ``--see`` says."""
+    """Lists the options that the tools offer, by drawings, features or pictures as ``--see`` says, as weighed."""
+    return add_weighings(_see(arguments, bench), bench.tools)
+
+
+def _see(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
     if arguments.see == "features":
         error, seed = bench.settings.vision_error, arguments.seed
         return [option for tool in bench.tools for option in list_options(tool, error, seed)]
@@ -130,7 +177,38 @@ def rank_tools(
     return ranking, draws
 
 
-def _read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
+def keep_unlike(
+    arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
+) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
+    """Keeps one of the grips of a tool that are alike by its symmetry, as drawn.
+
+    Returns: Options, and by the name of an option the grips that are like it.
+    """
+    if arguments.see != _SIGHTS[0]:  # what is seen is not symmetric
+        return list(options), {}
+    by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
+    others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
+    kept = [each for each in options if (each.object_name, each.grip) not in others]
+    alike = {each.name: by_tool[each.object_name].get(each.grip, ()) for each in kept}
+    return kept, {name: grips for name, grips in alike.items() if grips}
+
+
+def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
+    """Keeps the options that have a striking face, if the task is a blow, and names the tools without one.
+
+    If no tool has one, a BadValueError is raised.
+    """
+    if not isinstance(task, Hammer):
+        return list(options), ()
+    kept = [option for option in options if any(part.strikes for part in option.features)]
+    without = dict.fromkeys(option.object_name for option in options if option not in kept)
+    if not kept:
+        problem = "has no tool with a striking face, must have strikes: {NAME: {point: [x, y, z], normal: [x, y, z]}}"
+        raise BadValueError(path, "tools", problem)
+    return kept, tuple(f"{name} has no striking face (strikes), and is no option for a blow" for name in without)
+
+
+def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
     """Reads the robot's tasks and those of files, by name; no name, or one twice, raises a BadValueError."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")

@@ -18,7 +18,11 @@ def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementT
 
     A file that is larger, is not XML, defines entities, or has too many elements raises a BadValueError.
     """
-    content = read_bytes(path, most)
+    return parse_xml(path, read_bytes(path, most), parse)
+
+
+def parse_xml(path: Path, content: bytes, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
+    """Parses XML in memory, with a parser that is called after the checks; errors are those of ``read_xml``."""
     try:
         check_xml(content, path)
         return parse(content)

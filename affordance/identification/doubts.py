@@ -17,6 +17,7 @@ from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.fit_checks import FEWEST, JUDGED, compute_strength, judge_fit, judge_wrench
 from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.joint_rates import find_lag
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import PRIORS, IdentificationSettings, SignalKind
@@ -31,17 +32,22 @@ _FILE_FACTOR_LOADED = 3.0 * _FILE_FACTOR
 # is not in the file. On recordings of a UR10e and a Panda it is .97 and more in windows of 10 s and more.
 _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
 _SDS = 3.0
+_LEAST_ERROR = 1e-6  # relative standard error of simulated signals without noise
 # Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
 # for its five unknowns, and half of the intervals and more miss the truth (docs/identify.md).
 _LEAST_DURATION = 15.0
+# The same of postures that are held: four for each of a joint's three unknowns, gain, offset and error of the file.
+_LEAST_POSTURES = 12
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
 _MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
+# Lag of velocities behind angles, [s]: those of a UR10e's controller are 1 to 2 ms late, a Panda's 5 ms.
+_LATE = 0.02
 # Time over which the errors of a model of the arm agree, [s].
 _AGREEMENT = 1.0
 # What a result lacks if a part of its uncertainty is switched off, by the setting.
 _SWITCHED_OFF = {
-    "gains": "intervals are too narrow, as gains may not differ in this run from those known before",
+    "gains": "intervals are too narrow, as gains may not differ in this run from those known, or of the empty run",
     "load_friction": "intervals may be too narrow, as friction that grows with the load is left out",
     "friction": "intervals are wrong, as the load takes the part of friction and offsets, which are left out",
     "tare": "the empty run is not used: what it shows counts as load, and the errors it shows are in no interval",
@@ -75,8 +81,11 @@ def find_doubts(
     doubts = list(_list_switched_off(belief, before, settings, has_empty=bool(empty)))
     if loaded.description.kind is SignalKind.WRENCH:
         return (*doubts, *judge_wrench(loaded, belief, before, settings))
+    if empty:
+        doubts += _judge_controller(robot, empty[0], before, settings)
     for run in (*empty, loaded):
-        doubts += _find_stuck(run)
+        if not run.description.postures:
+            doubts += [*_find_stuck(run), *_find_late(run)]
         if not run.description.compensates_arm:
             factor = _FILE_FACTOR if run is not loaded else np.inf if empty else _FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
@@ -110,20 +119,46 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
     return OwnWeight(gain, explained, error, torque_sd >= JUDGED * compute_strength(robot))
 
 
+def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
+    """Compares gains by the arm's own weight in an empty run with known ones: ratios and relative errors, (n, 2)."""
+    own = compare_with_own_weight(robot, run, settings)
+    ratio = own.gain / gains.mean[:, 0]
+    is_sure = own.judged & (ratio > 0.0)
+    return np.where(is_sure[:, None], np.column_stack([ratio, np.maximum(own.error, _LEAST_ERROR)]), np.nan)
+
+
+def _judge_controller(
+    robot: SerialChain, empty: Run, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Compares the signal for the arm's own weight with that of the run in which the gains were found."""
+    if before.own_weight is None or empty.description.compensates_arm:
+        return
+    now, prior = weigh_arm(robot, empty, before, settings), settings.get_prior(before.kind)
+    # Drift of both runs; the file's own errors are the same.
+    drift = np.sqrt(2.0) * np.hypot(prior.drift_common_sd, prior.drift_own_sd)
+    change = now[:, 0] / before.own_weight[:, 0] - 1.0
+    sd = np.sqrt(drift**2 + now[:, 1] ** 2 + before.own_weight[:, 1] ** 2)
+    for j in np.flatnonzero(np.abs(change) > _SDS * sd):
+        yield (
+            f"{empty.source}, {robot.joint_names[j]}: the signal for the arm's own weight has changed by "
+            f"{100.0 * change[j]:+.0f} % since the gains were found, within {100.0 * _SDS * sd[j]:.0f} % is usual: "
+            "another controller or arm, or a setting of the currents has changed"
+        )
+
+
 def _list_switched_off(
     belief: PayloadBelief, before: Gains, settings: IdentificationSettings, *, has_empty: bool
 ) -> Iterator[str]:
     """Lists parts of the uncertainty that were switched off and that this analysis would have had."""
     evidence, prior = belief.fit.evidence, settings.signal_prior or PRIORS[belief.fit.evidence.kind]
     is_wrench = evidence.kind is SignalKind.WRENCH
-    # Of a pair the floor is the error of friction, which gains by the arm's own weight take up.
-    of_pair = evidence.is_repeated and settings.friction and before.common_sd == 0.0
+    drifts = belief.calibration is None and not before.is_by_weight and prior.drift_own_sd > 0.0
     would_count = {
-        "gains": belief.calibration is None and before.common_sd == 0.0 and prior.gain_sd > 0.0,
+        "gains": drifts or (evidence.is_difference and prior.change_own_sd > 0.0),
         "load_friction": prior.load_friction_sd > 0.0,
         "friction": prior.friction_sd > 0.0,
         "tare": is_wrench and has_empty,
-        "floor": (has_empty and settings.tare) if is_wrench else of_pair or not evidence.is_repeated,
+        "floor": (has_empty and settings.tare) if is_wrench else True,
         "correlated_noise": True,
     }
     for name, lack in _SWITCHED_OFF.items():
@@ -134,7 +169,15 @@ def _list_switched_off(
 def _judge_duration(run: Run, belief: PayloadBelief, before: Gains) -> Iterator[str]:
     """Judges the run that has to show gains and arm, where no load was weighed and no motion repeated."""
     duration = float(run.times[-1] - run.times[0])
-    if before.common_sd > 0.0 and not belief.fit.evidence.is_repeated and duration < _LEAST_DURATION:
+    if not before.is_by_weight or belief.fit.evidence.is_repeated:
+        return
+    if run.description.postures:
+        if len(run.times) < _LEAST_POSTURES:
+            yield (
+                f"{run.source}: {len(run.times)} postures are too few to tell the gains by the arm's own weight, "
+                f"at least {_LEAST_POSTURES} are needed: repeat the postures with an empty hand, or weigh a load"
+            )
+    elif duration < _LEAST_DURATION:
         yield (
             f"{run.source}: {duration:.1f} s are too short to tell the gains by the arm's own weight, at least "
             f"{_LEAST_DURATION:g} s are needed: repeat the motion with an empty hand, or weigh a load"
@@ -172,12 +215,28 @@ def _judge_signals(
 def check_sensors(run: Run) -> None:
     """Raises a BadValueError for a signal of a moving joint that does not change."""
     moves, names = np.ptp(run.q, axis=0) > _MOVES, run.description.joint_names
+    if run.description.postures and run.description.kind is not SignalKind.WRENCH:
+        moves = moves & (run.signal[0] != 0.0)  # a joint along gravity shows nothing at rest
     if run.description.kind is SignalKind.WRENCH:
         moves, names = np.tile(moves.any(), len(WRENCH_COLUMNS)), WRENCH_COLUMNS
     for j in np.flatnonzero(moves & (np.ptp(run.signal, axis=0) == 0.0)):
         name = names[j]
         problem = f"is {run.signal[0, j]:g} throughout, must change as the joint moves"
         raise BadValueError(run.source, f"signal of {name}", problem)
+
+
+def _find_late(run: Run) -> Iterator[str]:
+    """Finds velocities that are late behind their angles, or early, which moves the torques that they explain."""
+    if run.v is None:
+        return
+    moves = np.flatnonzero(np.ptp(run.q, axis=0) > _MOVES)
+    lags = np.array([find_lag(run.times, run.q[:, j], run.v[:, j]) for j in moves])
+    if moves.size and abs(lag := float(np.median(lags))) > _LATE:
+        way = "late" if lag > 0.0 else "early"
+        yield (
+            f"{run.source}: velocities are {abs(1e3 * lag):.0f} ms {way} by their angles, at most {1e3 * _LATE:g} ms "
+            "is usual: shift them, or leave them out"
+        )
 
 
 def _find_stuck(run: Run) -> Iterator[str]:

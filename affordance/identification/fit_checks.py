@@ -47,6 +47,11 @@ _HALVES, _SDS = 0.05, 3.0
 # Factor by which errors may be larger than in the runs that calibrated the gains or show the empty arm. Over 28
 # windows of a UR10e's recording they are at most 1.5 times as large.
 _LOUDER = 4.0
+# Likewise the factor by which the errors of all joints may be smaller: torques or currents that a controller commands
+# have the noise of no sensor.
+_QUIETER = 4.0
+# Standard deviations by which gains may have changed between the empty and the loaded run.
+_CHANGED = 3.0
 # Standard deviations by which the masses that both halves of a run show may differ, and least length of a half, [s].
 _APART, _LEAST_HALF = 4.0, 4.0
 
@@ -73,6 +78,12 @@ def judge_fit(
                 f"{robot.joint_names[j]}: the load says a gain {shift[j]:.0f} standard deviations away from what was "
                 "known before: another robot's, or another signal's"
             )
+    change, change_sd = belief.fit.likelihood.estimate_changes(belief.fit.mode.load)
+    for j in np.flatnonzero(judged & (np.abs(change) > _CHANGED * np.maximum(change_sd, 1e-30))):
+        yield (
+            f"{robot.joint_names[j]}: the signal for the arm's own weight has changed by {100.0 * change[j]:+.1f} % "
+            f"since the empty run, within {100.0 * _CHANGED * change_sd[j]:.1f} % is usual: gains of both runs differ"
+        )
     bound = _RESIDUAL[evidence.is_difference, evidence.is_repeated]
     usual = np.maximum(torque_sd, _LEAST_SIGNAL * strength)
     share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * usual, 1e-30)
@@ -128,6 +139,11 @@ def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> It
     before: Array = np.broadcast_to(fit.evidence.least_variance, variance.shape)
     known = (before > 0.0) & (fit.statistics.counts >= FEWEST)
     louder = np.divide(np.sqrt(variance), np.sqrt(before), out=np.zeros_like(variance), where=known)
+    if known.any() and (louder[known] < 1.0 / _QUIETER).all():
+        yield (
+            f"errors of all joints are at most {louder[known].max():.2g} times those of the runs before, at least "
+            f"{1.0 / _QUIETER:g} times is usual: are these commanded values, and no measured ones?"
+        )
     for j in np.flatnonzero(louder > _LOUDER):
         yield (
             f"{belief.channel_names[j]}: errors are {louder[j]:.3g} times those of the runs before, at most "

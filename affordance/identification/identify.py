@@ -11,18 +11,21 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.identification.doubts import check_sensors, find_doubts
+from affordance.identification.as_found import find_reading, list_problems, list_remedies
+from affordance.identification.doubts import check_sensors, find_doubts, weigh_arm
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.excitation.more_motion import suggest_motion, suggest_run
+from affordance.identification.excitation.next_posture import suggest_posture
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.held_postures import POSTURE_STEP
 from affordance.identification.recording.joint_rates import ANGLE_SLACK
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
@@ -38,6 +41,7 @@ type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, Identificatio
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _DEVIATION_MAX = 1e6
+_EARTH = 9.81  # [m/s^2]
 _OVERLAP = 0.2  # share of samples in common above which two runs are one recording
 
 
@@ -63,6 +67,7 @@ def identify(
     seen: SeenObject | None = None,
     solid_prior: SolidPrior | None = None,
     deviation_sd: float = 100.0,
+    as_found: bool = False,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
     """Identifies a payload from recorded runs.
@@ -77,6 +82,8 @@ def identify(
         seen: Belief about the object by a camera and a memory of materials; None without a camera.
         solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        as_found: True to take sign, gravity, frame and lag as the arm's own weight shows them; False to doubt a
+            result whose runs show others than described.
         settings: Settings of nuisances, filters and samples.
 
     Returns: The posterior of the payload, with the reasons not to trust it, if there are any.
@@ -97,6 +104,11 @@ def identify(
         run.check_rates(arm.velocity_limits, arm.limits, arm.source)
         _check_angles(arm, run)
         check_sensors(run)
+    if loaded.description.postures:  # at rest nothing is filtered, and each posture has errors of its own
+        settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
+    reading = find_reading(arm, (*empty, loaded)[0], settings)
+    if as_found:
+        loaded, empty = reading.apply(loaded), [reading.apply(run) for run in empty]
     description = loaded.description
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
@@ -114,7 +126,10 @@ def identify(
         solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
         calibration = None
         if is_calibration and reference_mass is not None:
-            calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
+            calibration = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
+            if empty and not empty[0].description.compensates_arm:
+                calibration = replace(calibration, own_weight=weigh_arm(arm, empty[0], calibration, settings))
+            before = calibration
             solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
         belief = infer(
             evidence,
@@ -124,13 +139,21 @@ def identify(
             deviation_sd=deviation_sd,
             settings=settings,
         )
-        assumed = (*belief.assumptions, *_assume_of_hand(arm, before, calibration is not None, seen is not None))
+        changed = list_remedies(reading) if as_found else ()
+        assumed = (
+            *belief.assumptions,
+            *changed,
+            *_assume_of_hand(arm, before, calibration is not None, seen is not None),
+        )
         belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
         if calibration is not None and reference_mass is not None:
             belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
+        suggest = suggest_posture if description.postures else suggest_motion
         of_runs = [f"{run.source}: {note}" for run in (*empty, loaded) for note in run.notes]
-        belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest_motion(arm, belief, before, settings)))
+        belief = replace(belief, notes=(*of_runs, *belief.notes, *suggest(arm, belief, before, settings)))
         doubts = find_doubts(arm, loaded, empty, belief, before, settings)
+        if not as_found:
+            doubts = (*list_problems(reading, (*empty, loaded)), *doubts)
         return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
         problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
@@ -185,7 +208,16 @@ def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: b
     yield f"the arm that was recorded is that of {arm.source}: a relative's file gives another mass"
     if gains.kind is SignalKind.WRENCH:
         yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
-    if is_weighed or (gains.kind is SignalKind.CURRENT and gains.common_sd == 0.0):
+    else:
+        yield (
+            f"nothing but the load pulls: what pulls by 1 N at the tip counts as {1e3 / _EARTH:.0f} g, and no "
+            "recording shows whether a cable or a hand does"
+        )
+        yield (
+            "the controller subtracted a payload from the signal in neither run, unless the description says so: one "
+            "that is set in one run only is missing from the result, or added to it"
+        )
+    if is_weighed or (gains.kind is SignalKind.CURRENT and not gains.is_by_weight):
         yield "the scale is right: its error is that of every mass found with these gains"
     if is_seen:
         yield "what is held is the object that was named, posed in the hand as stated, with sizes as right as stated"
@@ -239,7 +271,11 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
     other = loaded.description
     for run in empty:
         one = run.description
-        pairs = {"signal": (one.kind.value, other.kind.value), "gravity": (one.gravity, other.gravity)}
+        pairs = {
+            "signal": (one.kind.value, other.kind.value),
+            "gravity": (one.gravity, other.gravity),
+            "postures": (one.postures, other.postures),
+        }
         for name, (given, needed) in pairs.items():
             if given != needed:
                 raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")

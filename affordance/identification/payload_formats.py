@@ -1,4 +1,4 @@
-"""Payloads as controllers of robots take them: lines to paste, and files in which one is set.
+"""Payloads as controllers of robots take them, and files in which one is set; see ``payload_lines`` for their lines.
 
 A controller takes mass, centre of mass and moments in the frame F of its flange: p_FFcm, and moments about Fcm along
 F's axes.
@@ -16,7 +16,7 @@ from pydantic import ConfigDict, Field
 from pydrake.multibody.tree import RotationalInertia
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError, show_value
+from affordance.exceptions import BadValueError
 from affordance.files.bounded import SETTINGS, read_json, read_text, read_yaml
 from affordance.files.constraints import StrPath, Vector, Within, check_path
 from affordance.files.data_model import DataModel, check_content
@@ -54,7 +54,7 @@ class PayloadSetting(NamedTuple):
     def express(self, X_FT: Array) -> "PayloadSetting":
         """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
-        moments = None if self.inertia is None else np.array(_take_moments(R @ _build_matrix(self.inertia) @ R.T))
+        moments = None if self.inertia is None else np.array(take_moments(R @ build_matrix(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
@@ -83,36 +83,6 @@ class _EndEffectorEntry(DataModel):
     mass: Annotated[float, Within(0.0, _MOST)]
     centre: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR))] = Field((0.0, 0.0, 0.0), alias="centerOfMass")
     inertia: Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=9, max_length=9)] | None = None
-
-
-def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
-    """Writes the lines that set a payload, by robot; each names the frame, and what was not seen.
-
-    URScript takes a payload without moments. The others need some, and get those of a point mass.
-    """
-    m, (x, y, z) = payload.mass, payload.centre_of_mass
-    known = payload.inertia is not None
-    matrix = np.zeros((3, 3)) if payload.inertia is None else _build_matrix(payload.inertia)
-    xx, yy, zz, xy, xz, yz = _take_moments(matrix)
-    column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
-    centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
-    moments = f", [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}]" if known else ""
-    # A name may come from a robot's file of a stranger: as Python shows it, it ends neither line nor comment.
-    mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
-    point = mark if known else f"{mark}; moments not seen: a point mass"
-    return {
-        "Universal Robots (URScript)": f"set_target_payload({m:.4f}, [{centre}]{moments})  # {mark}",
-        "Franka (libfranka)": f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});  // {point}",
-        "URDF": (
-            f'<inertial><mass value="{m:.4f}"/><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
-            f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
-            f"</inertial>  <!-- {point.replace('--', '- -')} -->"
-        ),
-        "Drake (Python)": (
-            f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{centre}], RotationalInertia("
-            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))  # {point}"
-        ),
-    }
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
@@ -151,11 +121,12 @@ def read_payload(path: StrPath) -> PayloadSetting:
     return PayloadSetting(entry.mass, centre, inertia)
 
 
-def _take_moments(matrix: Array) -> list[float]:
+def take_moments(matrix: Array) -> list[float]:
+    """Returns Ixx, Iyy, Izz, Ixy, Ixz, Iyz of a matrix of inertia, shape (3, 3)."""
     return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
 
-def _build_matrix(moments: Array) -> Array:
+def build_matrix(moments: Array) -> Array:
     """Builds the inertia matrix of moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz, shape (3, 3)."""
     xx, yy, zz, xy, xz, yz = moments
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
@@ -167,7 +138,7 @@ def _read_end_effector(path: Path) -> dict[str, Any]:
     if isinstance(content, Mapping) and "mass" not in content:
         content = next((each for each in content.values() if isinstance(each, Mapping) and "mass" in each), content)
     hand = check_content(path, "", content, _EndEffectorEntry)
-    moments = None if hand.inertia is None else _take_moments(np.array(hand.inertia).reshape(3, 3).T)
+    moments = None if hand.inertia is None else take_moments(np.array(hand.inertia).reshape(3, 3).T)
     return {"mass": hand.mass, "com": list(hand.centre), "inertia": moments}
 
 
@@ -205,7 +176,7 @@ def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
-        content["inertia"] = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+        content["inertia"] = take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
     return content
 
 

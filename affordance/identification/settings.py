@@ -4,7 +4,7 @@ For numbers found on a recording, docs/decisions/0020-recorded-data.md names the
 """
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 from affordance.files.constraints import SEEDS, Setting, Whole, Within, check_fields
@@ -13,6 +13,17 @@ NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
 _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
+
+
+# Standard deviations of gains in the prior of a signal.
+_OF_GAINS = (
+    "scale_common_sd",
+    "scale_own_sd",
+    "drift_common_sd",
+    "drift_own_sd",
+    "change_common_sd",
+    "change_own_sd",
+)
 
 
 class SignalKind(enum.Enum):
@@ -34,21 +45,47 @@ class SignalPrior:
     """Prior of a kind of signal before a run.
 
     Attributes:
-        gain_sd: Relative standard deviation of a gain about its nominal value, for each channel and run.
+        scale_common_sd: Relative standard deviation of a factor that all gains share in every run, before any
+            calibration.
+        scale_own_sd: Relative standard deviation of each gain in addition, in every run.
+        drift_common_sd: Relative standard deviation of a factor that all gains share in one session, calibrated
+            in another or not.
+        drift_own_sd: Relative standard deviation of each gain in one session in addition.
+        change_common_sd: Relative standard deviation of a factor by which all gains change from one run of a session
+            to the next.
+        change_own_sd: Relative standard deviation of the change of each gain in addition.
         load_friction: Mean of mu, friction as a fraction of the load.
         load_friction_sd: Standard deviation of mu before any calibration.
         friction_sd: Standard deviation of Coulomb friction, viscous friction (per rad/s) and offset, or of their
             change between two runs, in the signal's unit.
     """
 
-    gain_sd: Annotated[
+    scale_common_sd: Annotated[
         float,
+        _SHARE,
+        Setting("1", "half of each sensor's own, an assumption; unknown of currents until a weighed load"),
+    ]
+    scale_own_sd: Annotated[
+        float,
+        _SHARE,
         Setting(
-            "1",
-            "over windows of 6 s of a UR10e with a known load, gains of the loaded joints scatter by 1.6 to 4.3 %, "
-            f"estimation error included ({_RECORDED}); torque and wrist sensors as strain gauges, an assumption",
+            "1", "KUKA states 2 % of full scale of the torque sensors of an LBR iiwa; wrist sensors, an assumption"
         ),
     ]
+    drift_common_sd: Annotated[
+        float,
+        _SHARE,
+        Setting(
+            "1",
+            "magnets of neodymium lose .1 % of their flux a kelvin, strain gauges change by .02 %, and joints warm "
+            "by 15 K in an hour of work",
+        ),
+    ]
+    drift_own_sd: Annotated[float, _SHARE, Setting("1", "the same, as joints differ by 5 K in temperature")]
+    change_common_sd: Annotated[
+        float, _SHARE, Setting("1", "the same, as joints warm by some 4 K in minutes; sensors repeat to .2 %")
+    ]
+    change_own_sd: Annotated[float, _SHARE, Setting("1", "half of that by temperature, an assumption")]
     load_friction: Annotated[float, Setting("1", f"a UR10e's gears lose 3 to 10 % of the load ({_RECORDED})")]
     load_friction_sd: Annotated[
         float, Setting("1", "covers a UR10e's joints; servos lose a third of the load and need their own")
@@ -64,10 +101,10 @@ class SignalPrior:
 
 
 PRIORS = {
-    SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.0, 0.0, 0.3),
-    SignalKind.MOTOR_TORQUE: SignalPrior(0.02, 0.05, 0.07, 3.0),
-    SignalKind.CURRENT: SignalPrior(0.02, 0.05, 0.07, 0.3),
-    SignalKind.WRENCH: SignalPrior(0.01, 0.0, 0.0, 3.0),
+    SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.02, 0.003, 0.003, 0.002, 0.002, 0.0, 0.0, 0.3),
+    SignalKind.MOTOR_TORQUE: SignalPrior(0.01, 0.02, 0.015, 0.005, 0.004, 0.002, 0.05, 0.07, 3.0),
+    SignalKind.CURRENT: SignalPrior(0.0, 0.0, 0.015, 0.005, 0.004, 0.002, 0.05, 0.07, 0.3),
+    SignalKind.WRENCH: SignalPrior(0.005, 0.01, 0.003, 0.003, 0.002, 0.002, 0.0, 0.0, 3.0),
 }
 
 
@@ -142,11 +179,12 @@ class IdentificationSettings:
     def get_prior(self, kind: SignalKind) -> SignalPrior:
         """Returns the prior of a kind of signal, with zeros for nuisances that are switched off."""
         prior = self.signal_prior or PRIORS[kind]
-        return SignalPrior(
-            prior.gain_sd if self.gains else 0.0,
-            prior.load_friction if self.load_friction else 0.0,
-            prior.load_friction_sd if self.load_friction else 0.0,
-            prior.friction_sd if self.friction else 0.0,
+        return replace(
+            prior,
+            **({} if self.gains else dict.fromkeys(_OF_GAINS, 0.0)),
+            load_friction=prior.load_friction if self.load_friction else 0.0,
+            load_friction_sd=prior.load_friction_sd if self.load_friction else 0.0,
+            friction_sd=prior.friction_sd if self.friction else 0.0,
         )
 
 

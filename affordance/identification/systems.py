@@ -71,7 +71,6 @@ class PayloadIdentifier(SampledSystem):
         cutoff: float,
         least_variance: Array,
         fitted: FittedArm | None = None,
-        has_arm: bool = False,
         solid: SolidPrior | None = None,
         placed: PlacedObject | None = None,
         deviation_sd: float = 100.0,
@@ -81,12 +80,11 @@ class PayloadIdentifier(SampledSystem):
 
         Args:
             robot: Model of the arm, with gravity in its base frame.
-            prior: Prior of gains, friction and errors of the arm's model.
+            prior: Prior of gains, friction and errors of the arm's model; it says whether the arm is in the signal.
             period: Sampling period, [s].
             cutoff: Cut-off of the signals' low-pass filter, [Hz].
             least_variance: Lower bound of the long-run variance by earlier runs, (n,), [signal unit squared].
             fitted: Fitted empty arm whose prediction is subtracted; None to subtract nothing.
-            has_arm: True if the arm's torque by its file is in the signal, and so is part of the model.
             solid: Prior of the body; None for any solid that a hand could hold.
             placed: Object that a camera saw, in the frame of the tip; None without a camera.
             deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
@@ -95,7 +93,7 @@ class PayloadIdentifier(SampledSystem):
         super().__init__()
         n = robot.num_joints
         self._robot, self._prior, self._settings = robot, prior, settings
-        self._fitted, self._has_arm = fitted, has_arm
+        self._fitted = fitted
         self._solid = SolidPrior.for_hand() if solid is None else solid
         self._placed, self._deviation_sd = placed, deviation_sd
         self._model = ArmModel(build_arm(robot))
@@ -131,7 +129,7 @@ class PayloadIdentifier(SampledSystem):
         s = direction * np.sign(arm_torque)
         # Columns as ChannelSamples builds them for a whole run, written out as every sample waits for them.
         z = np.empty((n, NUM_COLUMNS))
-        z[:, 0] = arm_torque if self._has_arm else 0.0
+        z[:, 0] = arm_torque
         z[:, 1:11] = Y
         z[:, 11:22] = s[:, None] * z[:, :11]
         z[:, 22], z[:, 23], z[:, 24], z[:, 25] = direction, v, 1.0, signal
@@ -212,7 +210,6 @@ def build_replay(
         period=period,
         cutoff=evidence.prepared.cutoff,
         least_variance=np.maximum(evidence.least_variance, gains.least_variance),
-        has_arm=not evidence.is_difference,
         solid=solid,
         placed=placed,
         deviation_sd=deviation_sd,

@@ -28,6 +28,7 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
 from affordance.objects.tool import Component, Grip, Tool
 from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
+from affordance.objects.weighing import WEIGHING_SD, Weighing
 
 # Value in place of a colour: the colour in the mesh file.
 _OF_FILE = "file"
@@ -36,8 +37,9 @@ _OF_FILE = "file"
 _SOLIDS: dict[str, type[Primitive]] = {"semi_axes": Ellipsoid, "box": Box, "cylinder": Cylinder, "capsule": Capsule}
 _KINDS = (*_SOLIDS, "mesh")
 # Keys for primitives, and those for meshes.
-_OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like")
+_OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like", "mass", "mass_sd")
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
+_ORIGIN = (0.0, 0.0, 0.0)
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
 # Most parts of all tools: the time of a joint belief grows with their cube.
@@ -84,9 +86,7 @@ def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
         raise part.error(name, f"is not a key of a {kind} (known: {', '.join(sorted(known))})")
     if kind == "mesh":
         return _read_mesh(part, folder)
-    if entry.position is None:
-        raise part.error("position", "is missing")
-    X_TE = build_pose(entry.position, entry.rpy_deg)
+    X_TE = build_pose(entry.position or _ORIGIN, entry.rpy_deg)
     ((material, looks_like),) = _read_materials(part, [None])
     return (Component(_SOLIDS[kind].from_sizes(getattr(entry, kind)), X_TE, material, looks_like),)
 
@@ -99,7 +99,7 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
     if entry.unit not in UNITS:
         raise part.error("unit", f"is {entry.unit!r}, must be one of {', '.join(UNITS)}")
     found = load_bodies(folder / entry.mesh, entry.unit)
-    X_TF = np.eye(4) if entry.position is None else build_pose(entry.position, entry.rpy_deg)
+    X_TF = build_pose(entry.position or _ORIGIN, entry.rpy_deg)
     bodies = _choose_bodies(part, found)
     colours = [body.colour for body in bodies]
     pairs = _read_list(part, found, colours) if entry.materials is not None else _read_materials(part, colours)
@@ -252,20 +252,34 @@ def build_tools(
         names.add(entry.name)
         if not chosen(entry.name):
             continue
-        components = tuple(
-            component
-            for part, each in enumerate(entry.components)
-            for component in read_components(Part(path, f"{place}.components[{part}]", each, materials), meshes)
-        )
+        components: tuple[Component, ...] = ()
+        weighings = _list_weighing(path, place, entry, ())
+        for number, each in enumerate(entry.components):
+            part_key = f"{place}.components[{number}]"
+            read = read_components(Part(path, part_key, each, materials), meshes)
+            parts = tuple(range(len(components), len(components) + len(read)))
+            weighings += _list_weighing(path, part_key, each, parts)
+            components += read
         for name, face in (entry.strikes or {}).items():
             components = _add_strike(components, name, face, path, f"{place}.strikes.{name}")
         grips = tuple(Grip(name, grip.build_pose()) for name, grip in (entry.grips or {}).items())
         try:
-            tools[entry.name] = Tool(entry.name, components, grips)
+            tools[entry.name] = Tool(entry.name, components, grips, weighings=weighings)
         except BadArgumentError as error:
             raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
         check_parts(path, key, tools.values())
     return tuple(tools.values())
+
+
+def _list_weighing(
+    path: Path, key: str, entry: ToolEntry | ComponentEntry, parts: tuple[int, ...]
+) -> tuple[Weighing, ...]:
+    """Lists the weighing of an entry, if it has one; an error without a mass raises a BadValueError."""
+    if entry.mass is None:
+        if entry.mass_sd is not None:
+            raise BadValueError(path, f"{key}.mass_sd", "is the error of a mass, which is missing")
+        return ()
+    return (Weighing(parts, entry.mass, entry.mass_sd or WEIGHING_SD * entry.mass),)
 
 
 def check_parts(path: Path, key: str, tools: Iterable[Tool]) -> None:

@@ -18,11 +18,15 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import DENSITY_MAX, Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.objects.materials import Material
 from affordance.objects.striking_face import StrikingFace
+from affordance.objects.weighing import Weighing
 
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4
 # Largest difference of moments per unit volume that counts as equal, [1, m, m^2].
 _EQUAL = 1e-9
+# Largest difference of places, sizes and squares of sizes of parts that count as alike: a tenth of a millimetre,
+# [m, m^2], to which drawings and meshes are symmetric.
+_ALIKE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
@@ -64,12 +68,14 @@ class Tool:
         components: Solid parts, at least one; poses are relative to the hand's grip.
         grips: Ways of holding the tool; empty if it can only be held as written.
         grip: Name of the grip in use; empty if the tool is held as written.
+        weighings: Masses of the tool, or of parts of it, that were measured.
     """
 
     name: str
     components: tuple[Component, ...]
     grips: tuple[Grip, ...] = ()
     grip: str = ""
+    weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for no parts, two grips of one name, or a mass beyond MASS_MAX."""
@@ -99,7 +105,7 @@ class Tool:
         """Returns the tool held by one of its grips, with no other grips to choose from."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
-        return Tool(self.name, components, (), grip.name)
+        return Tool(self.name, components, (), grip.name, self.weighings)
 
     def list_gripped(self) -> "dict[str, Tool]":
         """Returns the tool held by each of its grips, by name."""
@@ -182,6 +188,47 @@ def is_symmetric(tool: Tool) -> bool:
         rows /= rows[:, 0].sum()
         shapes.append(rows[np.lexsort(np.round(rows, 9).T[::-1])])
     return np.allclose(shapes[0], shapes[1], rtol=0.0, atol=_EQUAL)
+
+
+def find_alike_grips(tool: Tool) -> dict[str, tuple[str, ...]]:
+    """Finds grips in which a tool has the same parts and striking faces, as by its symmetry.
+
+    Returns: Names of the other grips, by the first one of those that are alike, in the tool's order.
+    """
+    forms = {grip: _describe_form(held) for grip, held in tool.list_gripped().items()}
+    found: dict[str, tuple[str, ...]] = {}
+    taken: set[str] = set()
+    for one, form in forms.items():
+        if one not in taken:
+            alike = [each for each, other in forms.items() if each != one and _is_one_form(form, other)]
+            taken |= set(alike)
+            found |= {one: tuple(alike)} if alike else {}
+    return found
+
+
+def _describe_form(held: Tool) -> list[Array]:
+    """Describes what a tool is like in the hand: rows for its parts, their colours, and its striking faces."""
+    parts, faces = [], []
+    for part in held.components:
+        moments = parameters_from_pseudo_inertia(part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T)
+        parts.append([*(moments / moments[0]), np.cbrt(moments[0]), *part.looks_like.colour])
+        R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
+        faces += [[*(p_TE + R_TE @ face.p_EQ), *(R_TE @ face.normal_E)] for face in part.strikes]
+    return [np.array(parts), np.array(faces).reshape(-1, 6)]
+
+
+def _is_one_form(one: Sequence[Array], other: Sequence[Array]) -> bool:
+    """Returns True if two forms have the same rows, in any order."""
+    for rows, others in zip(one, other, strict=True):
+        left = list(others)
+        for row in rows:
+            near = [k for k, each in enumerate(left) if np.allclose(row, each, rtol=0.0, atol=_ALIKE)]
+            if not near:
+                return False
+            del left[near[0]]
+        if left:
+            return False
+    return True
 
 
 class PosedShape(Protocol):

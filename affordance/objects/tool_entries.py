@@ -15,8 +15,11 @@ from affordance.files.data_model import DataModel
 # Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
 # mistakes in units, [m].
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
+# Bounds of weighed masses, from a milligram to ten tons, beyond which other bounds refuse a tool anyway, [kg].
+MASS_MIN, MASS_MAX = 1e-6, 1e4
 
 
+type Mass = Annotated[float, Within(MASS_MIN, MASS_MAX)]
 type Lengths = Annotated[tuple[float, float, float], Vector(3, Length(SIZE_MIN, SIZE_MAX))]
 type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Length(SIZE_MIN, SIZE_MAX))]
 type Position = Annotated[tuple[float, float, float], Vector(3, Length(-SIZE_MAX, SIZE_MAX))]
@@ -27,7 +30,11 @@ type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.
 class PoseEntry(DataModel):
     """Position and orientation in the tool's frame T."""
 
-    position: Annotated[Position, Field(description="Position of the origin in T, [m].")]
+    position: Annotated[Position, Field(description="Position of the origin in T, [m]; that of T if left out.")] = (
+        0.0,
+        0.0,
+        0.0,
+    )
     rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
 
     def build_pose(self) -> Array:
@@ -57,7 +64,9 @@ class ComponentEntry(DataModel):
         Annotated[list[Name], Field(min_length=1)] | None,
         Field(description="Materials of the mesh's shells, in their order."),
     ] = None
-    position: Annotated[Position | None, Field(description="Position of the origin in T, [m].")] = None
+    position: Annotated[
+        Position | None, Field(description="Position of the origin in T, [m]; that of T if left out.")
+    ] = None
     rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
     material: Annotated[Name | None, Field(description="Material of the part.")] = None
     colour: Annotated[
@@ -65,6 +74,10 @@ class ComponentEntry(DataModel):
     ] = None
     looks_like: Annotated[
         Name | None, Field(description="Material whose colour the part shows; its own if left out.")
+    ] = None
+    mass: Annotated[Mass | None, Field(description="Mass of the part, if it was weighed, [kg].")] = None
+    mass_sd: Annotated[
+        Mass | None, Field(description="Standard deviation of the weighing, [kg]; 1 % if left out.")
     ] = None
 
 
@@ -87,6 +100,10 @@ class ToolEntry(DataModel):
     strikes: Annotated[
         Annotated[dict[Name, StrikeEntry], Field(min_length=1)] | None,
         Field(description="Faces that are made to strike, by name."),
+    ] = None
+    mass: Annotated[Mass | None, Field(description="Mass of the whole tool, if it was weighed, [kg].")] = None
+    mass_sd: Annotated[
+        Mass | None, Field(description="Standard deviation of the weighing, [kg]; 1 % if left out.")
     ] = None
 
 

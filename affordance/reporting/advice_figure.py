@@ -26,29 +26,35 @@ _LABELS = {
 # Size of the picture, [pixels].
 _WIDTH, _HEIGHT = 420, 480
 _NAME_WIDTH = 26
+# Options that are shown in the hand: the best, and the next best to compare it with.
+_PICTURES = 2
 # Height of a row of a figure of holds, and of all else, [inch], and characters of a line of its title.
 _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
-def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> Image | None:
-    """Renders the arm with the chosen tool in its hand at the start of the task; None without a renderer."""
-    option = advice.best.option
-    tool = tools[option.object_name].list_gripped()[option.grip]
+def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> list[Image]:
+    """Renders the arm with the best options in its hand at the start of the task; nothing without a renderer."""
+    shown = advice.ranked[: min(advice.num_usable, _PICTURES)]
+    gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]
+    poses = [Pose(tool, None, each.q_start) for tool, each in zip(gripped, shown, strict=True)]
     try:
-        return render_poses(directives, [Pose(tool, None, advice.best.q_start)], width=_WIDTH, height=_HEIGHT)[0]
+        return list(render_poses(directives, poses, width=_WIDTH, height=_HEIGHT))
     except UnavailableError:
-        return None
+        return []
 
 
-def draw_advice(advice: Ranking, title: str, picture: Image | None) -> Figure:
-    """Draws the picture of the tool in the hand, if any, and bars of cost and torque share with 90 % intervals."""
+def draw_advice(advice: Ranking, title: str, pictures: Sequence[Image]) -> Figure:
+    """Draws pictures of the best options in the hand, and bars of cost and torque share with 90 % intervals."""
     shown = [each for each in advice.ranked if np.isfinite(each.amounts.cost.mean)]
-    figure = Figure(figsize=(12.0, max(4.0, 1.2 + 0.45 * len(shown))))
-    of_picture, of_cost, of_probability = figure.subplots(1, 3, width_ratios=(1.0, 1.3, 0.6))
-    if picture is not None:
-        of_picture.imshow(picture)
-    of_picture.axis("off")
-    of_picture.set_title(fold(title, 40), fontsize=FONT_SIZE)
+    figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
+    widths = (*[1.0] * _PICTURES, 1.3, 0.6)
+    *of_pictures, of_cost, of_probability = figure.subplots(1, _PICTURES + 2, width_ratios=widths)
+    for axes, picture, each in zip(of_pictures, pictures, advice.ranked, strict=False):
+        axes.imshow(picture)
+        axes.set_title(_label(each), fontsize=FONT_SIZE)
+    for axes in of_pictures:
+        axes.axis("off")
+    figure.suptitle(fill(title, _TITLE), fontsize=FONT_SIZE)
     places = np.arange(float(len(shown)))[::-1]
     colours = [OBJECT_COLOURS[2] if each.infeasible_reason else OBJECT_COLOURS[0] for each in shown]
     scale = 100.0 if advice.criterion is Criterion.MARGIN else 1.0

@@ -1,5 +1,6 @@
 """Formatting of numbers and names, shared by report and figures."""
 
+import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
@@ -65,6 +66,34 @@ def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list
         "  ".join(f"{cell:{'>' if k in right else '<'}{widths[k]}}" for k, cell in enumerate(row)).rstrip()
         for row in rows
     ]
+
+
+def tabulate_within(
+    rows: Sequence[Sequence[str]], width: int, order: Sequence[int], left_out: Collection[int] = ()
+) -> list[str]:
+    """Formats rows as ``tabulate`` does, without columns until lines fit a width; 0 for any width.
+
+    Columns that are left out anyway come first, then those of ``order``; what remains may still be wider.
+    """
+    omitted = set(left_out)
+    waiting = list(order)
+    while True:
+        lines = tabulate([[cell for k, cell in enumerate(row) if k not in omitted] for row in rows])
+        if not (width and waiting and max(map(len, lines)) > width):
+            return lines
+        omitted.add(waiting.pop(0))
+
+
+def format_known(value: float, uncertainty: float) -> str:
+    """Formats a number with the digits that are known: two of the uncertainty, but no more than three of its own."""
+    if not (math.isfinite(value) and math.isfinite(uncertainty)) or uncertainty <= 0.0 or value == 0.0:
+        return format_number(value)
+    of_uncertainty = 1 - math.floor(math.log10(uncertainty))
+    of_value = 2 - math.floor(math.log10(abs(value)))
+    decimals = min(of_uncertainty, of_value)
+    if decimals < 0 or not 1e-4 <= abs(value) < 1e6:
+        return format_number(value, max(1, 3 + min(0, of_uncertainty - of_value)))
+    return f"{value:.{decimals}f}"
 
 
 def count_observers(num: int) -> str:

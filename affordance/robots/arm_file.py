@@ -15,7 +15,8 @@ from affordance.robots.description import MOMENTS, SHAPES, Inertial, Visual
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 
 BASE = "base"
-_TAKEN = (BASE, HAND_FRAME, "world")
+# Names that a joint of a written arm must not have: those of its hand, and of the world.
+RESERVED = (HAND_FRAME, "world")
 # The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 _FILTERS: dict[str, Callable[..., str]] = {
@@ -27,13 +28,14 @@ _FILTERS: dict[str, Callable[..., str]] = {
 
 def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: str) -> str:
     """Writes an arm as an SDF that strict parsing accepts, with shapes by link or ``base``, and its source."""
-    parts: list[tuple[Any, ...]] = [(BASE, "", None, _BASE_INERTIAL, (), visuals.get(BASE, ()))]
+    parts: list[tuple[Any, ...]] = [(name_base(arm), "", None, _BASE_INERTIAL, (), visuals.get(BASE, ()))]
     for name, link in zip(name_links(arm), arm.links, strict=True):
         pose = sum(describe_pose(link.X_PL), ())
         parts.append((name, parts[-1][0], link, link.inertial, pose, visuals.get(name, ())))
     frames = {HAND_FRAME: sum(describe_pose(arm.X_LH), ())}
-    if arm.options.tip not in (*_TAKEN, *(part[0] for part in parts)) and "::" not in arm.options.tip:
-        frames[arm.options.tip] = sum(describe_pose(arm.X_LT), ())  # so that it can be the tip of a recording too
+    tip = name_tip(arm)
+    if tip not in (*RESERVED, *(part[0] for part in parts)) and "::" not in tip:
+        frames[tip] = sum(describe_pose(arm.X_LT), ())  # so that it can be the tip of a recording too
     return render_template(
         "affordance.robots",
         "arm.sdf.j2",
@@ -63,22 +65,37 @@ def write_directives(arm: ReducedArm, home: Array) -> str:
         f"{angles}\n"
         "  - add_weld:\n"
         "      parent: world\n"
-        f"      child: arm::{BASE}\n"
+        f"      child: arm::{name_base(arm)}\n"
         "      X_PC:\n"
         f"        translation: [{x!r}, {y!r}, {z!r}]{turned}\n"
     )
 
 
+def name_base(arm: ReducedArm) -> str:
+    """Returns the name of the written base, which no joint has: an SDF has one name for one thing."""
+    return _find_unused(BASE, arm.joint_names)
+
+
+def name_tip(arm: ReducedArm) -> str:
+    """Returns the name of the written frame of the tip: that of the file, changed where a joint has it."""
+    return _find_unused(arm.options.tip, arm.joint_names)
+
+
 def name_links(arm: ReducedArm) -> list[str]:
-    """Lists the names of the written links: those of the file, changed where they clash with base, hand or tip."""
-    taken = _TAKEN if arm.X_LT.IsExactlyIdentity() else (*_TAKEN, arm.options.tip)
+    """Lists the names of the written links: those of the file, changed where they clash with another name."""
+    taken = [*RESERVED, name_base(arm), *arm.joint_names]
+    if not arm.X_LT.IsExactlyIdentity():
+        taken.append(name_tip(arm))
     names: list[str] = []
     for link in arm.links:
-        name = link.name
-        while name in (*taken, *names) or "::" in name or not name:
-            name = f"{name.replace('::', '_')}_link"
-        names.append(name)
+        names.append(_find_unused(link.name.replace("::", "_"), (*taken, *names, "")))
     return names
+
+
+def _find_unused(name: str, taken: Sequence[str]) -> str:
+    while name in taken:
+        name = f"{name}_link"
+    return name
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:

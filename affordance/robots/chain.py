@@ -4,6 +4,7 @@ A limb is a series of joints up to the next branch; fingers are limbs at the end
 """
 
 import difflib
+import re
 from typing import NamedTuple
 
 from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, RigidBody
@@ -15,8 +16,31 @@ from affordance.robots.tree import RobotTree
 _LIMB = 2
 # Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
 FEWEST_JOINTS = 3
+# Words by which files name the frame where an arm holds things, the likeliest first (tool0 is ROS-Industrial's).
+_TOOL_WORDS = (
+    "tcp",
+    "tool",
+    "grasp|grip",
+    "^ee|_ee|eef|end_?effector",
+    "flange",
+    "attach",
+    "hand|palm",
+    "(^|_)end(_|$)",
+)
+# Words by which files name what is mounted aside of it, or is a part of a gripper.
+_ASIDE = re.compile("cam|sensor|optical|imu|finger|jaw|servo", re.IGNORECASE)
+_FOR_TOOLS = re.compile("|".join(_TOOL_WORDS), re.IGNORECASE)
 # Most names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
+
+
+# How joints move that do not turn, by Drake's names of their types.
+_MOVES = {
+    "prismatic": "slides",
+    "quaternion_floating": "floats",
+    "rpy_floating": "floats",
+    "planar": "slides in a plane",
+}
 
 
 class Chain(NamedTuple):
@@ -28,6 +52,7 @@ class Chain(NamedTuple):
     why_base: str  # reason for this base, in words
     # Unsuitable joint that ends the climb too early, and the reason; None for none.
     obstacle: tuple[Joint, str] | None = None
+    above: str = ""  # what the joint above the base does, if it moves and cannot be the arm's, in words
 
 
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
@@ -70,7 +95,7 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
 
 
 def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
-    """Lists the bodies that move with each joint of a chain; raises a BadValueError for an impossible inertia."""
+    """Lists the bodies that move with each joint of a chain."""
     slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
     groups: list[list[RigidBody]] = [[] for _ in chain.joints]
     for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
@@ -78,23 +103,23 @@ def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
         above = (link.index() for link in (body, *tree.list_above(body)))
         slot = next((slots[each] for each in above if each in slots), None)
         if slot is not None:
-            if fault := tree.description.faults.get(tree.key(body)):
-                raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
             groups[slot].append(body)
     return groups
 
 
-def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the ends of limbs, with the number of joints of the arm up to each.
+def list_limbs(tree: RobotTree) -> list[dict[str, int]]:
+    """Lists the ends of each limb, with the number of joints of the arm up to each; the longest limbs come first.
 
-    Ends are links without a child link and frames that the file names; a hand is listed by its own link, not
-    by its fingers.
+    Ends are links without a child link and frames that the file names; links come before their sites, and a hand is
+    listed by its own link, not by its fingers.
     """
-    carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
+    links = [joint for joint in tree.joints_above.values() if joint.child_body().name() not in tree.description.sites]
+    carriers = {joint.parent_body().index() for joint in links}
     found: dict[int, list[tuple[bool, str, int]]] = {}
     beyond: dict[int, int] = {}  # largest number of joints beyond each joint
+    sites = tree.description.sites
     for frame in tree.list_frames():
-        if frame.is_body_frame() and frame.body().index() in carriers:
+        if frame.is_body_frame() and (frame.body().index() in carriers or frame.name() in sites):
             continue
         hand = _find_hand(tree, frame.body())
         limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
@@ -105,25 +130,72 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
             found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
             for count, joint in enumerate(reversed(limb.joints)):
                 beyond[int(joint.index())] = max(count, beyond.get(int(joint.index()), 0))
-    ends = {
-        name: count
+    limbs = [
+        {name: count for _, name, count in sorted(set(of_limb))}
         for last, of_limb in found.items()
         if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
-        for _, name, count in sorted(set(of_limb))[:_OF_A_LIMB]
-    }
+    ]
+    return sorted(limbs, key=lambda limb: -max(limb.values()))
+
+
+def list_ends(tree: RobotTree) -> dict[str, int]:
+    """Lists the first ends of limbs, with the number of joints of the arm up to each; see ``list_limbs``."""
+    ends = {name: count for limb in list_limbs(tree) for name, count in list(limb.items())[:_OF_A_LIMB]}
     return dict(sorted(ends.items(), key=lambda item: -item[1]))
+
+
+def choose_tip(tree: RobotTree) -> tuple[str, str]:
+    """Chooses the tip of the longest limb, if one is longer than all others: a frame for tools, else its hand.
+
+    Returns: Name of the tip, and a sentence that says what it is and what else there is; both empty if no limb is the
+        longest.
+    """
+    limbs = list_limbs(tree)
+    # A finger that turns ends a limb of its own; its hand ends another.
+    limbs = [limb for limb in limbs if not all(map(_ASIDE.search, limb))] or limbs
+    if not limbs or (len(limbs) > 1 and max(limbs[1].values()) == max(limbs[0].values())):
+        return "", ""
+    ends, sites = limbs[0], tree.description.sites
+    names = [*ends, *(site for site, link in sites.items() if link in ends)]
+    at_end = [name for name in names if not _ASIDE.search(name)] or names
+    for_tools = [name for name in at_end if _FOR_TOOLS.search(name)]
+    tip = min(for_tools, key=_rank_tool_frame) if for_tools else at_end[0]
+    link = sites.get(tip, tip)
+    others = [name for name in names if name != tip]
+    others += [name for limb in limbs[1:] for name in limb]
+    more = f" and {len(others) - _LISTED} more" if len(others) > _LISTED else ""
+    else_there = f"others are {', '.join(others[:_LISTED])}{more}" if others else "there is no other"
+    return tip, f"tip: {tip}, at the end of the longest limb ({ends[link]} joints); {else_there} (--tip)"
+
+
+def _rank_tool_frame(name: str) -> tuple[int, int]:
+    """Ranks names of frames for tools: a tool centre point before the flange that carries the gripper."""
+    words = [k for k, word in enumerate(_TOOL_WORDS) if re.search(word, name, re.IGNORECASE)]
+    return min(words, default=len(_TOOL_WORDS)), len(name)
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:
     """Describes the ends of limbs, or those with names nearest to a given one."""
     ends = list_ends(tree)
-    close = difflib.get_close_matches(near, ends, n=3, cutoff=0.4) if near else []
+    named = [*ends, *(site for site, link in tree.description.sites.items() if link in ends)]
+    close = difflib.get_close_matches(near, named, n=3, cutoff=0.4) if near else []
     if close:
         return f"nearest: {', '.join(close)}"
     if not ends:
-        return f"no limb of it has {FEWEST_JOINTS} joints that turn; {_suggest_frames(tree, near)}"
-    listed = [f"{name} ({count} joints)" for name, count in list(ends.items())[:_LISTED]]
+        frames = _suggest_frames(tree, near)
+        no_arm = f"no limb of it has {FEWEST_JOINTS} joints that turn: it is no arm, unless --tip and --base name one"
+        return f"{no_arm}; {frames}"
+    listed = [f"{name} ({count} joints{_list_sites(tree, name)})" for name, count in list(ends.items())[:_LISTED]]
     return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
+
+
+def _list_sites(tree: RobotTree, link: str) -> str:
+    """Lists the first sites of a link, each of which can be a tip too; empty if it has none."""
+    sites = [site for site, carrier in tree.description.sites.items() if carrier == link]
+    if not sites:
+        return ""
+    more = f" and {len(sites) - _OF_A_LIMB} more" if len(sites) > _OF_A_LIMB else ""
+    return f"; sites {', '.join(sites[:_OF_A_LIMB])}{more}"
 
 
 def _suggest_frames(tree: RobotTree, name: str) -> str:
@@ -138,8 +210,8 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
     joints: list[RevoluteJoint] = []
     body = tip.body()
 
-    def end(why: str, obstacle: tuple[Joint, str] | None = None) -> Chain:
-        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle)
+    def end(why: str, obstacle: tuple[Joint, str] | None = None, above: str = "") -> Chain:
+        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle, above)
 
     for joint in tree.climb(body):
         if base is not None and body.index() == base.index():
@@ -150,7 +222,7 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
         if joint.num_velocities():
             problem = _find_obstacle(tree, joint)
             if problem and base is None and len(joints) >= FEWEST_JOINTS:
-                return end(f"the joint above it, {joint.name()}, {problem}")
+                return end(f"the joint above it, {joint.name()}, {problem}", above=_describe_above(joint, problem))
             if problem:
                 return end("", (joint, problem))
             assert isinstance(joint, RevoluteJoint)
@@ -159,9 +231,12 @@ def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> C
     if body.name() == "world" and joints:
         body = joints[0].parent_body()
     root = [body, *(link for link in tree.list_above(body) if link.name() != "world")][-1]
+    above = ""
+    if (floating := tree.description.floating.get(tree.key(root))) is not None:
+        above = f"above them {floating} floats, and an arm here has joints that turn only"
     if root.index() == body.index():
-        return end("it is the robot's root")
-    return end(f"no joint above it moves, up to the robot's root, {root.name()}")
+        return end("it is the robot's root" if not above else f"the joint above it, {floating}, floats", above=above)
+    return end(f"no joint above it moves, up to the robot's root, {root.name()}", above=above)
 
 
 def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
@@ -196,10 +271,17 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
     """Describes why a joint cannot belong to the arm; empty if it can."""
     mimic = tree.note(joint).mimic
     if mimic is not None:
-        return f"follows {mimic.leader} (mimic), must move on its own"
+        how = f"follows {mimic.leader} (mimic)" if mimic.leader else "is fixed by an equality"
+        return f"{how}, must move on its own"
     if not isinstance(joint, RevoluteJoint):
         return f"is of type {joint.type_name()}, must be revolute"
     return ""
+
+
+def _describe_above(joint: Joint, problem: str) -> str:
+    """Describes what a joint above the arm does, which no joint of an arm may."""
+    how = _MOVES.get(joint.type_name(), problem.split(",")[0])
+    return f"above them {joint.name()} {how}, and an arm here has joints that turn only"
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:

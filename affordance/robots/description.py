@@ -6,7 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.math import RollPitchYaw
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
+
+from affordance.arrays import Array
 
 # Moments and products of inertia, by their names in URDF and SDF.
 MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -20,48 +23,59 @@ SHAPES = {
 }
 
 
-class Mimic(NamedTuple):
-    """Coupling of a joint to another: q = multiplier q_leader + offset."""
+def build_pose(place: Sequence[float], rpy: Sequence[float]) -> Array:
+    """Builds a pose, (4, 4), from a position, [m], and roll, pitch and yaw, [rad]."""
+    X = np.eye(4)
+    X[:3, :3] = RollPitchYaw(np.array(rpy)).ToRotationMatrix().matrix()
+    X[:3, 3] = place
+    return X
 
-    leader: str
+
+class Mimic(NamedTuple):
+    """Coupling of a joint to another: q = multiplier q_leader + offset, plus higher powers of q_leader."""
+
+    leader: str  # empty where the joint is fixed at the offset
     multiplier: float
     offset: float
+    higher: tuple[float, ...] = ()  # coefficients of the second and higher powers of q_leader, as MJCF has them
+
+    def compute(self, q_leader: float) -> float:
+        """Computes the position that follows from the leader's, [rad] or [m]."""
+        coefficients = (self.offset, self.multiplier, *self.higher)
+        return sum(each * q_leader**power for power, each in enumerate(coefficients))
 
 
 class JointNotes(NamedTuple):
-    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps."""
+    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
+
+    Velocity limits, dampings and rotor inertias that no joint can have are kept here alone: options may replace them.
+    """
 
     effort: float | None = None  # torque limit, [N m]; None where the file gives none
+    velocity: float | None = None  # velocity limit that is not more than 0, [rad/s]; None for one that Drake keeps
+    damping: float = 0.0  # damping if it is negative, [N m s/rad]
     friction: float = 0.0  # Coulomb friction, [N m]
     stiffness: float = 0.0  # stiffness of a spring in the joint, [N m/rad]
     mimic: Mimic | None = None  # coupling to another joint; None for none
     rotor_inertia: float = 0.0  # reflected inertia of rotor and gears at the joint, [kg m^2]
-    fault: str = ""  # invalid limits, damping or axis, removed from the text that Drake parses; empty for none
+    fault: str = ""  # invalid position limits or axis, removed from the text that Drake parses; empty for none
+    has_range: bool = True  # False for a joint of a kind that must have position limits, and has none
 
 
 def find_joint_fault(
     *,
     lower: float | None = None,
     upper: float | None = None,
-    velocity: float | None = None,
-    damping: float = 0.0,
-    rotor_inertia: float = 0.0,
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     unit: str = "rad",
 ) -> str:
-    """Describes data that no joint can have, in SI units but for the angles' unit; empty for a valid joint.
+    """Describes a range or an axis that no joint can have, with the unit of angles; empty for a valid joint.
 
     Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses,
     and it is reported only if it belongs to the arm.
     """
     if lower is not None and upper is not None and lower > upper:
         return f"has position limits from {lower:g} to {upper:g} {unit}, must be a range"
-    if velocity is not None and velocity < 0.0:
-        return f"has a velocity limit of {velocity:g} rad/s, must be more than 0"
-    if damping < 0.0:
-        return f"has a damping of {damping:g} N m s/rad, must be at least 0"
-    if rotor_inertia < 0.0:
-        return f"has a rotor inertia of {rotor_inertia:g} kg m^2, must be at least 0"
     if not any(axis):
         return "has an axis of zero length, must have a direction"
     return ""
@@ -97,6 +111,23 @@ class Inertial(NamedTuple):
             )
         return ""
 
+    def find_nearest(self) -> "Inertial":
+        """Finds the inertia of a solid whose moments and products differ least from these; none without a mass.
+
+        A solid of density rho has second moments S = integral of rho x x', which are positive semidefinite, and
+        moments I = tr(S) 1 - S. In the common axes, |dI|^2 = |ds|^2 + (sum of ds)^2, least for s >= 0.
+        """
+        from scipy.optimize import nnls  # here, as commands without an impossible inertia need not wait for it
+
+        if self.mass <= 0.0:
+            return Inertial(0.0, self.place, self.rpy, (0.0,) * 6, self.in_link)
+        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
+        principal, axes = np.linalg.eigh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+        root = np.linalg.cholesky(np.eye(3) + np.ones((3, 3))).T
+        s, _ = nnls(root, root @ (0.5 * principal.sum() - principal))
+        moments = axes @ np.diag(s.sum() - s) @ axes.T
+        return self._replace(moments=tuple(moments[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()))
+
 
 class Visual(NamedTuple):
     """Shape that a file draws on a link."""
@@ -108,6 +139,7 @@ class Visual(NamedTuple):
     rpy: tuple[float, ...]  # roll, pitch and yaw in the link's frame, (3,), [rad]
     mesh: str = ""  # name of the mesh in the file; empty for none
     colour: tuple[float, ...] | None = None  # red, green, blue, opacity; None where the file gives none
+    material: str = ""  # name of its material in the file; empty for none
 
 
 @dataclass
@@ -120,8 +152,21 @@ class Description:
     joints: dict[str, JointNotes] = field(default_factory=dict)  # data of joints, by name
     # Inertias of links, by name, where they are written out.
     inertials: dict[str, Inertial] = field(default_factory=dict)
-    # Faults of link inertias that cannot be used, by link; those inertias are removed from the text.
+    # Faults of links without a usable inertia, by link: the text has none for them.
     faults: dict[str, str] = field(default_factory=dict)
+    # Impossible inertias as written, with their faults, by link: text and ``inertials`` have the nearest possible.
+    mended: dict[str, tuple[str, Inertial]] = field(default_factory=dict)
+    # Surprising contents of the file, and of single links or joints, that whoever imports the arm should know of.
+    remarks: list[str] = field(default_factory=list)
+    remarks_of: dict[str, list[str]] = field(default_factory=dict)
+    carried: dict[str, float] = field(default_factory=dict)  # share of links' weight that the simulator carries
+    # Joints of a URDF that are fixed, with the parent and the pose in it, (4, 4), by child link.
+    fixed: dict[str, tuple[str, str, Array]] = field(default_factory=dict)
+    floating: dict[str, str] = field(
+        default_factory=dict
+    )  # joints that float and that Drake leaves out, by child link
+    sites: dict[str, str] = field(default_factory=dict)  # links that stand for sites, with the links that carry them
+    up: str | None = None  # axis of the root that points up, if the file's gravity says it
     visuals: dict[str, tuple[Visual, ...]] = field(default_factory=dict)  # shapes drawn, by link
     dropped: list[str] = field(default_factory=list)  # descriptions of omitted content, one sentence each
     undrawn: set[str] = field(default_factory=set)  # links with a shape in the file that is not imported
@@ -134,9 +179,16 @@ class Description:
         if None in shapes:
             self.undrawn.add(link)
 
-    def add_inertial(self, link: str, inertial: Inertial) -> bool:
-        """Adds the inertia of a link; returns True if no solid can have it."""
+    def add_inertial(self, link: str, inertial: Inertial) -> Inertial | None:
+        """Adds the inertia of a link; returns the nearest possible one if no solid can have it, otherwise None."""
         self.inertials[link] = inertial
-        if fault := inertial.find_fault():
-            self.faults[link] = fault
-        return bool(fault)
+        fault = inertial.find_fault()
+        if not fault:
+            return None
+        self.mended[link] = fault, inertial
+        self.inertials[link] = inertial.find_nearest()
+        return self.inertials[link]
+
+    def remark(self, element: str, remark: str) -> None:
+        """Adds a remark about a link or joint, by its key in the file."""
+        self.remarks_of.setdefault(element, []).append(remark)

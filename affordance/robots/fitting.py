@@ -65,8 +65,16 @@ class Holding(NamedTuple):
     mass: float
 
 
-def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: SimulateBlow) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged."""
+def fit_tasks(
+    models: Path,
+    simulate_path: SimulatePath,
+    simulate_blow: SimulateBlow,
+    tell: Callable[[str], None] = lambda step: None,
+) -> Fitted:
+    """Adapts the tasks of a folder of models to what its arm can do when simulated; infeasible ones are unchanged.
+
+    Before each task, ``tell`` is called with its name.
+    """
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
     for name, fit in (
@@ -77,6 +85,7 @@ def fit_tasks(models: Path, simulate_path: SimulatePath, simulate_blow: Simulate
     ):
         if "objects" in lacks:
             break  # an arm that cannot hold them cannot move them
+        tell(f"fitting tasks: {name}")
         found: TaskFit = fit(models)
         apply_changes(models, found.changes)
         changes += found.changes
@@ -217,56 +226,76 @@ def fit_blow(models: Path, simulate: SimulateBlow) -> TaskFit:
     """Finds the depth and swing duration with which the arm can drive the nail by every grip of every novel object.
 
     A blow counts if it can be planned and, simulated with contact, drives the nail with the demanded force.
+    Simulation takes most of the time, so that the swing that is planned deepest is simulated first.
     """
     settings, asked = Settings(arm=models / ARM.name), load_hammer(models / NAIL)
     tools = list_held(models, ("tools/novel.yaml",))
-    depth, duration, lack = asked.nail.depth_set, 0.0, ""
+    demanded, lack = asked.nail.depth_demanded, ""
+    planned: list[_PlannedBlow] = []
     for pace in _SWING_PACES:
         task = replace(asked, duration=asked.duration * pace)
-        reached, limiting = _find_depth(task, tools, settings, simulate, least=depth)
-        lack = lack or limiting
-        if reached > depth:
-            depth, duration = reached, task.duration
-        if depth >= asked.nail.depth_demanded:
-            break
-    if duration == 0.0:
-        return TaskFit((), lack)
-    changes = []
-    if depth < asked.nail.depth_demanded:
-        changes.append(Change(NAIL, "depth_demanded", asked.nail.depth_demanded, depth, lack))
-    if duration != asked.duration:
-        changes.append(Change(NAIL, "blow.duration", asked.duration, duration, lack))
-    return TaskFit(tuple(changes))
+        least = max((each.depth for each in planned), default=asked.nail.depth_set)
+        plan = _plan_depth(task, tools, settings, least=least)
+        lack = lack or plan.reason
+        if plan.depth >= demanded:
+            fault = _simulate_blows(plan, tools, settings, simulate)
+            if not fault:
+                return TaskFit(tuple(_list_blow_changes(asked, plan, lack)))
+            lack = lack or fault
+        elif plan.depth > least:
+            planned.append(plan)
+    for plan in reversed(planned):  # each is deeper than those before it
+        fault = _simulate_blows(plan, tools, settings, simulate)
+        if not fault:
+            return TaskFit(tuple(_list_blow_changes(asked, plan, lack)))
+        lack = lack or fault
+    return TaskFit((), lack)
 
 
-def _find_depth(
-    task: Hammer, tools: list[Tool], settings: Settings, simulate: SimulateBlow, *, least: float
-) -> tuple[float, str]:
-    """Finds the depth to which the nail can be driven with swings of one duration, [m], and why not to that demanded.
+class _PlannedBlow(NamedTuple):
+    """Blow as deep as every tool can be planned to drive the nail."""
 
-    The least stands for each depth that does not exceed it; the reason is empty if nothing lacks. A tool that fails
-    moves to the front, so that the next duration fails early.
-    """
+    task: Hammer
+    depth: float  # [m]
+    reason: str  # why not to the demanded depth; empty if nothing lacks
+    costs: dict[tuple[str, str], BlowCost]  # plans for the demanded depth, by tool and grip
+
+
+def _list_blow_changes(asked: Hammer, plan: _PlannedBlow, lack: str) -> Iterator[Change]:
+    if plan.depth < asked.nail.depth_demanded:
+        yield Change(NAIL, "depth_demanded", asked.nail.depth_demanded, plan.depth, lack)
+    if plan.task.duration != asked.duration:
+        yield Change(NAIL, "blow.duration", asked.duration, plan.task.duration, lack)
+
+
+def _plan_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> _PlannedBlow:
+    """Plans blows of one duration with every tool, until one drives the nail no deeper than ``least``, [m]."""
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
-    costs: list[BlowCost | None] = []
+    costs: dict[tuple[str, str], BlowCost] = {}
     for tool in tools:
         cost = task.build_cost(model, tool.components, settings)
-        costs.append(cost)
+        costs[tool.name, tool.grip] = cost
         reached = _bound_depth(cost, tool)
         if reached < depth:
             depth = reached
             reason = f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}"
         if depth <= least:
-            return least, reason
-    if depth < task.nail.depth_demanded:  # a different blow, which must be planned again
-        nail = replace(task.nail, depth_demanded=depth)
-        task, costs = replace(task, nail=nail, force=nail.force_demanded), [None] * len(tools)
+            return _PlannedBlow(task, least, reason, costs)
+    return _PlannedBlow(task, depth, reason, costs)
+
+
+def _simulate_blows(plan: _PlannedBlow, tools: list[Tool], settings: Settings, simulate: SimulateBlow) -> str:
+    """Simulates a blow with every tool; returns the first fault, whose tool moves to the front, or nothing."""
+    model, task, costs = ArmModel(load_arm(settings.arm)), plan.task, plan.costs
+    if plan.depth < task.nail.depth_demanded:  # a different blow, which must be planned again
+        nail = replace(task.nail, depth_demanded=plan.depth)
+        task, costs = replace(task, nail=nail, force=nail.force_demanded), {}
     for k, tool in enumerate(tools):
-        cost = costs[k] or task.build_cost(model, tool.components, settings)
+        cost = costs.get((tool.name, tool.grip)) or task.build_cost(model, tool.components, settings)
         if fault := simulate(tool, task, cost, settings):
             tools.insert(0, tools.pop(k))
-            return least, fault
-    return depth, reason
+            return fault
+    return ""
 
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:

@@ -77,9 +77,12 @@ def find_imported_tip(folder: Path) -> str | None:
     name = unescape(imported[1])
     if name == HAND_FRAME or not name.isprintable():
         return ""
-    try:
-        tip, hand = (load_robot(folder / ARM.name, each) for each in (name, HAND_FRAME))
-    except BadValueError:
-        return ""
-    is_tip = tip.joint_names == hand.joint_names and np.allclose(tip.p_MT, hand.p_MT, rtol=0.0, atol=_ALIKE)
-    return name if is_tip else ""
+    hand = load_robot(folder / ARM.name, HAND_FRAME)
+    for written in (name, f"{name}_link"):  # the second where a joint has the name
+        try:
+            tip = load_robot(folder / ARM.name, written)
+        except BadValueError:
+            continue
+        if tip.joint_names == hand.joint_names and np.allclose(tip.p_MT, hand.p_MT, rtol=0.0, atol=_ALIKE):
+            return written
+    return ""

@@ -22,7 +22,7 @@ from affordance.plant.arm import Arm, JointLimits, attach_body
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.rank_loss import compute_mobility
-from affordance.robots.arm_file import BASE, write_arm
+from affordance.robots.arm_file import name_base, write_arm
 from affordance.robots.reduced_arm import ReducedArm
 
 # Distances of the hand as fractions of the arm's length, tried from far to near.
@@ -53,8 +53,10 @@ class HomePosture(NamedTuple):
     q: Array  # joint angles, (num_joints,), [rad]
     load: float  # largest fraction of a torque limit, with TEST_MASS in the hand
     empty_load: float  # largest fraction of a torque limit with an empty hand
+    own: Array  # static torques that the arm's own weight takes, (num_joints,), [N m]
     payload: float  # largest mass supported at rest, centred at TEST_DISTANCE, [kg]
     weakest: str  # joint that limits the payload
+    payload_in_hand: float  # largest mass supported at rest, centred at the hand's origin, [kg]
     reach: float  # distance from shoulder to hand, as a fraction of the arm's length
     length: float  # length of the arm from the shoulder, [m]
     smallest_singular_value: float  # least singular value of the Jacobian of the hand's position, [m/rad]
@@ -67,7 +69,7 @@ def plant_arm(arm: ReducedArm) -> Arm:
     parser = Parser(plant)
     parser.SetStrictParsing()
     parser.AddModelsFromString(write_arm(arm, {}, "itself"), "sdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(BASE), arm.X_WB)
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(name_base(arm)), arm.X_WB)
     hand = plant.GetFrameByName(HAND_FRAME)
     tool = attach_body(plant, hand, SpatialInertia.Zero())
     plant.Finalize()
@@ -82,17 +84,19 @@ def find_shoulder(arm: Arm) -> Frame:
     return shoulder
 
 
-def compute_static_torques(model: ArmModel, q: Array, mass: float) -> Array:
-    """Computes static torques with a mass in the hand, centred at TEST_DISTANCE, (num_joints,), [N m]."""
+def compute_static_torques(model: ArmModel, q: Array, mass: float, distance: float = TEST_DISTANCE) -> Array:
+    """Computes static torques with a mass in the hand, centred at a distance, [m], (num_joints,), [N m]."""
     model.set_posture(q)
-    J = model.compute_point_jacobian(np.array([TEST_DISTANCE, 0.0, 0.0]))
+    J = model.compute_point_jacobian(np.array([distance, 0.0, 0.0]))
     return model.compute_inverse_dynamics(np.zeros(len(q))) - J.T @ (mass * model.gravity)
 
 
-def _find_payload(model: ArmModel, q: Array) -> tuple[float, str]:
-    """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint."""
-    own = compute_static_torques(model, q, 0.0)
-    each = compute_static_torques(model, q, 1.0) - own
+def _find_payload(model: ArmModel, q: Array, own: Array, distance: float) -> tuple[float, str]:
+    """Finds the largest mass held at rest, centred at a distance, [m], by an arm with own torques, [N m].
+
+    Returns: The mass, [kg], and the joint that limits it.
+    """
+    each = compute_static_torques(model, q, 1.0, distance) - own
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.where(each == 0.0, np.inf, (np.sign(each) * -own + model.arm.limits.tau_max) / np.abs(each))
     worst = int(np.argmin(room))
@@ -127,13 +131,13 @@ def find_home(model: ArmModel, given: Mapping[str, float], *, is_rolled: bool = 
 
     def measure(q: Array) -> HomePosture:
         reach = _measure_reach(model, shoulder, q) / length
-        load, empty = (
-            float(np.max(limits.compute_loads(compute_static_torques(model, q, mass)))) for mass in (TEST_MASS, 0.0)
-        )
+        held, own = (compute_static_torques(model, q, mass) for mass in (TEST_MASS, 0.0))
+        load, empty = (float(np.max(limits.compute_loads(torques))) for torques in (held, own))
         least = compute_mobility(model, q, np.zeros(3))
         model.set_posture(q)
         tilt = measure_tilt(model.compute_hand_pose().rotation().matrix())
-        return HomePosture(q, load, empty, *_find_payload(model, q), reach, length, least, tilt)
+        payload, in_hand = (_find_payload(model, q, own, distance) for distance in (TEST_DISTANCE, 0.0))
+        return HomePosture(q, load, empty, own, *payload, in_hand[0], reach, length, least, tilt)
 
     if not np.isnan(fixed).any():
         return measure(fixed)

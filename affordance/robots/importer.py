@@ -12,9 +12,10 @@ from affordance.arguments import check_number
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.plant.arm_model import ArmModel
-from affordance.robots.arm_file import turn_base
-from affordance.robots.chain import find_chain
+from affordance.robots.arm_file import RESERVED, turn_base
+from affordance.robots.chain import choose_tip, find_chain
 from affordance.robots.home import HomePosture, find_home, measure_tilt, plant_arm
+from affordance.robots.plausibility import list_implausible
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ImportOptions as ImportOptions
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
@@ -37,11 +38,15 @@ def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
             raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
     if options.roll is not None:
         check_number("--roll", options.roll, -2.0 * math.pi, 2.0 * math.pi, "rad")
-    tree = build_tree(read_robot(path))
+    tree = build_tree(read_robot(path, options.xacro))
+    why_tip = ""
+    if not options.tip:
+        tip, why_tip = choose_tip(tree)
+        options = replace(options, tip=tip)
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain.joints, options.posture)
-    return reduce_arm(tree, chain, context, frozen, options)
+    return replace(reduce_arm(tree, chain, context, frozen, options), why_tip=why_tip)
 
 
 def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePosture]:
@@ -55,6 +60,8 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
         ModelFileError: Drake cannot parse the file, or no home posture was found.
     """
     arm = read_arm(path, options)
+    if taken := [name for name in arm.joint_names if name in RESERVED]:
+        raise BadValueError(path, f"joint {taken[0]}", "has a name that stands for the hand, or the world, here")
     try:
         model = ArmModel(plant_arm(arm))
     except RuntimeError as error:  # values too large or small for a valid arm
@@ -63,7 +70,8 @@ def extract_arm(path: Path, options: ImportOptions) -> tuple[ReducedArm, HomePos
     try:
         home = find_home(model, options.posture, is_rolled=options.roll is not None)
     except ModelFileError as error:
-        raise ModelFileError(path, error.problem) from error
+        causes = [*([arm.chain.above] if arm.chain.above else []), *list_implausible(arm)]
+        raise ModelFileError(path, "; ".join([error.problem, *causes])) from error
     model.set_posture(home.q)
     R_WH = model.compute_hand_pose().rotation().matrix()
     if options.roll is None:
@@ -117,9 +125,7 @@ def parse_values(option: str, words: Sequence[str], *, unit: str = "", may_be_ze
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, model: ArmModel) -> None:
-    """Rejects an arm without mass, and one with a joint that moves no inertia."""
-    if not arm.mass > 0.0:
-        raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
+    """Rejects an arm with a joint that moves no inertia."""
     model.set_posture(np.linspace(0.1, 1.0, len(arm.links)))
     values, vectors = np.linalg.eigh(model.compute_mass_matrix())
     if not values[0] > _LEAST_EIGENVALUE * values[-1]:

@@ -4,7 +4,7 @@ import hashlib
 import json
 import shutil
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,7 +17,6 @@ from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
-from affordance.reporting.formatting import format_number
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.changes import Change, apply_changes, write_lacks
 from affordance.robots.fitting import fit_tasks
@@ -26,7 +25,7 @@ from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ReducedArm
-from affordance.robots.report import describe_roll, list_warnings, write_report
+from affordance.robots.report import describe_payload, describe_roll, list_couplings, list_warnings, write_report
 from affordance.robots.robot import Robot
 from affordance.simulation.blow import describe_blow_fault
 from affordance.simulation.rollout import describe_path_fault
@@ -47,7 +46,13 @@ _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
 def import_arm(
-    path: StrPath, options: ImportOptions, folder: StrPath, *, with_meshes: bool = True, fits_tasks: bool = True
+    path: StrPath,
+    options: ImportOptions,
+    folder: StrPath,
+    *,
+    with_meshes: bool = True,
+    fits_tasks: bool = True,
+    tell: Callable[[str], None] = lambda step: None,
 ) -> list[str]:
     """Imports an arm into a folder of models, with its report.
 
@@ -57,6 +62,7 @@ def import_arm(
         folder: Destination; must not exist, or be empty.
         with_meshes: True to draw the robot's meshes.
         fits_tasks: True to adapt paths, blow and objects to what the arm can do.
+        tell: Function that is called with a description of each step, before it.
 
     Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 
@@ -66,16 +72,18 @@ def import_arm(
     """
     path, folder = check_path("path", path), check_path("folder", folder)
     check_kind("options", options, ImportOptions, _OPTIONS)
+    tell(f"{path.name}: finding a posture")
     arm, home = extract_arm(path, options)
-    looks = write_folder(arm, home, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
-    fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault) if fits_tasks else None
+    tell(f"{path.name}: converting meshes")
+    looks = write_folder(arm, home, folder, source=f"{path.name}, tip {arm.options.tip}", with_meshes=with_meshes)
+    fitted = fit_tasks(folder, describe_path_fault, describe_blow_fault, tell) if fits_tasks else None
+    tell(f"{path.name}: writing the report")
     write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, arm, home, fitted, looks)
-    lines = [
-        f"{len(arm.links)} joints from {arm.base} to {options.tip}; static payload at home "
-        f"{format_number(home.payload)} kg, limited by {home.weakest}"
-    ]
+    lines = [f"{len(arm.links)} joints from {arm.base} to {arm.options.tip}; {describe_payload(home)}"]
+    lines += [arm.why_tip] if arm.why_tip else []
     lines.append(describe_roll(arm))
+    lines += [f"left out: {coupling}" for coupling in list_couplings(arm)]
     lines += [f"warning: {warning}" for warning in list_warnings(arm, home)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
@@ -91,11 +99,16 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     the file.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    files = [path, *read_robot(path).sources, *sorted(_PROGRAM.glob("*.py")), *list_model_files(MODELS)]
+    files = [
+        path,
+        *read_robot(path, options.xacro).sources,
+        *sorted(_PROGRAM.glob("*.py")),
+        *list_model_files(MODELS),
+    ]
     for file in (*files, *sorted((MODELS / "tasks").glob("*.yaml"))):
         digest.update(file.name.encode())
         digest.update(read_bytes(file, MESH))
-    folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")
+    folder = root / f"{path.stem}-{options.tip or 'arm'}-{digest.hexdigest()[:12]}".replace("/", "_")
     if not (folder / "report.html").exists():  # the last file to be written
         if folder.exists():
             shutil.rmtree(folder)

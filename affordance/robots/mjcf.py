@@ -1,12 +1,12 @@
 """Reader of MJCF (MuJoCo) models: the part that Drake needs, and the part that Drake ignores.
 
-Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, torque limits, friction
-and springs are read here; MJCF has no velocity limits.
+Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, torque limits, friction,
+springs, couplings and gravity are read here; MJCF has no velocity limits.
 """
 
 import itertools
 import math
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -20,13 +20,20 @@ from affordance.robots.mjcf_expansion import (
     read_limit,
     write_out_defaults,
 )
+from affordance.robots.mjcf_masses import MassSettings, compile_masses, write_inertial
+from affordance.robots.remarks import EARTH, read_gravity, remark_couplings
 from affordance.robots.xml_reader import Numbers, remove_children
 
 # Attributes that turn an element.
 _TURNS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
-_KEPT_SECTIONS = ("compiler", "worldbody", "option")
-# Compiler options by which MuJoCo changes masses and inertias, which are ignored here.
-_OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
+_KEPT_SECTIONS = ("compiler", "worldbody")
+# Attributes that Drake is to read, by element: it warns of those that it does not know, which are read here.
+_KEPT = {
+    "compiler": ("angle", "eulerseq", "autolimits", "coordinate", "inertiafromgeom"),
+    "body": ("name", "pos", *_TURNS),
+    "joint": ("name", "type", "pos", "axis", "range", "limited", "damping"),
+    "geom": ("name", "type", "size", "pos", "fromto", "mass", "density", *_TURNS),
+}
 # First of the groups of geoms that are drawn only on demand: they are collision shapes.
 _FIRST_HIDDEN_GROUP = 3
 # Units of angles by their names in the file, in words.
@@ -41,8 +48,11 @@ def read_mjcf(path: Path, root: Element) -> Description:
             raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
     write_out_defaults(path, root)
     efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
-    unit = _read_unit(path, root)
-    from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
+    compiler = {name: value for element in root.findall("compiler") for name, value in element.attrib.items()}
+    unit = _read_unit(path, compiler)
+    from_geometry = compiler.get("inertiafromgeom") == "true"
+    groups = numbers.parse(compiler.get("inertiagrouprange"), "compiler.inertiagrouprange", 2, (0.0, 5.0))
+    _read_gravity(robot, root, numbers)
     bodies = list(root.iterfind("worldbody//body"))
     names = _name_bodies(path, bodies)
     shifted, free_joints = list[str](), list[str]()
@@ -63,34 +73,50 @@ def read_mjcf(path: Path, root: Element) -> Description:
                 effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
             )
         robot.add_visuals(name, _read_visuals(body, numbers))
+        if carried := numbers.parse_one(body.get("gravcomp"), f"body {name}.gravcomp", 0.0):
+            robot.carried[name] = carried
         inertial = body.find("inertial")
         if inertial is not None and not from_geometry:
-            if robot.add_inertial(name, _read_inertial(inertial, numbers, f"body {name}.inertial")):
-                body.remove(inertial)
+            nearest = robot.add_inertial(name, _read_inertial(inertial, numbers, f"body {name}.inertial"))
+            if nearest is not None:
+                write_inertial(body, nearest)
             remove_children(body, ("geom",))
-        elif mesh := _find_mesh(body):
-            robot.faults[name] = f"takes its inertia from the mesh {mesh}, must have an <inertial>"
-            remove_children(body, ("geom",))
-        _make_sites_bodies(body, names)
+        else:
+            _remove_other_groups(body, groups, numbers)
+            if why := _find_unreadable(body):
+                numbers_of = "MuJoCo's body_mass, body_ipos, body_iquat, body_inertia"
+                robot.faults[name] = f"takes its inertia from {why}, must have an <inertial> ({numbers_of})"
+                remove_children(body, ("geom",))
+        robot.sites |= dict.fromkeys(_make_sites_bodies(body, names), name)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
     check_drives(root, [*robot.joints, *free_joints], numbers)
+    remark_couplings(robot)
+    _remark_loops(robot, root)
     robot.dropped = _list_dropped(root, shifted)
     for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
         remove_children(root, (section,))
     for world in root.findall("worldbody"):
         remove_children(world, ("geom", "light", "camera", "site"))
+    for element in root.iter():
+        for attribute in set(element.attrib) - set(_KEPT.get(element.tag, element.attrib)):
+            del element.attrib[attribute]
     robot.text = ElementTree.tostring(root, encoding="unicode")
+    compile_masses(robot, root, MassSettings.read(compiler, numbers))
     return robot
 
 
-def _read_unit(path: Path, root: Element) -> str:
+def _read_unit(path: Path, compiler: Mapping[str, str]) -> str:
     """Reads the unit of angles, in words."""
-    unit = "degree"
-    for compiler in root.findall("compiler"):
-        unit = compiler.get("angle", unit)
-        if unit not in _UNITS:
-            raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
+    unit = compiler.get("angle", "degree")
+    if unit not in _UNITS:
+        raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
     return _UNITS[unit]
+
+
+def _read_gravity(robot: Description, root: Element, numbers: Numbers) -> None:
+    """Reads which way is up, and remarks on a gravity other than the earth's."""
+    written = [element.get("gravity") for element in root.findall("option") if element.get("gravity")]
+    read_gravity(robot, numbers.parse(written[-1] if written else None, "option.gravity", 3, EARTH))
 
 
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
@@ -123,15 +149,16 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     low, high = numbers.parse(joint.get("range"), f"{key}.range", 2, (0.0, 0.0))
     axis = numbers.parse(joint.get("axis"), f"{key}.axis", 3, (0.0, 0.0, 1.0))
     damping, armature, ref = take("damping"), take("armature"), take("ref")
-    fault = find_joint_fault(lower=low, upper=high, damping=damping, rotor_inertia=armature, axis=axis, unit=unit)
+    fault = find_joint_fault(lower=low, upper=high, axis=axis, unit=unit)
     limited = joint.attrib.pop("limited", "auto") != "false" and low < high
-    for name in ("range", "ref", *(("damping", "armature", "axis") if fault else ())):
+    for name in ("range", "ref", *(("axis",) if fault else ()), *(("damping",) if fault or damping < 0.0 else ())):
         joint.attrib.pop(name, None)
     if limited:  # angles are relative to the drawn pose of the model
         joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
     return JointNotes(
         friction=take("frictionloss"),
         stiffness=take("stiffness"),
+        damping=min(damping, 0.0),
         rotor_inertia=armature,
         fault=fault,
     )
@@ -145,20 +172,37 @@ def _list_dropped(root: Element, shifted: list[str]) -> list[str]:
         said.append(f"sections {', '.join(sections)} of the file, but for torques and couplings of joints")
     if shifted:
         said.append(f"the reference angle of {', '.join(shifted)}: angles count from the pose that the file draws")
-    changed = [name for name in _OF_MASSES if root.find(f"compiler[@{name}]") is not None]
-    if changed:
-        said.append(f"what MuJoCo's compiler makes of masses by {', '.join(changed)}")
     return said
 
 
 def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
-    """Reads the couplings of joints, the linear part of their polynomials."""
+    """Reads the couplings of joints that are in force; without a second joint, the first is fixed."""
     follows = {}
     for element in root.iterfind("equality/joint"):
-        words = (element.get("polycoef") or "0 1 0 0 0").split()
-        offset, multiplier = numbers.parse(" ".join(words[:2]), "equality.joint.polycoef", 2, (0.0, 1.0))
-        follows[element.get("joint1", "")] = Mimic(element.get("joint2", ""), multiplier, offset)
+        if element.get("active") != "false":
+            words = (element.get("polycoef") or "0 1 0 0 0").split()
+            offset, multiplier, *higher = numbers.parse(
+                " ".join(words), "equality.joint.polycoef", max(2, min(len(words), 5)), ()
+            )
+            leader = element.get("joint2", "")
+            follows[element.get("joint1", "")] = Mimic(leader, multiplier, offset, tuple(higher))
     return follows
+
+
+def _remark_loops(robot: Description, root: Element) -> None:
+    """Remarks on constraints that are cut here: ties between two bodies, and tendons."""
+    for tag in ("connect", "weld"):
+        for element in root.iterfind(f"equality/{tag}"):
+            if element.get("active") == "false":
+                continue
+            names = [element.get(f"body{k}") or robot.sites.get(element.get(f"site{k}", "")) for k in (1, 2)]
+            one, other = (name or "the world" for name in names)
+            robot.remarks.append(
+                f"body {one} is closed by <{tag}> to {other}; the loop is cut here: a body that is not on the arm's "
+                "chain is frozen where the file draws it"
+            )
+    if tendons := len(root.findall("tendon/*")):
+        robot.remarks.append(f"{tendons} tendons, with their springs, limits and actuators, are left out")
 
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
@@ -173,24 +217,40 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     return Inertial(mass, place, (0.0, 0.0, 0.0), moments, in_link=not turned)
 
 
-def _find_mesh(body: Element) -> str:
-    """Finds a mesh from which a body derives its mass; empty for none."""
-    meshes = [geom.get("mesh", "") for geom in body.findall("geom") if geom.get("mass") != "0"]
-    return next(filter(None, meshes), "")
+def _remove_other_groups(body: Element, groups: tuple[float, ...], numbers: Numbers) -> None:
+    """Removes the shapes of groups from which MuJoCo takes no mass."""
+    for geom in body.findall("geom"):
+        if not groups[0] <= numbers.parse_one(geom.get("group"), "geom.group", 0.0) <= groups[1]:
+            body.remove(geom)
 
 
-def _make_sites_bodies(body: Element, names: set[str]) -> None:
-    """Replaces the sites of a body by massless bodies, so that they can be named as tip.
+def _find_unreadable(body: Element) -> str:
+    """Describes a shape from which a body derives its mass, and whose mass is not computed here; empty for none."""
+    for geom in body.findall("geom"):
+        if geom.get("mass") == "0" or geom.get("density") == "0":
+            continue
+        if geom.get("mesh"):
+            return f"the mesh {geom.get('mesh')}"
+        if geom.get("shellinertia") == "true":
+            return "a shell"
+    return ""
+
+
+def _make_sites_bodies(body: Element, names: set[str]) -> list[str]:
+    """Replaces the sites of a body by massless bodies, so that they can be named as tip; returns their names.
 
     A site with the name of a body gets the suffix ``_site``.
     """
+    made = []
     for site in body.findall("site"):
         if name := site.get("name"):
             unique = _find_unused(f"{name}_site", names) if name in names else name
             names.add(unique)
             place = {str(key): site.attrib[key] for key in ("pos", *_TURNS) if key in site.attrib}
             ElementTree.SubElement(body, "body", {**place, "name": unique})
+            made.append(unique)
         body.remove(site)
+    return made
 
 
 def _read_visuals(body: Element, numbers: Numbers) -> list[Visual | None]:

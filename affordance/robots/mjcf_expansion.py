@@ -52,7 +52,8 @@ def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
             name = child.get("file", "")
             file = (folder / name).resolve()
             if not name or not file.is_relative_to(folder):
-                problem = f"names {name!r}, must be a file in the model's own folder, {folder}"
+                problem = f"names {name!r}, must be a file in the model's own folder, {folder}; MuJoCo "
+                problem += "writes all of a model into one file (mj_saveLastXML)"
                 raise BadValueError(named_in, "include", problem)
             if file in found or file == path.resolve():
                 raise BadValueError(named_in, "include", f"names {name!r} a second time, must include a file once")

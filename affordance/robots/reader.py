@@ -8,16 +8,20 @@ from affordance.robots.description import Description
 from affordance.robots.mjcf import read_mjcf
 from affordance.robots.sdf import read_sdf
 from affordance.robots.urdf import read_urdf
-from affordance.robots.xml_reader import read_xml
+from affordance.robots.xacro_file import AS_IT_IS, XacroOptions, expand, is_template
+from affordance.robots.xml_reader import parse_xml, read_xml
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
 # Most links and joints together: a humanoid with hands has 150; Drake takes a minute for thousands in series.
 _BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 
 
-def read_robot(path: Path) -> Description:
-    """Reads a URDF, SDF or MJCF file, by its root element; raises a BadValueError for any other."""
-    root = read_xml(path)
+def read_robot(path: Path, xacro: XacroOptions = AS_IT_IS) -> Description:
+    """Reads a URDF, SDF or MJCF file or a xacro template; raises a BadValueError for any other root element."""
+    expanded = expand(path, xacro) if is_template(path) else None
+    if expanded is None and (xacro.values or xacro.packages):
+        raise BadValueError(path, "", "is no xacro template, must be one to take NAME:=VALUE and --package")
+    root = read_xml(path) if expanded is None else parse_xml(path, expanded.content)
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
     _check_number(path, root)
@@ -26,6 +30,8 @@ def read_robot(path: Path) -> Description:
     except RecursionError as error:
         raise BadValueError(path, "", "nests too deep with the files that it includes") from error
     _check_number(path, root)  # with the included files
+    if expanded is not None:
+        description.sources += expanded.sources
     return description
 
 

@@ -15,6 +15,7 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.plant.arm import ARM
 from affordance.plant.load import HAND_FRAME, parse_arm
 from affordance.plant.serial_chain import SerialChain, read_chain
+from affordance.robots.arm_checks import check_arm
 from affordance.robots.chain import find_chain, group_bodies
 from affordance.robots.description import Description
 from affordance.robots.reader import read_robot
@@ -46,7 +47,9 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
     chain = find_chain(tree, tip, base)
     context, _ = freeze(tree, chain.joints, {})
     root = chain.base if base is not None else _find_root(tree, chain.base)
-    groups = [{body.index() for body in bodies} for bodies in group_bodies(tree, chain)]
+    bodies_by_joint = group_bodies(tree, chain)
+    check_arm(tree, chain, context, bodies_by_joint, carries=True)
+    groups = [{body.index() for body in bodies} for bodies in bodies_by_joint]
     return read_chain(path, tree.plant, context, root.body_frame(), chain.joints, chain.tip, tip, groups)
 
 

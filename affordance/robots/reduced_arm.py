@@ -14,9 +14,11 @@ from pydrake.systems.framework import Context
 
 from affordance.arguments import check_kind, check_number
 from affordance.exceptions import BadValueError
-from affordance.robots.chain import FEWEST_JOINTS, Chain, group_bodies
+from affordance.robots.arm_checks import check_arm, find_limits
+from affordance.robots.chain import Chain, group_bodies
 from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
+from affordance.robots.xacro_file import AS_IT_IS, XacroOptions
 
 # Fields whose options of the command line have another name.
 _OPTIONS = {"height": "base_height"}
@@ -27,30 +29,40 @@ class ImportOptions:
     """Options of an import that the user gives in addition to the file.
 
     Attributes:
-        tip: Link or frame at the end of the arm, where it holds objects.
+        tip: Link or frame at the end of the arm, where it holds objects; empty for that of the longest limb.
         base: Link that is fixed to the world; None to find one.
         out_axis: Axis of the tip that points out of the hand; None to find one.
         posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
             there in the home posture.
         rotor_inertia: Reflected inertia of rotor and gears by joint; the empty name applies to every joint, [kg m^2].
         effort: Torque limits that replace the file's, by joint; the empty name applies to every joint, [N m].
+        velocity: Velocity limits that replace the file's, by joint; the empty name applies to every joint, [rad/s].
         damping: True to keep the file's damping.
         height: Height of the base above the world's origin, [m]; None for the file's.
-        up: Axis of the robot's root that points up; z in nearly all files.
+        up: Axis of the robot's root that points up; None for the file's: z, unless its gravity says otherwise.
         roll: Angle about the hand's x by which the hand is turned from the axes of the tip, [rad]: how the gripper
             is mounted. None to turn the hand so that its z is up at home.
+        mend_inertia: True to replace impossible inertias of the arm by the nearest possible ones, even where that
+            matters.
+        gravcomp: True to respect that the file lets the simulator carry links, which is refused; False for motors
+            that carry them.
+        xacro: How a xacro template is expanded.
     """
 
-    tip: str
+    tip: str = ""
     base: str | None = None
     out_axis: str | None = None
     posture: Mapping[str, float] = field(default_factory=dict)
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
     effort: Mapping[str, float] = field(default_factory=dict)
+    velocity: Mapping[str, float] = field(default_factory=dict)
     damping: bool = True
     height: float | None = None
-    up: str = "z"
+    up: str | None = None
     roll: float | None = None
+    mend_inertia: bool = False
+    gravcomp: bool = True
+    xacro: XacroOptions = AS_IT_IS
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for a value of another kind; what fits the file is checked with it."""
@@ -67,7 +79,7 @@ class ImportOptions:
 
     def list_given(self) -> list[str]:
         """Lists the options of the command line whose values are not their defaults."""
-        defaults = ImportOptions("")
+        defaults = ImportOptions()
         return [
             f"--{_OPTIONS.get(each.name, each.name).replace('_', '-')}"
             for each in fields(self)
@@ -110,6 +122,13 @@ class ReducedArm:
     # Names of the base and the links above it, with their poses in B.
     base_bodies: tuple[tuple[str, RigidTransform], ...]
     frozen: Mapping[str, float]  # values of the frozen joints, [rad] or [m]
+    mended: tuple[str, ...]  # names of the links whose impossible inertia was replaced by the nearest possible one
+    why_tip: str = ""  # how the tip was chosen, and what else there is; empty if it was given
+
+    @property
+    def up(self) -> str:
+        """Axis of the robot's root that points up."""
+        return self.options.up or self.tree.description.up or "z"
 
     @property
     def base(self) -> str:
@@ -139,25 +158,29 @@ def reduce_arm(
 ) -> ReducedArm:
     """Reduces a chain of a robot to an arm, in a context with the chain at zero and other joints frozen.
 
-    A BadValueError is raised for a link of an impossible inertia, a joint with impossible limits, no torque limit or
-    a velocity limit of zero, and an option that names a joint that the arm has not.
+    One BadValueError is raised for all links of an impossible inertia, and joints with impossible limits, no torque
+    limit or a velocity limit of zero; another one for an option that names a joint that the arm has not.
     """
     names = [joint.name() for joint in chain.joints]
-    for option, given in (("--effort", options.effort), ("--rotor-inertia", options.rotor_inertia)):
+    by_kind = {"effort": options.effort, "velocity": options.velocity, "rotor_inertia": options.rotor_inertia}
+    for kind, given in by_kind.items():
+        option = f"--{kind.replace('_', '-')}"
         if unknown := [name for name in given if name and name not in names]:
             problem = f"names {unknown[0]!r}, which is not a joint of the arm, must be one of {', '.join(names)}"
             raise BadValueError(option, "", problem)
-    notes = {joint.name(): tree.note(joint) for joint in chain.joints}
-    # What is given for a joint, for every joint (the empty name), or by the file.
-    efforts = {name: options.effort.get(name, options.effort.get("", notes[name].effort)) for name in names}
-    rotors = options.rotor_inertia
-    _check_joints(tree, chain, efforts)
+    limits = {
+        joint.name(): find_limits(joint, tree.note(joint), by_kind, has_damping=options.damping)
+        for joint in chain.joints
+    }
+    groups = group_bodies(tree, chain)
+    mends = {"mends": options.mend_inertia, "carries": not options.gravcomp}
+    mended = check_arm(tree, chain, context, groups, limits, **mends)
     links: list[ReducedLink] = []
     before: Frame = chain.base.body_frame()
-    for joint, bodies in zip(chain.joints, group_bodies(tree, chain), strict=True):
+    for joint, bodies in zip(chain.joints, groups, strict=True):
         name, child, frame = joint.name(), joint.child_body(), joint.frame_on_child()
-        limit = efforts[name]
-        assert limit is not None  # checked above
+        limit = limits[name]
+        assert limit.effort is not None  # checked above
         group = [child, *(body for body in bodies if body.index() != child.index())]
         links.append(
             ReducedLink(
@@ -167,11 +190,11 @@ def reduce_arm(
                 axis=tuple(joint.revolute_axis().tolist()),
                 lower=float(joint.position_lower_limits()[0]),
                 upper=float(joint.position_upper_limits()[0]),
-                velocity=float(joint.velocity_upper_limits()[0]),
-                effort=limit,
-                damping=float(joint.default_damping()) if options.damping else 0.0,
-                rotor_inertia=rotors.get(name, rotors.get("", notes[name].rotor_inertia)),
-                inertial=_sum_inertia(tree, context, frame, group),
+                velocity=limit.velocity,
+                effort=limit.effort,
+                damping=limit.damping,
+                rotor_inertia=limit.rotor_inertia,
+                inertial=sum_inertia(tree, context, frame, group),
                 bodies=_place(tree, context, frame, group),
             )
         )
@@ -183,12 +206,12 @@ def reduce_arm(
         X_LH = RigidTransform(X_LH.translation())
     base_frame = chain.base.body_frame()
     support = sorted({int(body.index()) for body in (chain.base, *tree.list_above(chain.base))} - {0})
-    X_WB = base_frame.CalcPoseInWorld(context)
+    X_WB, up = base_frame.CalcPoseInWorld(context), options.up or tree.description.up or "z"
     arm = ReducedArm(
         tree=tree,
         chain=chain,
         options=options,
-        X_WB=X_WB if options.up == "z" else turn_up(options.up) @ X_WB,
+        X_WB=X_WB if up == "z" else turn_up(up) @ X_WB,
         links=tuple(links),
         X_LT=X_LT,
         X_LH=X_LH,
@@ -196,6 +219,7 @@ def reduce_arm(
         roll=0.0,
         base_bodies=_place(tree, context, base_frame, [tree.plant.get_body(BodyIndex(index)) for index in support]),
         frozen=frozen,
+        mended=mended,
     )
     return arm.roll_hand(options.roll or 0.0)
 
@@ -239,38 +263,6 @@ def turn_up(axis: str) -> RigidTransform:
     return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
 
 
-def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | None]) -> None:
-    """Rejects joints that cannot move an arm, with a suggestion where one may help."""
-    path = tree.description.path
-    for joint in chain.joints:
-        key, notes = f"joint {joint.name()}", tree.note(joint)
-        if notes.fault:
-            raise BadValueError(path, key, notes.fault)
-        effort, velocity = efforts[joint.name()], float(joint.velocity_upper_limits()[0])
-        if effort is None or not effort > 0.0:
-            found = "has no limit of torque (effort), must have one of more than 0 N m"
-            if effort is not None:
-                found = f"has a limit of torque (effort) of {effort:g} N m, must be more than 0"
-            raise BadValueError(path, key, f"{found}; {_suggest_efforts(chain, efforts)}")
-        if not velocity > 0.0:
-            raise BadValueError(path, key, f"has a velocity limit of {velocity:g} rad/s, must be more than 0")
-        low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
-        if not low < high:
-            raise BadValueError(path, key, f"has position limits from {low:g} to {high:g} rad, must be a range")
-
-
-def _suggest_efforts(chain: Chain, efforts: Mapping[str, float | None]) -> str:
-    """Suggests options that make up for missing torque limits."""
-    lacking = [k for k, joint in enumerate(chain.joints) if not (efforts[joint.name()] or 0.0) > 0.0]
-    names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
-    given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
-    ways = f"--effort {given} gives limits (N m)"
-    below = len(chain.joints) - len(lacking)
-    if lacking == list(range(len(lacking))) and below >= FEWEST_JOINTS:
-        ways += f", --base {chain.joints[lacking[-1]].child_body().name()} leaves out what lies below"
-    return ways
-
-
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
     """Computes the pose of a frame in another one above it; passing through the world would cost the last digits."""
     X = last.GetFixedPoseInBodyFrame()
@@ -288,7 +280,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
     return X_first
 
 
-def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
+def sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
     """Computes the combined inertia of bodies in a frame; a single body keeps the numbers of the file."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))

@@ -1,42 +1,28 @@
 """Report of an import, as text and as a page with pictures of the posture: what was taken, assumed and left out."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from affordance.arrays import Array
-from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
-from affordance.files.model_folder import MODELS
 from affordance.files.template import render_template
-from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM
-from affordance.plant.load import load_arm
-from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import format_number, tabulate
-from affordance.reporting.object_drawings import Drawing, draw_object, find_limits
-from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import Fitted, show
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS, UPRIGHT, HomePosture
+from affordance.robots.plausibility import is_nearly_massless, list_implausible
+from affordance.robots.posture_figure import draw_posture
 from affordance.robots.reduced_arm import ReducedArm
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
-_WIDTH, _HEIGHT = 720, 540
 # Fraction of a joint's torque limit that damping takes at full velocity, above which it was hardly measured.
 _MUCH_DAMPING = 0.5
 # Reflected inertia below that of any geared motor: the file contains none, [kg m^2].
 _NO_ROTOR = 1e-3
 # Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
 _MANY_WEIGHTS = 5.0
-_MANY = 12
-# Tool that shows how things are held; length of the drawn axes, [cm], and part of it from which one is seen.
-_HAMMER, _ARROW, _SEEN = "claw hammer", 9.0, 0.3
+_MANY, _HEAVIEST = 12, 3
 
 
 class ReportPart(NamedTuple):
@@ -82,7 +68,9 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
         f"distance from shoulder to hand: {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m",
         f"the arm's weight takes {100.0 * home.empty_load:.0f} % of the torque limit of the most loaded joint; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
-        f"largest static payload there: {format_number(home.payload)} kg, limited by {home.weakest}",
+        describe_payload(home),
+        "torques of the arm's own weight there (N m): "
+        + ", ".join(f"{name} {torque:.3g}" for name, torque in zip(arm.joint_names, home.own, strict=True)),
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
         f"the hand's z, which is up in drawings of tools: {np.degrees(home.tilt):.3g} degrees from up",
     ]
@@ -110,6 +98,8 @@ def _list_parts(arm: ReducedArm, home: HomePosture, fitted: Fitted | None, looks
 def _list_taken(arm: ReducedArm) -> Iterator[str]:
     options = arm.options
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
+    if arm.why_tip:
+        yield arm.why_tip
     yield f"base: {arm.base}, as {arm.chain.why_base}"
     found = "the axis nearest to the line from the last joints; --out-axis overrides"
     yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({'as given' if options.out_axis else found})"
@@ -117,6 +107,14 @@ def _list_taken(arm: ReducedArm) -> Iterator[str]:
     if merged := [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]:
         yield f"links that move with another were added to it: {', '.join(merged)}"
     yield f"mass of the arm: {arm.mass:.3g} kg"
+
+
+def describe_payload(home: HomePosture) -> str:
+    """Describes what an arm holds at rest: in the hand, and farther out, as tools are."""
+    return (
+        f"static payload at home {format_number(home.payload_in_hand)} kg in the hand, {format_number(home.payload)} "
+        f"kg {100.0 * TEST_DISTANCE:g} cm out of it, limited by {home.weakest}"
+    )
 
 
 def describe_roll(arm: ReducedArm) -> str:
@@ -132,7 +130,7 @@ def describe_roll(arm: ReducedArm) -> str:
 def _list_assumed(arm: ReducedArm) -> Iterator[str]:
     options = arm.options
     yield (
-        f"the base is fixed to the world, {options.up} of the robot's root pointing up, and turned so that the hand "
+        f"the base is fixed to the world, {arm.up} of the robot's root pointing up, and turned so that the hand "
         "points forward"
     )
     if arm.frozen:
@@ -149,9 +147,12 @@ def _list_assumed(arm: ReducedArm) -> Iterator[str]:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
         gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
         yield f"no inertia of rotors and gears, for {some}; {gives}"
-    if options.effort:
-        some = "" if "" in options.effort else f", for {', '.join(options.effort)}"
-        yield f"limits of torque are those that were given, not the file's{some}"
+    for kind, given in (("torque", options.effort), ("velocity", options.velocity)):
+        if given:
+            some = "" if "" in given else f", for {', '.join(given)}"
+            yield f"limits of {kind} are those that were given, not the file's{some}"
+    if endless := [joint.name() for joint in arm.chain.joints if not arm.tree.note(joint).has_range]:
+        yield f"unlimited, as their position limits are missing: {', '.join(endless)}"
     if light := [link.name for link in arm.links if link.inertial.mass == 0.0]:
         yield f"no mass: {', '.join(light)}, as the file has it"
 
@@ -166,11 +167,11 @@ def list_dropped(arm: ReducedArm) -> Iterator[str]:
         yield f"springs (N m/rad): {', '.join(springs)}"
     if not arm.options.damping:
         yield "damping of all joints, as requested"
-    if couplers := [name for name, notes in description.joints.items() if notes.mimic is not None]:
-        yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}"
+    yield from list_couplings(arm)
     yield "collision shapes: only the object that is held touches anything, the nail"
     yield from description.dropped
-    for link, fault in description.faults.items():
+    mended = {link: fault for link, (fault, _) in description.mended.items() if link not in arm.mended}
+    for link, fault in {**description.faults, **mended}.items():
         yield f"inertia of the link {link}, which is not part of the arm: it {fault}"
     for name, notes in description.joints.items():
         if notes.fault:
@@ -179,6 +180,8 @@ def list_dropped(arm: ReducedArm) -> Iterator[str]:
 
 def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
     """Lists warnings about surprising values of an imported arm."""
+    yield from list_remarks(arm)
+    yield from list_implausible(arm)
     for link in arm.links:
         part = link.damping * link.velocity / link.effort
         if np.isfinite(part) and part > _MUCH_DAMPING:
@@ -186,12 +189,22 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
                 f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
                 "torque limit at its rate limit; --damping none omits damping"
             )
-    if home.payload > _MANY_WEIGHTS * arm.mass:
+    if home.payload > _MANY_WEIGHTS * arm.mass and not is_nearly_massless(arm):
         yield (
             f"static payload {format_number(home.payload)} kg, mass of the arm {arm.mass:.3g} kg: the "
             "torque limits may be placeholders; --effort gives others"
         )
-    if home.load > 1.0:
+    if home.empty_load > 1.0:
+        efforts = [link.effort for link in arm.links]
+        worst = int(np.argmax(np.abs(home.own) / efforts))
+        needed = abs(home.own[worst])
+        heaviest = sorted(arm.links[worst:], key=lambda link: -link.inertial.mass)[:_HEAVIEST]
+        weights = ", ".join(f"{link.name} {link.inertial.mass:.3g} kg" for link in heaviest)
+        yield (
+            f"the arm cannot bear itself at home: {arm.joint_names[worst]} would need {needed:.3g} N m, "
+            f"its limit is {efforts[worst]:.3g} N m; the heaviest links that it carries are {weights}"
+        )
+    elif home.load > 1.0:
         yield (
             f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
             f"limits: {100.0 * home.load:.0f} % in the best one"
@@ -205,71 +218,31 @@ def list_warnings(arm: ReducedArm, home: HomePosture) -> Iterator[str]:
         yield f"Drake says: {remark}"
 
 
-def draw_posture(models: Path) -> Figure:
-    """Draws the arm at home with an object, its joints from the right and above, and the hand's frame with a tool."""
-    arm = load_arm(models / ARM.name)
-    tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
-    longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
-    try:
-        (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
-    except UnavailableError:
-        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # only the joints are drawn
-    context: Any = arm.plant.CreateDefaultContext()
-    joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
-    hand: Any = arm.hand.CalcPoseInWorld(context)
-    free = hand @ longest.p_TTfree
-    places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
-    points = np.array([*places, hand.translation()])
-    figure = Figure(figsize=(15.5, 4.6), layout="constrained")
-    rendered, side, above, frame = figure.subplots(1, 4, width_ratios=[1.5, 1.0, 1.0, 1.1])
-    rendered.imshow(picture)
-    rendered.set_axis_off()
-    rendered.set_title(f"at home, with {longest.name.replace('_', ' ')}")
-    for axes, row, name, label in (
-        (side, 2, "from the right", "up (m)"),
-        (above, 1, "from above", "to the left (m)"),
-    ):
-        axes.plot(points[:, 0], points[:, row], "o-", color=OBJECT_COLOURS[0], label="joints and hand")
-        ends = np.array([hand.translation(), free])
-        axes.plot(ends[:, 0], ends[:, row], "-", color=OBJECT_COLOURS[4], linewidth=3.0, label="object")
-        axes.set_aspect("equal", adjustable="datalim")
-        axes.set(xlabel="forward (m)", ylabel=label, title=name)
-    side.legend(frameon=False, fontsize=8)
-    tidy(side, above)
-    _draw_hand_frame(frame, hand.rotation().matrix())
-    return figure
+def list_couplings(arm: ReducedArm) -> Iterator[str]:
+    """Describes the joints that follow another one, and are frozen; nothing if there are none."""
+    if couplers := [name for name, notes in arm.tree.description.joints.items() if notes.mimic is not None]:
+        more = f" and {len(couplers) - _MANY} more" if len(couplers) > _MANY else ""
+        yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}{more}"
 
 
-def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
-    """Draws the axes of the hand with a hammer in it, as seen from the right: world's x ahead, z up."""
-    hammer = next(tool for tool in load_tools(MODELS / "workshop" / "tools.yaml") if tool.name == _HAMMER)
-    held = hammer.gripped_by(hammer.grips[0])
-    R_VH = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]) @ R_WH  # V the view, looking along -Vz
-    X_VH = np.eye(4)
-    X_VH[:3, :3] = R_VH
-    parts = tuple(replace(part, X_TE=X_VH @ part.X_TE) for part in held.components)
-    shown = replace(held, components=parts)
-    draw_object(axes, Drawing(shown, ""))
-    for name, direction in zip("xyz", R_VH.T, strict=True):
-        along = direction[:2]
-        if np.linalg.norm(along) > _SEEN:
-            end = (_ARROW * along).tolist()
-            axes.annotate(
-                "",
-                end,
-                (0.0, 0.0),
-                arrowprops={"arrowstyle": "-|>", "linewidth": 2.0, "color": "#AA3377", "shrinkA": 0.0},
-            )
-            axes.annotate(name, (1.15 * _ARROW * along).tolist(), ha="center", va="center", color="#AA3377")
-        else:
-            away = "away from" if direction[2] < 0.0 else "towards"
-            axes.annotate(f"{name} points {away} you", (0.0, -1.1 * _ARROW), color="#AA3377", fontsize=9)
-    axes.set_title(f"the hand's frame at home, from the right,\nwith the {_HAMMER} by its {held.grip}", fontsize=10)
-    low, high = find_limits([shown])
-    around = 1.3 * _ARROW * np.ones(2)
-    low, high = np.minimum(low, -around), np.maximum(high, around)
-    axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.axis("off")
+def list_remarks(arm: ReducedArm) -> Iterator[str]:
+    """Lists what the file says twice, leaves out or contradicts, of the robot and of the arm's links and joints."""
+    description = arm.tree.description
+    yield from description.remarks
+    if len(arm.tree.roots) > 1 and description.kind == "urdf":
+        roots = ", ".join(arm.tree.roots)
+        yield f"{len(arm.tree.roots)} links have no parent, and each is fixed to the world: {roots}"
+    if arm.chain.above:
+        yield f"the arm begins at {arm.base}: {arm.chain.above}"
+    bodies = [name for link in arm.links for name, _ in link.bodies]
+    joints = [arm.tree.key(joint) for joint in arm.chain.joints]
+    for element in (*(f"link {name}" for name in bodies), *(f"joint {name}" for name in joints)):
+        for remark in description.remarks_of.get(element, ()):
+            yield f"{element} {remark}"
+    for name in arm.mended:
+        fault, written = description.mended[name]
+        nearest = "the nearest possible one" if written.mass > 0.0 else "none"
+        yield f"link {name} {fault}; {nearest} replaces it"
 
 
 def _write_text(title: str, parts: Sequence[ReportPart]) -> str:

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.robots.description import MOMENTS, Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
+from affordance.robots.remarks import EARTH, read_gravity, remark_couplings, remark_missing
 from affordance.robots.xml_reader import Numbers, find_text, list_new, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
@@ -33,8 +34,11 @@ def read_sdf(path: Path, root: Element) -> Description:
                 robot.faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
                 inertial.attrib.clear()
                 _put_nothing(inertial)
-            elif robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial")):
-                _put_nothing(inertial)
+            else:
+                nearest = robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial"))
+                remark_missing(robot, name, inertial)
+                if nearest is not None:
+                    _write_moments(inertial, nearest)
             remove_children(link, _NOT_OF_LINKS)
         for joint, name, key in list_new(model.findall("joint"), path, robot.joints, scope):
             robot.joints[name] = _read_joint(joint, numbers, key)
@@ -44,8 +48,14 @@ def read_sdf(path: Path, root: Element) -> Description:
                 dynamics = axis.find("dynamics")
                 if dynamics is not None:
                     remove_children(dynamics, ("friction", "spring_reference", "spring_stiffness"))
+                    if robot.joints[name].damping < 0.0:
+                        remove_children(dynamics, ("damping",))
         robot.frames |= {f"{scope}{frame.get('name', '')}" for frame in model.findall("frame")}
         remove_children(model, _NOT_OF_MODELS)
+    remark_couplings(robot)
+    gravity = find_text(root, "world/gravity")
+    if gravity is not None:
+        read_gravity(robot, numbers.parse(gravity, "world.gravity", 3, EARTH))
     robot.text = ElementTree.tostring(root, encoding="unicode")
     return robot
 
@@ -92,11 +102,11 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     ratio, rotor = take(f"{_DRAKE}gear_ratio", 1.0), take(f"{_DRAKE}rotor_inertia", 0.0)
     axis = numbers.parse(find_text(joint, "axis/xyz"), f"{key}.axis.xyz", 3, (0.0, 0.0, 1.0))
     damping = take("axis/dynamics/damping", 0.0)
-    fault = find_joint_fault(
-        lower=lower, upper=upper, velocity=velocity, damping=damping, rotor_inertia=rotor, axis=axis
-    )
+    fault = find_joint_fault(lower=lower, upper=upper, axis=axis)
     notes = JointNotes(
         effort=effort,
+        velocity=0.0 if velocity == 0.0 else None,
+        damping=min(damping, 0.0),
         friction=take("axis/dynamics/friction", 0.0),
         stiffness=take("axis/dynamics/spring_stiffness", 0.0),
         mimic=follows,
@@ -134,12 +144,17 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
 
 def _put_nothing(inertial: Element) -> None:
     """Replaces an inertial by that of a massless body."""
-    for child in list(inertial):
-        inertial.remove(child)
-    ElementTree.SubElement(inertial, "mass").text = "0"
+    remove_children(inertial, {child.tag for child in inertial})
+    _write_moments(inertial, Inertial(0.0, _NO_PLACE, _NO_PLACE, (0.0,) * 6))
+
+
+def _write_moments(inertial: Element, values: Inertial) -> None:
+    """Replaces the mass and moments of an inertial; its pose stays."""
+    remove_children(inertial, ("mass", "inertia"))
+    ElementTree.SubElement(inertial, "mass").text = repr(values.mass)
     inertia = ElementTree.SubElement(inertial, "inertia")
-    for name in MOMENTS:
-        ElementTree.SubElement(inertia, name).text = "0"
+    for name, value in zip(MOMENTS, values.moments, strict=True):
+        ElementTree.SubElement(inertia, name).text = repr(value)
 
 
 def _read_visual(element: Element, numbers: Numbers, key: str) -> Visual | None:

@@ -28,6 +28,7 @@ class RobotTree:
     description: Description
     plant: MultibodyPlant  # finalized plant, without geometry, every root welded to the world
     remarks: tuple[str, ...] = ()
+    roots: tuple[str, ...] = ()  # names of the links that no joint carries
 
     @cached_property
     def joints_above(self) -> dict[BodyIndex, Joint]:
@@ -46,9 +47,17 @@ class RobotTree:
         """Lists the bodies above a body, up to the world."""
         return [joint.parent_body() for joint in self.climb(body)]
 
+    @cached_property
+    def joints_below(self) -> dict[BodyIndex, list[Joint]]:
+        """Joints that each body carries, by body."""
+        below: dict[BodyIndex, list[Joint]] = {}
+        for joint in self.joints_above.values():
+            below.setdefault(joint.parent_body().index(), []).append(joint)
+        return below
+
     def list_children(self, body: RigidBody) -> list[Joint]:
         """Lists the joints that a body carries."""
-        return [joint for joint in self.joints_above.values() if joint.parent_body().index() == body.index()]
+        return self.joints_below.get(body.index(), [])
 
     def key(self, element: Joint | RigidBody) -> str:
         """Returns the name of a joint or link in the description; in an SDF it includes the name of the model."""
@@ -103,7 +112,8 @@ def build_tree(description: Description) -> RobotTree:
         try:
             kind = "xml" if description.kind == "mjcf" else description.kind
             Parser(plant).AddModelsFromString(description.text, kind)
-            for root in _list_roots(description.path, plant):
+            roots = _list_roots(description.path, plant)
+            for root in roots:
                 plant.WeldFrames(plant.world_frame(), root.body_frame())
             plant.Finalize()
         except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits where its own checks fail
@@ -111,7 +121,7 @@ def build_tree(description: Description) -> RobotTree:
     if not any(plant.get_joint(index).num_velocities() for index in plant.GetJointIndices()):
         raise ModelFileError(description.path, "has no joint that moves")
     remarks = dict.fromkeys(_clean(record.getMessage()) for record in collector.buffer)
-    return RobotTree(description, plant, tuple(remarks))
+    return RobotTree(description, plant, tuple(remarks), tuple(root.name() for root in roots))
 
 
 def _list_roots(path: Path, plant: MultibodyPlant) -> list[RigidBody]:
@@ -194,8 +204,10 @@ def freeze(
         mimic, name = tree.note(joint).mimic, joint.name()
         low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
         leader = None if mimic is None else by_name.get((joint.model_instance(), mimic.leader))
+        if mimic is not None and not mimic.leader:
+            return mimic.offset
         if mimic is not None and leader is not None and name not in followed:
-            return mimic.multiplier * find(leader, (*followed, name)) + mimic.offset
+            return mimic.compute(find(leader, (*followed, name)))
         default = 0.0 if joint.index() in own else joint.default_positions()[0]
         return float(posture.get(name, np.clip(default, low, high)))
 

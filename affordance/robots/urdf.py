@@ -7,42 +7,64 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice, suggest
-from affordance.robots.description import MOMENTS, Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
+from affordance.robots.description import (
+    MOMENTS,
+    Description,
+    Inertial,
+    JointNotes,
+    Mimic,
+    Visual,
+    build_pose,
+    find_joint_fault,
+)
+from affordance.robots.remarks import remark_couplings, remark_missing
 from affordance.robots.xml_reader import Numbers, get_attribute, list_new, remove_children
 
-# Xacro has been declared by several addresses, or by its prefix alone.
-_XACRO = "xacro}"
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _WORLD = "world"  # which is there without a link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
+# Elements of which a link, its inertial or a joint has one; the first counts where a file has more.
+_SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "mass", "inertia")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
     """Reads a URDF file; raises a BadValueError for an invalid value, or a name that is used twice."""
-    if any(_XACRO in element.tag for element in root.iter()):
-        raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
     numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
     others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
     for link, name, key in list_new(root.findall("link"), path, robot.visuals):
         robot.add_visuals(name, [_read_visual(each, numbers, key, colours) for each in link.findall("visual")])
-        inertial = link.find("inertial")
-        if inertial is not None and robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial")):
-            link.remove(inertial)  # Drake would substitute a sphere of water
         remove_children(link, ("visual", "collision"))
+        for attribute in set(link.attrib) - {"name"}:  # as an earlier version of URDF has them
+            del link.attrib[attribute]
+        _keep_first(robot, link, key)
+        inertial = link.find("inertial")
+        if inertial is not None:
+            _keep_first(robot, inertial, key)
+            nearest = robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial"))
+            remark_missing(robot, name, inertial)
+            if nearest is not None:
+                _write_inertial(link, inertial, nearest)
     for joint, name, key in list_new(root.findall("joint"), path, robot.joints):
+        _keep_first(robot, joint, key)
         pair = _read_connection(joint, path, key, robot.visuals)
         if (other := connected.setdefault(pair, name)) != name:
             problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
             raise BadValueError(path, key, problem)
         robot.joints[name] = _read_joint(joint, numbers, key)
+        if joint.get("type") == "fixed":
+            parent, child = (get_attribute(joint.find(end), "link") or "" for end in ("parent", "child"))
+            robot.fixed[child] = name, parent, build_pose(*_read_pose(joint, numbers, key))
+        if joint.get("type") == "floating":
+            robot.floating[get_attribute(joint.find("child"), "link") or ""] = name
         remove_children(joint, ("mimic", "safety_controller", "calibration"))
         dynamics = joint.find("dynamics")
         if dynamics is not None:
             for attribute in set(dynamics.attrib) - {"damping"}:
                 del dynamics.attrib[attribute]
+    remark_couplings(robot)
     remove_children(root, {child.tag for child in root} - {"link", "joint"})
     if others:
         robot.dropped.append(f"elements {', '.join(sorted(others))} of the file, which do not concern motion")
@@ -88,21 +110,27 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
     lower, upper, velocity = (bounds[name] for name in _BOUNDS)
-    fault = find_joint_fault(lower=lower, upper=upper, velocity=velocity, damping=damping, axis=direction)
+    fault = find_joint_fault(lower=lower, upper=upper, axis=direction)
+    is_limited = velocity is None or velocity > 0.0
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
         limit.attrib.pop("effort", None)  # kept in the notes
         for name, value in bounds.items():
             limit.attrib.pop(name, None)
-            if value is not None and math.isfinite(value) and not fault:
+            if value is not None and math.isfinite(value) and not fault and (name != "velocity" or is_limited):
                 limit.set(name, repr(value))
     if fault:
         remove_children(joint, ("axis", "dynamics"))
+    if damping < 0.0:
+        remove_children(joint, ("dynamics",))
     return JointNotes(
         effort=None if effort is None or math.isinf(effort) else effort,
+        velocity=None if is_limited else velocity,
+        damping=min(damping, 0.0),
         friction=numbers.parse_one(get_attribute(dynamics, "friction"), f"{key}.dynamics.friction", 0.0),
         mimic=follows,
         fault=fault,
+        has_range=kind != "revolute" or lower is not None,
     )
 
 
@@ -113,6 +141,25 @@ def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[floa
         numbers.parse(get_attribute(origin, name), f"{key}.origin.{name}", 3, _NO_PLACE) for name in ("xyz", "rpy")
     )
     return xyz, rpy
+
+
+def _keep_first(robot: Description, element: Element, key: str) -> None:
+    """Removes all but the first of the elements of which there must be one, and remarks on each."""
+    for tag in _SINGLE:
+        if len(found := element.findall(tag)) > 1:
+            robot.remark(key, f"has {len(found)} <{tag}> elements, of which the first counts")
+            for other in found[1:]:
+                element.remove(other)
+
+
+def _write_inertial(link: Element, inertial: Element, nearest: Inertial) -> None:
+    """Replaces the moments of an inertial; without a mass it is removed, as Drake would substitute a water sphere."""
+    if not nearest.mass:
+        link.remove(inertial)
+        return
+    moments = inertial.find("inertia")
+    assert moments is not None  # without moments, none is impossible
+    moments.attrib.update(zip(MOMENTS, map(repr, nearest.moments), strict=True))
 
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
@@ -146,4 +193,7 @@ def _read_visual(
     if material is not None and material.find("color") is not None:
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
     sizes = () if shape.tag == "ellipsoid" else numbers.parse_sizes(shape.tag, shape.get, key)  # URDF has none
-    return Visual(shape.tag, sizes, place, rpy, shape.get("filename", ""), colour) if sizes else None
+    if not sizes:
+        return None
+    named = get_attribute(material, "name") or ""
+    return Visual(shape.tag, sizes, place, rpy, shape.get("filename", ""), colour, named)

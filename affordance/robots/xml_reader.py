@@ -25,6 +25,13 @@ def read_xml(path: Path) -> Element:
     return root
 
 
+def parse_xml(path: Path, content: bytes) -> Element:
+    """Parses the XML of a robot's file from memory, with the checks of ``read_xml``."""
+    root = files.parse_xml(path, content, _parse)
+    check_names(path, "name", (element.get("name", "") for element in root.iter()))
+    return root
+
+
 def _parse(content: bytes) -> Element:
     try:
         return ElementTree.fromstring(content)
@@ -80,13 +87,13 @@ class Numbers:
         return self.parse(text, key, 1, (default,))[0]
 
     def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
-        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for other shapes."""
+        """Parses a mesh's scale, 1 by default, or a simple shape's sizes, 1 cm by default; empty for any other."""
         names, default = (("scale",), 1.0) if shape == "mesh" else (SHAPES.get(shape, ()), 0.01)
         sizes: tuple[float, ...] = ()
         for name in names:
             count = 3 if name in ("size", "radii", "scale") else 1
             sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (default,) * count)
-        return sizes
+        return sizes if shape == "mesh" or all(size > 0.0 for size in sizes) else ()
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent; anything else raises a BadValueError."""

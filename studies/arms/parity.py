@@ -1,5 +1,6 @@
 """Comparison of an imported arm with Pinocchio, which reads the robot's file and freezes joints independently."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,7 +40,7 @@ def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityE
     """
     rng = np.random.default_rng(seed)
     frozen = draw_posture(read_arm(path, options), rng)
-    imported = read_arm(path, ImportOptions(options.tip, options.base, options.out_axis, frozen, damping=False))
+    imported = read_arm(path, replace(options, posture=frozen, damping=False))
     reduced = _build_reduced(path, imported)
     return _compare(imported, *reduced, rng)
 

@@ -65,7 +65,7 @@ class PandaResult(NamedTuple):
 
 def study_panda(data: PandaData, settings: IdentificationSettings, *, num_injections: int, seed: int) -> PandaResult:
     """Identifies random payloads in random windows."""
-    study = _PandaStudy(data, settings)
+    study = PandaStudy(data, settings)
     white = replace(settings, correlated_noise=False, floor=False)
     injections = {
         length: study.inject(length, settings, num_injections=num_injections, seed=seed) for length in LENGTHS
@@ -92,14 +92,14 @@ def study_panda(data: PandaData, settings: IdentificationSettings, *, num_inject
     return PandaResult(numbers, details, injections, control, least_squares)
 
 
-class _PandaStudy:
+class PandaStudy:
     """Prepared recording, with a cache of the arms fitted outside each window."""
 
     def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
         self._robot, self._run = data.robot, data.empty
         self._prepared = prepare(data.empty, settings)
         nominal = build_nominal_gains(data.robot.joint_names, SignalKind.JOINT_TORQUE, settings)
-        self._gains = replace(nominal, covariance=np.zeros_like(nominal.covariance), source="exact: injected")
+        self.gains = replace(nominal, covariance=np.zeros_like(nominal.covariance), source="exact: injected")
         self._length = round(CELL * self._prepared.rate)
         self._num_cells = len(self._prepared.times) // self._length
         self._regressors = data.robot.compute_payload_regressors(
@@ -114,13 +114,13 @@ class _PandaStudy:
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
         """Identifies random payloads in windows of a length, [s]."""
         found = []
-        drawn = self._draw(length, settings, num_injections, seed)
+        drawn = self.draw(length, settings, num_injections, seed)
         for payload, evidence, phantom in tqdm(
             drawn, desc=f"Panda, {length} s", unit="payload", total=num_injections, disable=None
         ):
             if not settings.correlated_noise:
                 evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
-            belief = infer(evidence, self._gains, settings=settings)
+            belief = infer(evidence, self.gains, settings=settings)
             marginals = belief.marginals
             truth = describe_bodies(payload[None])[0]
             inside = (marginals.low90 <= truth) & (truth <= marginals.high90)
@@ -134,13 +134,13 @@ class _PandaStudy:
         The payloads and windows are those of ``inject``.
         """
         found = []
-        for payload, evidence, _ in self._draw(length, IdentificationSettings(), num_injections, seed):
-            estimate = solve_least_squares(evidence, self._gains)
+        for payload, evidence, _ in self.draw(length, IdentificationSettings(), num_injections, seed):
+            estimate = solve_least_squares(evidence, self.gains)
             error = estimate.parameters[0] - payload[0]
             found.append([error, float(abs(error) <= TO_90 * estimate.mass_sd)])
         return np.array(found)
 
-    def _draw(
+    def draw(
         self, length: int, settings: IdentificationSettings, num_injections: int, seed: int
     ) -> Iterator[tuple[Array, Evidence, float]]:
         """Draws payloads, (10,), each with its evidence in a random window, and the phantom mass, [kg]."""
@@ -166,7 +166,7 @@ class _PandaStudy:
             kept = np.ones(self._num_cells, dtype=bool)
             kept[max(0, first - _GUARD) : first + cells + _GUARD] = False
             signal = self._prepared.signal
-            self._arms[key] = fit_empty_arm(self._robot, [self._prepared], [signal], self._gains, settings, kept)
+            self._arms[key] = fit_empty_arm(self._robot, [self._prepared], [signal], self.gains, settings, kept)
         return self._arms[key]
 
 

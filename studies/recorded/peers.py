@@ -26,9 +26,9 @@ class PointPayload(NamedTuple):
     mass_sd: float  # standard deviation of the mass if errors were white, [kg]
 
 
-def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
-    """Estimates the ten parameters by ordinary least squares."""
-    A, b = _stack(evidence, gains)
+def solve_least_squares(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> PointPayload:
+    """Estimates the ten parameters by ordinary least squares, with friction that grows with the load or without."""
+    A, b = _stack(evidence, gains, with_load_friction=with_load_friction)
     solution, *_ = np.linalg.lstsq(A, b, rcond=None)
     residual = b - A @ solution
     variance = float(residual @ residual) / max(len(b) - A.shape[1], 1)
@@ -41,11 +41,7 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
 
     If the solver fails, an AffordanceError is raised.
     """
-    A, b = _stack(evidence, gains)
-    # Friction is unconstrained: eliminating it leaves a smaller quadratic.
-    friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
-    W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
-    y = b - friction @ (friction.T @ b)
+    W, y = eliminate_friction(evidence, gains)
     program = MathematicalProgram()
     pi = program.NewContinuousVariables(NUM_PARAMETERS, "pi")
     scale = float(np.trace(W.T @ W)) / NUM_PARAMETERS
@@ -58,7 +54,16 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
     return PointPayload(result.GetSolution(pi), float("nan"))
 
 
-def _stack(evidence: Evidence, gains: Gains) -> tuple[Array, Array]:
+def eliminate_friction(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
+    """Stacks the rows of all joints without friction: it is unconstrained, so that a smaller problem is left."""
+    A, b = _stack(evidence, gains, with_load_friction=with_load_friction)
+    friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
+    W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
+    y = b - friction @ (friction.T @ b)
+    return W, y
+
+
+def _stack(evidence: Evidence, gains: Gains, *, with_load_friction: bool = False) -> tuple[Array, Array]:
     """Stacks the rows of all joints, [N m]: ten columns of the payload, three of friction for each joint."""
     samples = evidence.samples
     num_joints = samples.signal.shape[1]
@@ -69,6 +74,7 @@ def _stack(evidence: Evidence, gains: Gains) -> tuple[Array, Array]:
         friction[:, 3 * j : 3 * j + 3] = np.column_stack(
             [samples.direction[used, j], samples.velocity[used, j], np.ones(used.sum())]
         )
-        rows.append(np.hstack([samples.Y[used, j], friction]))
+        share = gains.load_friction[j] * samples.load_sign[used, j, None] if with_load_friction else 0.0
+        rows.append(np.hstack([(1.0 + share) * samples.Y[used, j], friction]))
         right.append(samples.signal[used, j] / gains.mean[j, 0])
     return np.vstack(rows), np.concatenate(right)

@@ -52,7 +52,8 @@ class World:
         prior = self.settings.get_prior(SignalKind.JOINT_TORQUE)
         Y = self.robot.compute_payload_regressors(part.q, part.v, part.vdot)
         direction = np.sign(part.v)
-        gain = 1.0 + prior.gain_sd * rng.standard_normal(n)
+        gain_sd = float(np.hypot(prior.scale_own_sd, prior.drift_own_sd))
+        gain = 1.0 + gain_sd * rng.standard_normal(n)
         c = prior.friction_sd * rng.standard_normal((3, n))
         error = np.sqrt(self.variance) * rng.standard_normal((rows, n))
         signal = gain * (Y @ pi) + c[0] * direction + c[1] * part.v + c[2] + error
@@ -61,7 +62,7 @@ class World:
         samples = ChannelSamples(Y, zero, zero, direction, part.v, signal, used)
         known = ChannelPrior(
             np.tile([1.0, 0.0], (n, 1)),
-            np.tile(np.diag([prior.gain_sd**2, 0.0]), (n, 1, 1)),
+            np.tile(np.diag([gain_sd**2, 0.0]), (n, 1, 1)),
             np.zeros((n, 3)),
             np.full((n, 3), prior.friction_sd),
         )

@@ -74,7 +74,7 @@ def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettin
     known = replace(
         evidence,
         samples=samples._replace(Y=np.zeros_like(samples.Y), tau_arm=samples.Y @ pi),
-        is_difference=True,
+        is_difference=False,
     )
     gains = [calibrate_gains(window, None, settings).mean[:, 0] for window in known.split(_WINDOW)]
     scatter: Array = np.std(gains, axis=0, ddof=1) / np.mean(gains, axis=0)

@@ -27,7 +27,17 @@ from studies.recorded.clones import WeighedObject
 
 # Prior of servo position errors, in radians per newton metre. Their gears lose more of the load than those of arms,
 # so the prior of load friction is broad; gains drift as on any robot.
-SERVO_PRIOR = SignalPrior(gain_sd=0.02, load_friction=0.0, load_friction_sd=0.5, friction_sd=0.3)
+SERVO_PRIOR = SignalPrior(
+    scale_common_sd=0.0,
+    scale_own_sd=0.0,
+    drift_common_sd=0.0,
+    drift_own_sd=0.02,
+    change_common_sd=0.0,
+    change_own_sd=0.0,
+    load_friction=0.0,
+    load_friction_sd=0.5,
+    friction_sd=0.3,
+)
 # Postures are held one after the other: no rate, no filter.
 _RATE = 1.0
 

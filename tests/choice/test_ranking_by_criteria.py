@@ -15,8 +15,7 @@ from affordance.choice.keep import Keep
 from affordance.choice.listed_options import list_drawn_options
 from affordance.choice.motion_cost import Costs
 from affordance.choice.pricing import GRIP_LEVER, GripBounds, plan_options
-from affordance.choice.ranking import rank, rank_draws, rank_options
-from affordance.choice.reasons import explain_choice
+from affordance.choice.ranking import explain_choice, rank, rank_draws, rank_options
 from affordance.exceptions import AffordanceError
 from affordance.settings import Settings
 

@@ -21,11 +21,13 @@ def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
 
 
 def test_rank_says_its_commands_and_what_to_take():
-    first, second, third, *_, last = answer("rank", "--demo", "--samples", 200, "--only", "machinist hammer").lines
+    first, second, third, _, sentence, *_ = answer(
+        "rank", "--demo", "--samples", 200, "--only", "machinist hammer"
+    ).lines
     assert "simulated recordings" in first
     assert second.startswith("    affordance memory import demo.sqlite ")
     assert third == "    affordance rank hammer --memory demo.sqlite"
-    assert last.startswith("Take the ")
+    assert sentence.startswith("Take the ")
 
 
 def test_trials_are_of_the_arm_that_simulations_have(tmp_path):

@@ -69,3 +69,10 @@ def test_task_and_postures_as_json():
 def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("excite", *words.split())
+
+
+def test_a_robot_without_an_option_is_taken_and_limits_of_acceleration_are_counted(tmp_path):
+    said = answer("excite", tmp_path / "a", "--robot", tmp_path / "b", status=2).err
+    assert "--robot: is given twice" in said
+    said = answer("excite", "--acceleration", 1, 2, status=2).err
+    assert "--acceleration: has 2 numbers, must have 1 or one for each of" in said

@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from helpers.answers import answer
 from helpers.refusals import refuse_command
@@ -18,6 +19,7 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.memory.ledger import open_memory
 from affordance.objects.materials import load_materials
+from affordance.plant.arm_model import ArmModel
 from affordance.reporting import advice_figure
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_arm
@@ -26,7 +28,7 @@ from affordance.robots.robot import Robot
 PAST = "the paper's arm had another arm in 1 of its trials, which still count for materials"
 _Scene = SimpleNamespace(address="http://localhost:1")
 OAK = load_materials()["oak"].colour
-ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
+ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200", "--know", "nothing"]
 
 
 @pytest.fixture
@@ -36,36 +38,34 @@ def known(tmp_path):
     return ["--memory", path]
 
 
-def test_memory_decides_and_the_last_line_says_what_to_take(known):
-    title, header, first, *_, last = answer(*ONE, *known).lines
-    assert title.endswith("with the memory m.sqlite")
+def test_memory_decides_and_the_first_line_says_what_to_take(known):
+    sentence, title, header, first, *_ = answer(*ONE, *known).lines
+    assert title.endswith("evidence about oak, cast steel from the memory m.sqlite")
     assert header.startswith(" ")
     assert "P(feasible)  torque share" in header
     assert first.split()[:3] == ["machinist", "hammer,", "head"]
-    assert last.startswith("Take the machinist hammer by its head: 5.")
-    assert last.endswith(" J, best with probability 1.00.")
+    assert sentence.startswith("Take the machinist hammer by its head: 5.")
+    assert sentence.endswith(" J, best with probability 1.00.")
 
 
 def test_without_a_memory_it_says_that_it_knows_nothing():
     said = answer(*ONE).out
-    assert "no memory is given: all materials have the prior" in said
+    assert "; the prior of any material for oak, cast steel\n" in said
     assert "is due to the density of oak (" in said
     assert "the machinist hammer choked would be better." in said
 
 
 def test_json_has_all_numbers_and_writes_nothing_else(known):
     content = answer(*ONE, *known, "--json", "--by", "margin").content
-    keys = (
-        "task robot see memory trials_of_other_arms hand unknown by unit statistic choice options p_none why "
-        "sentence expected"
-    )
+    keys = "task robot see memory trials_of_other_arms hand known learned unknown surprises by unit statistic choice"
+    keys += " options p_none why remarks sentence expected"
     assert set(content) == set(keys.split())
     assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
     assert content["memory"] == "m.sqlite"
-    assert content["unknown"] == []
+    assert (content["known"], content["learned"], content["unknown"]) == ([], ["oak", "cast_steel"], [])
     assert content["choice"] == {"tool": "machinist hammer", "grip": "head"}
     first, *_ = options = content["options"]
-    keys = "tool grip usable reason cost work effort torque_share grip_force grip_moment p_best p_feasible"
+    keys = "tool grip alike usable reason cost work effort torque_share grip_force grip_moment p_best p_feasible"
     assert set(first) == set(keys.split())
     assert [each["cost"]["value"] for each in options] == sorted(each["torque_share"]["p95"] for each in options)
     for each in options:
@@ -79,7 +79,8 @@ def test_json_has_all_numbers_and_writes_nothing_else(known):
 
 def test_what_a_memory_lacks_is_named(tmp_path):
     path = write_known(tmp_path / "m.sqlite", {"cast_steel": 7800.0})
-    assert "with the memory m.sqlite, which has no evidence about oak" in answer(*ONE, "--memory", path).out
+    said = "; evidence about cast steel from the memory m.sqlite; the prior of any material for oak\n"
+    assert said in answer(*ONE, "--memory", path).out
 
 
 def test_results_are_written_with_a_picture(tmp_path, known, monkeypatch):
@@ -96,8 +97,8 @@ def test_results_are_written_with_a_picture(tmp_path, known, monkeypatch):
     said = answer(*ONE, *known, "--by", "grip", "--out", tmp_path / "out").out
     assert (tmp_path / "out" / "ranking.txt").read_text() == said
     content = json.loads((tmp_path / "out" / "ranking.json").read_text())
-    assert content["sentence"] == said.splitlines()[-1]
-    assert [shot.tool.grip for shot in shots] == [content["choice"]["grip"]]
+    assert content["sentence"] == said.splitlines()[0]
+    assert [shot.tool.grip for shot in shots] == [each["grip"] for each in content["options"][:2]]
     assert (tmp_path / "out" / "ranking.png").stat().st_size > 20_000
     assert (tmp_path / "out" / "ranking.svg").exists()
     (of_cost, of_probability) = drawn
@@ -155,7 +156,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path, know
     said = answer(*ONE, *known).out
     assert PAST in said
     assert "knows nothing" not in said
-    assert answer("next", *ONE[1:], *known).lines[0] == PAST
+    assert answer("next", *ONE[1:], *known).lines[1] == PAST
     monkeypatch.setattr(run, "run_suite", lambda *_, **__: (tmp_path, {}))
     assert answer("run", "weight", *known).lines[0] == PAST
     monkeypatch.setattr(watch, "_Show", lambda name, setup: SimpleNamespace(scene=_Scene, run=lambda: None))
@@ -199,9 +200,9 @@ def test_task_of_a_file_is_done_by_any_robot(robot, known, tmp_path):
     path = tmp_path / "aside.yaml"
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 1.0}\n")
     words = ["rank", *ONE[2:], *known, "--task", path, "--robot", robot]
-    first, *_, last = answer(*words, "--by", "effort").lines
-    assert first.startswith("aside with two_arms, compared by the joints' expected effort; with the memory m.sqlite")
-    assert last.startswith("Take the machinist hammer by its handle: ")
+    sentence, title, *_ = answer(*words, "--by", "effort").lines
+    assert title.startswith("aside with two_arms, compared by the joints' expected effort; evidence about oak")
+    assert sentence.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
     assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
 
@@ -297,3 +298,123 @@ def test_tip_of_a_robots_file_must_be_given(tmp_path, monkeypatch, words, said):
     write_urdf(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("rank", "reach", "--robot", "two_arms.urdf", "--out", "out", *words.split())
+
+
+CLUB = """tools:
+  - name: club
+    mass: 1.2
+    components:
+      - {cylinder: [0.02, 0.3], material: oak}
+      - {semi_axes: [0.03, 0.03, 0.03], position: [0, 0, 0.15], material: steel}
+      - {semi_axes: [0.03, 0.03, 0.03], position: [0, 0, -0.15], material: steel}
+    grips:
+      top: {position: [0, 0, 0.1], rpy_deg: [0, -90, 0]}
+      bottom: {position: [0, 0, -0.1], rpy_deg: [0, 90, 0]}
+      middle: {rpy_deg: [0, 90, 0]}
+"""
+
+
+@pytest.fixture
+def club(tmp_path):
+    """Options that name a tool with two ends that are alike, and its file."""
+    path = tmp_path / "club.yaml"
+    path.write_text(CLUB)
+    return ["rank", "reach", "--samples", "200", "--tools", path]
+
+
+def test_names_of_materials_are_known_unless_it_is_told_otherwise():
+    hammer = ONE[:-2]
+    content = answer(*hammer, "--json").content
+    assert (content["known"], content["unknown"]) == (["oak", "cast_steel"], [])
+    assert content["options"][0]["p_best"] == 1.0
+    content = answer(*hammer, "--know", "oak", "--json").content
+    assert (content["known"], content["unknown"]) == (["oak"], ["cast_steel"])
+    said = answer(*hammer, "--know", "oka", status=2).err
+    assert "--know: is 'oka', must be one of" in said
+    assert said.endswith("did you mean 'oak'?\n")
+
+
+def test_weighing_narrows_what_the_grip_must_hold(club):
+    wide, narrow = (
+        answer(*club, "--know", "nothing", "--json", *more).content["options"][0]["grip_force"]
+        for more in (["--tools", club[-1].with_name("light.yaml")] if light(club[-1]) else [], [])
+    )
+    assert narrow["p95"] - narrow["p05"] < 0.1 * (wide["p95"] - wide["p05"])
+
+
+def light(path):
+    """Writes the same tool without its mass beside it."""
+    return path.with_name("light.yaml").write_text(CLUB.replace("    mass: 1.2\n", ""))
+
+
+def test_ends_that_are_alike_are_either_end(club):
+    answered = answer(*club)
+    assert "the club by either end" in answered.out
+    assert any(line.startswith("  club, top or bottom") for line in answered.lines)
+    options = answer(*club, "--json").content["options"]
+    assert {each["grip"]: each["alike"] for each in options} == {"top": ["bottom"], "middle": []}
+    assert sum(each["p_best"] for each in options) == pytest.approx(1.0)
+
+
+def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):
+    said = answer("rank", "hammer", *club[2:], status=2).err
+    assert "club.yaml: tools: has no tool with a striking face, must have strikes: {NAME: {point:" in said
+    both = tmp_path / "both.yaml"
+    face = "    strikes: {end: {point: [0, 0, 0.18], normal: [0, 0, 1]}}\n"
+    both.write_text(CLUB + CLUB.replace("tools:\n", "").replace("name: club", "name: beetle") + face)
+    content = answer("rank", "hammer", "--samples", "200", "--tools", both, "--json").content
+    assert {each["tool"] for each in content["options"]} == {"beetle"}
+    assert content["remarks"] == ["club has no striking face (strikes), and is no option for a blow"]
+
+
+@pytest.mark.parametrize("width", [60, 80, 140])
+def test_text_fits_the_terminal(known, monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    lines = answer(*ONE, *known).lines
+    assert max(map(len, lines)) <= width
+    header = next(line for line in lines if "P(best)" in line)
+    assert ("moment (N m)" in header) == (width == 140)
+
+
+def test_option_that_is_best_more_often_is_named_with_the_reason_why_it_is_not_taken():
+    """Knowing nothing, a heavy head is often the cheapest end, and now and then far the dearest."""
+    answered = answer("rank", "hammer", "--know", "nothing", "--json").content
+    first, *others = answered["options"]
+    often = max(others, key=lambda each: each["p_best"])
+    assert often["p_best"] > first["p_best"]
+    name = f"the {often['tool']} by its {often['grip']}"
+    assert f"; {name} is best more often ({often['p_best']:.2f}), but costs more on average (" in answered["sentence"]
+
+
+def test_payload_leaves_a_torque_at_each_joint(robot):
+    """At rest, the torque of a point mass is its weight times the arm's Jacobian, in addition to the arm's own."""
+    arm = Robot(robot).arm
+    model = ArmModel(arm)
+    model.set_posture(arm.home)
+    p, mass = np.array([0.05, 0.0, 0.02]), 0.06
+    own = model.compute_inverse_dynamics(np.zeros(arm.num_joints))
+    tau = own - model.compute_point_jacobian(p).T @ (mass * model.gravity)
+    words = ["rank", "hold", "--robot", robot, "--payload", mass, "--payload-at", *p]
+    content = answer(*words, "--json").content
+    np.testing.assert_allclose([each["needed"] for each in content["joints"]], np.abs(tau), rtol=1e-6, atol=1e-9)
+    for each in content["joints"]:
+        assert each["margin"] == pytest.approx(each["limit"] - each["needed"])
+    assert content["grip_force"] == pytest.approx(mass * 9.81)
+    assert "0.0600 kg at (0.05 0 0.02) m in the hand fits: " in answer(*words).lines[0]
+    assert "is too heavy" in answer(*words[:-5], 500, status=3).lines[0]
+
+
+def test_objects_own_urdf_is_a_tool_whose_placeholder_moments_are_named(tmp_path):
+    path = tmp_path / "club.urdf"
+    path.write_text(
+        '<robot name="club"><link name="body"><inertial><mass value="0.9"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+        '<visual><geometry><cylinder radius="0.02" length="0.3"/></geometry><material name="oak"/></visual></link>'
+        '<link name="near"/><joint name="j" type="fixed"><parent link="body"/><child link="near"/>'
+        '<origin xyz="0 0 -0.1" rpy="0 -1.5708 0"/></joint></robot>'
+    )
+    answered = answer("rank", "carry", "--tools", path, "--know", "nothing", "--samples", "200")
+    assert "warning: club.urdf: link body has principal moments of 1 1 1 kg m^2, and its shape" in answered.out
+    (option,) = answer("rank", "hold", "--tools", path, "--know", "nothing", "--json").content["options"]
+    assert option["grip"] == "near"
+    assert option["grip_force"]["mean"] == pytest.approx(0.9 * 9.81, rel=0.01)

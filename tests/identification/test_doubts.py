@@ -103,9 +103,9 @@ _COUNTS = {
     (SignalKind.JOINT_TORQUE, "paired"): {"gains", "friction", "floor", "correlated_noise"},
     (SignalKind.JOINT_TORQUE, "no empty run"): {"gains", "friction", "floor", "correlated_noise"},
     (SignalKind.MOTOR_TORQUE, "unpaired"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
-    (SignalKind.CURRENT, "paired"): {"load_friction", "friction", "correlated_noise"},
+    (SignalKind.CURRENT, "paired"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
     (SignalKind.CURRENT, "no empty run"): {"load_friction", "friction", "floor", "correlated_noise"},
-    (SignalKind.CURRENT, "weighed"): {"load_friction", "friction", "floor", "correlated_noise"},
+    (SignalKind.CURRENT, "weighed"): {"gains", "load_friction", "friction", "floor", "correlated_noise"},
     (SignalKind.WRENCH, "paired"): {"gains", "friction", "tare", "floor", "correlated_noise"},
     (SignalKind.WRENCH, "no empty run"): {"gains", "friction", "correlated_noise"},
 }
@@ -133,3 +133,50 @@ def test_a_part_of_the_uncertainty_that_is_switched_off_is_a_doubt_where_it_chan
         if not said:
             assert np.array_equal(belief.bodies.pi, everything.bodies.pi)
     assert not any("--off" in doubt for doubt in everything.doubts)
+
+
+@pytest.fixture(scope="module")
+def weighed(robot):
+    """A pair of currents with a weighed load, the gains that it gives, and a second loaded run."""
+    rng, kind = np.random.default_rng(3), SignalKind.CURRENT
+    empty = record(robot, rng, None, kind, source="e", duration=20.0)
+    first, second = (record(robot, rng, 2.0 * PAYLOAD, kind, source=name, duration=20.0) for name in "lm")
+    gains = identify(robot, Runs(first, (empty,)), reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
+    return gains, empty, second
+
+
+@pytest.mark.parametrize(
+    ("of_empty", "of_loaded", "said"),
+    [
+        (1.0, 1.0, None),
+        (1.25, 1.25, "since the gains were found, within "),
+        (1.0, 1.05, "since the empty run, within "),
+    ],
+)
+def test_another_controller_and_gains_that_differ_between_runs_are_seen(robot, weighed, of_empty, of_loaded, said):
+    gains, empty, loaded = weighed
+    assert np.isfinite(gains.own_weight).all(axis=1).any()
+    empty, loaded = (
+        replace(run, signal=factor * run.signal) for run, factor in ((empty, of_empty), (loaded, of_loaded))
+    )
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert any(said in doubt for doubt in doubts) if said else not doubts
+
+
+def test_commanded_currents_are_seen(robot, weighed):
+    """What a controller commands by the arm's model has the noise of no sensor."""
+    gains, *runs = weighed
+    commanded = []
+    for run in runs:
+        motion = run.q, run.v, np.gradient(run.v, run.times, axis=0)
+        commanded.append(replace(run, signal=gains.mean[:, 0] * robot.compute_arm_torques(*motion)))
+    doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
+    assert any("are these commanded values, and no measured ones?" in doubt for doubt in doubts)
+
+
+def test_velocities_that_are_late_are_named(robot, weighed):
+    gains, empty, loaded = weighed
+    late = [np.interp(loaded.times - 0.04, loaded.times, v) for v in loaded.v.T]
+    loaded = replace(loaded, v=np.column_stack(late))
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert any("velocities are 40 ms late" in doubt for doubt in doubts)

@@ -12,7 +12,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
 
-from affordance.identification.payload_formats import PayloadSetting, format_payload, read_payload
+from affordance.identification.payload_formats import PayloadSetting, read_payload
+from affordance.identification.payload_lines import format_payload
 from affordance.identification.posterior.marginals import describe_bodies
 from affordance.objects.inertia import parameters_from_spatial_inertia, spatial_inertia_from_parameters
 
@@ -65,9 +66,7 @@ def test_urscript_has_moments_about_the_centre_of_mass():
 
 def test_a_payload_without_moments_is_marked():
     lines = format_payload(_SETTING._replace(inertia=None), "tool0")
-    without = _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0]
-    assert lines["Universal Robots (URScript)"] == f"{without})  # in the frame 'tool0'"
-    for name in ("Franka (libfranka)", "URDF", "Drake (Python)"):
+    for name in ("Universal Robots (URScript)", "Franka (libfranka)", "KUKA (KRL)", "URDF", "Drake (Python)"):
         assert "in the frame 'tool0'; moments not seen: a point mass" in lines[name]
 
 

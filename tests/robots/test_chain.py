@@ -8,7 +8,7 @@ from helpers.robot_files import MJCF, SDF, joint, link, write_urdf
 from pydrake.multibody.tree import FrameIndex
 
 from affordance.exceptions import BadValueError
-from affordance.robots.chain import find_chain, list_ends
+from affordance.robots.chain import describe_ends, find_chain, list_ends
 from affordance.robots.importer import ImportOptions, read_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.tree import RobotTree, build_tree
@@ -23,7 +23,16 @@ def test_ends_are_hands_tool_frames_and_sites_but_neither_fingers_nor_what_hangs
     urdf = build_tree(read_robot(write_urdf(tmp_path)))
     assert list_ends(urdf) == {"right_4": 4, "right_tool": 4, "left_4": 4, "left_tool": 4}
     assert list_ends(read(tmp_path / "a.sdf", SDF)) == {"grip": 3, "wrist": 3}
-    assert list_ends(read(tmp_path / "a.xml", MJCF)) == {"grip_site": 4}
+    mjcf = read(tmp_path / "a.xml", MJCF)
+    assert list_ends(mjcf) == {"third": 4}
+    assert describe_ends(mjcf) == "limbs end in third (4 joints; sites grip_site)"
+
+
+def test_link_that_carries_many_sites_is_listed_once_with_some_of_them(tmp_path: Path) -> None:
+    sites = "".join(f'<site name="s{k}"/>' for k in range(100))
+    tree = read(tmp_path / "a.xml", MJCF.replace('<site name="grip_site" pos="0.1 0 0"/>', sites))
+    assert describe_ends(tree) == "limbs end in third (4 joints; sites s0, s1, s2 and 97 more)"
+    assert describe_ends(tree, "s50") == "nearest: s50, s5, s0"
 
 
 def test_frames_that_drake_makes_are_no_tips(tmp_path: Path) -> None:
@@ -77,3 +86,39 @@ def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     options = ImportOptions("right_tool", effort={"": 20.0, "right_j4": 5.0})
     assert [link.effort for link in read_arm(path, options).links] == [20.0, 20.0, 20.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "tip", "said"),
+    [
+        ("", "", "grip_site", "tip: grip_site, at the end of the longest limb (4 joints); others are third (--tip)"),
+        (
+            '<site name="grip_site" pos="0.1 0 0"/>',
+            "",
+            "third",
+            "tip: third, at the end of the longest limb (4 joints)",
+        ),
+        ('site name="grip_site"', 'site name="camera"', "third", "others are camera (--tip)"),
+        (
+            '<site name="grip_site"',
+            '<site name="flange"/><site name="my_tcp"/><site name="imu_tool"/><site name="s"',
+            "my_tcp",
+            "others are third, flange, imu_tool, s (--tip)",
+        ),
+    ],
+)
+def test_tip_is_the_end_of_the_longest_limb(tmp_path: Path, old: str, new: str, tip: str, said: str) -> None:
+    arm = read_arm(write_text(tmp_path / "a.xml", MJCF.replace(old, new) if old else MJCF), ImportOptions())
+    assert arm.options.tip == tip
+    assert said in arm.why_tip
+
+
+def test_no_tip_is_taken_where_two_limbs_are_the_longest(tmp_path: Path) -> None:
+    said = refuse(read_arm, write_urdf(tmp_path), ImportOptions())
+    assert "--tip: is missing: link or frame of" in said
+    assert "limbs end in right_4 (4 joints), right_tool (4 joints), left_4 (4 joints), left_tool (4 joints)" in said
+
+
+def write_text(path: Path, text: str) -> Path:
+    path.write_text(text)
+    return path

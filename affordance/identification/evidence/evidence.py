@@ -16,6 +16,7 @@ from affordance.identification.evidence.joint_statistics import (
     JointStatistics,
     compute_statistics,
 )
+from affordance.identification.evidence.rest_errors import estimate_variance_at_rest
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
@@ -36,6 +37,8 @@ class ErrorModel(NamedTuple):
     alike: float  # number of neighbouring samples that the filter correlates; 1 for none
     correlated: bool  # True if errors may be correlated over longer times
     least_variance: Array  # lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared]
+    # Channels with errors of like size, where the arm was held at rest in a few postures; empty where it moved.
+    alike_at_rest: tuple[slice, ...] = ()
 
     def can_estimate(self, statistics: JointStatistics) -> bool:
         """Returns whether a channel has more samples than are fitted to it, so that a residual shows its error."""
@@ -47,8 +50,12 @@ class ErrorModel(NamedTuple):
         The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
         sample times the number of samples that share its error. Its lower bounds are the variance with correlation by
         the filter alone, and that of earlier runs. Where a channel has no more independent samples than are fitted to
-        it, its residual shows no error, and all of its signal may be one.
+        it, its residual shows no error, and all of its signal may be one. At rest the errors of postures are
+        independent, and few: see ``estimate_variance_at_rest``.
         """
+        if self.alike_at_rest:
+            estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
+            return np.where(statistics.counts > 0, np.maximum(estimate, self.least_variance), 1.0)
         count = np.maximum(statistics.counts, 1.0)
         fitted = _count_fitted(statistics)
         all_of_it = statistics.products[:, SIGNAL, SIGNAL]
@@ -60,6 +67,12 @@ class ErrorModel(NamedTuple):
         independent = count * single / variance
         variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
+
+    def count_freedom(self, statistics: JointStatistics) -> Array:
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks that the fit leaves."""
+        count = np.maximum(statistics.counts, 1.0)
+        errors = count / (statistics.block_length if self.correlated else self.alike)
+        return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
 
 
 def _count_fitted(statistics: JointStatistics) -> float:
@@ -77,7 +90,7 @@ class Evidence:
     channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
     prepared: PreparedRun  # even samples of the run, with their times, motion and filter
     rate: float  # sampling rate, [Hz]
-    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by tau_arm
+    samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by its torque
     arm_torque: Array  # torque of the arm alone, for the sign of the load, shape (N, C), [N m]
     is_difference: bool  # True if the signal is what the load added to the same motion
     # True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
@@ -90,6 +103,9 @@ class Evidence:
     # Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
+    # Standard deviations of friction that an arm fitted to other runs leaves, shape (C, 3), in the signal's unit;
+    # None for those of the signal's kind.
+    friction_left: Array | None = None
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
@@ -110,14 +126,33 @@ class Evidence:
 
     def list_friction_sds(self, settings: IdentificationSettings) -> Array:
         """Returns prior SDs of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets only."""
+        if self.friction_left is not None and settings.friction:
+            return self.friction_left
         sd = self.friction_scale * settings.get_prior(self.kind).friction_sd
         if self.kind is not SignalKind.WRENCH:
             return np.full((len(self.channel_names), 3), sd)
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
+    def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
+        """Returns SDs of the change of gains since the subtracted run, shared and each channel's own, (C,) each."""
+        if not self.is_difference:
+            return np.zeros_like(gain), np.zeros_like(gain)
+        prior = settings.get_prior(self.kind)
+        return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
+
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
-        return describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        errors = describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
+
+    @property
+    def is_at_rest(self) -> bool:
+        """True if the arm was held in postures and never moves."""
+        return not self.prepared.v.any()
+
+    def _list_alike(self) -> tuple[slice, ...]:
+        """Lists the channels whose errors are of like size: forces and moments, or all joints."""
+        return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
         """Computes the sums over the run."""
@@ -175,7 +210,6 @@ def build_evidence(
             robot.compute_payload_regressors(*prepared.motion),
             prepared.v,
             prepared.signal,
-            tau_arm=zero if is_difference else arm_torque,
             arm_torque=arm_torque,
             min_speed=settings.min_speed,
         )

@@ -26,6 +26,7 @@ CELL = 0.5  # [s]
 _SHARE, _LENGTH = 0.3, 0.2
 # Columns of friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
 _NUM_FRICTION = 7
+_OF_MOTION = np.array([True, True, False, True, True, True, False])  # neither the offset nor the rotor
 _NUM_PASSES = 3
 # Correlation time of errors that is assumed until a first fit gives residuals, [s].
 _FIRST_AGREEMENT = 0.5
@@ -44,6 +45,8 @@ class FittedArm:
     # of an arm whose errors were measured by cross-validation.
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
     phantom_mass: float = 0.0  # standard deviation of the mass that an empty hand appears to hold, [kg]
+    # Standard deviations of what friction (direction, velocity, offset) adds in another run, shape (n, 3).
+    friction_left: Array = field(default_factory=lambda: np.zeros((1, 3)))
     # Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
     residual: tuple[Array, ...] = ()
 
@@ -54,6 +57,20 @@ class FittedArm:
         friction = np.einsum("njf,jf->nj", _list_friction(prepared.v, prepared.vdot, tau_file), self.friction)
         signal: Array = self.gain * (tau_file + W @ self.link_change + friction)
         return signal
+
+    def measure_friction(self, runs: Sequence[PreparedRun], min_speed: float) -> tuple[Array, Array]:
+        """Measures the size of each joint's fitted friction, without offset, and its speed; root mean squares, (n,).
+
+        Friction is in the signal's unit, speeds in [rad/s]; joints slower than the least speed do not count.
+        """
+        coefficients = np.where(_OF_MOTION, self.friction, 0.0)
+        v = np.concatenate([run.v for run in runs])
+        tau = np.concatenate([self.robot.compute_arm_torques(*run.motion) for run in runs])
+        used = np.abs(v) >= min_speed
+        count = np.maximum(used.sum(axis=0), 1)
+        friction = (_list_friction(v, np.zeros_like(v), tau) * coefficients).sum(axis=-1)
+        size, speed = (np.sqrt((used * each**2).sum(axis=0) / count) for each in (friction, v))
+        return np.abs(self.gain) * size, np.maximum(speed, min_speed)
 
 
 class ArmRegression:

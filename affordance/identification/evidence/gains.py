@@ -38,6 +38,10 @@ class Gains:
         least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
         source: Origin of the gains, in words.
         robot: Fingerprint of the arm with which they were found; empty if unknown.
+        is_by_weight: True if the arm's own weight told them, by a file that errs.
+        own_weight: Signal for the arm's own weight in the empty run over what gain and robot's file say, and its
+            relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs the same
+            way in every run, so that this tells another controller.
     """
 
     joint_names: tuple[str, ...]
@@ -50,6 +54,8 @@ class Gains:
     least_variance: Array
     source: str
     robot: str = ""
+    is_by_weight: bool = False
+    own_weight: Array | None = None
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
@@ -74,24 +80,29 @@ class Gains:
         prior = settings.get_prior(self.kind)
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
-        drift[:, 0, 0] = (prior.gain_sd * g) ** 2
+        drift[:, 0, 0] = (prior.drift_own_sd * g) ** 2
         # Only signals that contain gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
         friction_sd = self.friction_sd
         if friction_sd is not None:
             friction_sd = np.hypot(friction_sd, settings.friction_drift * np.abs(self.friction))
-        return replace(self, covariance=self.covariance + drift, friction_sd=friction_sd)
+        common_sd = float(np.hypot(self.common_sd, prior.drift_common_sd))
+        return replace(self, covariance=self.covariance + drift, common_sd=common_sd, friction_sd=friction_sd)
 
 
 def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
     """Builds the gains of signals that are torques, before any calibration."""
     prior = settings.get_prior(kind)
     num = len(joint_names)
-    covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
+    common_sd, own_sd = (
+        float(np.hypot(*each))
+        for each in ((prior.scale_common_sd, prior.drift_common_sd), (prior.scale_own_sd, prior.drift_own_sd))
+    )
+    covariance = np.tile(np.diag([own_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
     mean = np.tile([1.0, prior.load_friction], (num, 1))
-    source = f"the signal is a torque; gains good to {100 * prior.gain_sd:g} %"
-    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros((num, 3)), None, np.zeros(num), source)
+    source = f"the signal is a torque; gains good to {100 * common_sd:.2g} % together and {100 * own_sd:.2g} % each"
+    return Gains(joint_names, kind, mean, covariance, common_sd, np.zeros((num, 3)), None, np.zeros(num), source)
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
@@ -121,6 +132,10 @@ def write_gains(path: StrPath, gains: Gains) -> None:
                 f"    friction: {_list(gains.friction[i])}  # direction, velocity, offset",
                 f"    friction_sd: {_list(gains.friction_sd[i])}",
             ]
+        if gains.own_weight is not None and np.isfinite(gains.own_weight[i]).all():
+            lines.append(
+                f"    own_weight: {_list(gains.own_weight[i])}  # signal over that by the file, and its error"
+            )
     write_text(check_path("path", path), "\n".join(lines) + "\n")
 
 
@@ -150,6 +165,10 @@ class JointEntry(DataModel):
     ] = None
     friction_sd: Annotated[
         Annotated[_Triple, Vector(3, Within(0.0))] | None, Field(description="Their standard deviations.")
+    ] = None
+    own_weight: Annotated[
+        Annotated[tuple[float, float], Vector(2, Within(1e-6, 1e6))] | None,
+        Field(description="Signal for the arm's own weight over that by gain and file, and its relative error."),
     ] = None
 
     @model_validator(mode="after")
@@ -199,6 +218,7 @@ class _GainsEntry(DataModel):
             np.array([joint.noise_variance for joint in each]),
             self.source,
             self.robot,
+            own_weight=np.array([joint.own_weight or (np.nan, np.nan) for joint in each]),
         )
 
 
@@ -216,4 +236,5 @@ def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) 
         friction=gains.friction[order],
         friction_sd=None if gains.friction_sd is None else gains.friction_sd[order],
         least_variance=gains.least_variance[order],
+        own_weight=None if gains.own_weight is None else gains.own_weight[order],
     )

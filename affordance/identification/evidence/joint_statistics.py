@@ -30,7 +30,7 @@ class ChannelSamples(NamedTuple):
     """N samples of C channels."""
 
     Y: Array  # payload regressors, shape (N, C, 10)
-    tau_arm: Array  # torque of the arm in the signal, shape (N, C), [N m]; zero if it was subtracted
+    tau_arm: Array  # torque of the arm, shape (N, C), [N m], in the signal or subtracted
     load_sign: Array  # factor s of load friction, shape (N, C), from -1 to 1
     direction: Array  # direction of motion d, -1, 0 or 1, shape (N, C)
     velocity: Array  # joint velocities, shape (N, C), [rad/s]
@@ -38,15 +38,13 @@ class ChannelSamples(NamedTuple):
     used: Mask  # True where a sample is used, shape (N, C)
 
     @classmethod
-    def of_joints(
-        cls, Y: Array, v: Array, signal: Array, *, tau_arm: Array, arm_torque: Array, min_speed: float
-    ) -> "ChannelSamples":
+    def of_joints(cls, Y: Array, v: Array, signal: Array, *, arm_torque: Array, min_speed: float) -> "ChannelSamples":
         """Builds the samples of joints; those slower than the least speed, [rad/s], are not used.
 
         The sign of the load is that of the torque of the arm alone, shape (N, n), whether the signal has it or not.
         """
         direction = np.sign(v)
-        return cls(Y, tau_arm, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
+        return cls(Y, arm_torque, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
         """Returns the samples of some rows."""

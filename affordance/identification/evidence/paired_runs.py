@@ -14,9 +14,11 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence, build_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.model_error import project_pulls
+from affordance.identification.recording.held_postures import FEWEST_POSTURES, POSTURE_STEP
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
 # Share of the loaded run's moving time that the common part must span.
@@ -29,7 +31,10 @@ def build_paired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
     """Builds the evidence of a loaded run that repeats the only empty one; errors as in ``pair_runs``."""
-    return pair_runs(robot, take_only(empty, "a paired analysis"), loaded, settings)
+    of_empty = take_only(empty, "a paired analysis")
+    if loaded.description.postures:
+        return pair_postures(robot, of_empty, loaded, settings)
+    return pair_runs(robot, of_empty, loaded, settings)
 
 
 def take_only(empty: Sequence[Run], analysis: str) -> Run:
@@ -60,12 +65,52 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
     )
+    covariance = evidence.phantom_covariance
+    if settings.floor:
+        covariance = project_pulls(robot, both, evidence.samples)
     return replace(
         evidence,
         prepared=both._replace(times=both.times + alignment.lag),
+        phantom_covariance=covariance,
         is_repeated=True,
         notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
     )
+
+
+def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
+    """Subtracts from each posture that was held with the load the same posture with an empty hand.
+
+    Postures without a counterpart are left out; if too few have one, a BadValueError is raised.
+    """
+    apart = np.abs(loaded.q[:, None] - empty.q[None]).max(axis=2)
+    nearest = apart.argmin(axis=1)
+    rows = np.flatnonzero(apart.min(axis=1) <= settings.repeat_tolerance)
+    if len(rows) < FEWEST_POSTURES:
+        problem = (
+            f"repeats {len(rows)} postures of {empty.source} within {settings.repeat_tolerance:g} rad, must repeat"
+        )
+        hint = "--unpaired for other postures"
+        raise BadValueError(loaded.source, "q", f"{problem} at least {FEWEST_POSTURES} ({hint})")
+    kind = loaded.description.kind
+    after = prepare(loaded, settings).select(rows)
+    before = prepare(empty, settings).select(nearest[rows])
+    nominal = np.ones(robot.num_joints)
+    signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
+    if kind is not SignalKind.CURRENT:  # what the arm itself weighs differently, as an arm droops under a load
+        signal = signal - robot.compute_arm_torques(*after.motion) + robot.compute_arm_torques(*before.motion)
+    times = np.linspace(0.0, POSTURE_STEP * (len(rows) - 1), len(rows))
+    evidence = build_evidence(
+        robot,
+        loaded.source,
+        kind,
+        after._replace(times=times, signal=signal),
+        settings,
+        analysis=f"postures held with the load, less the same postures of {empty.source}",
+        is_difference=True,
+    )
+    lost = len(loaded.q) - len(rows)
+    notes = (f"{lost} postures without a counterpart in {empty.source} are left out",) if lost else ()
+    return replace(evidence, is_repeated=True, notes=notes)
 
 
 class Alignment(NamedTuple):

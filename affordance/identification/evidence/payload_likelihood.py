@@ -4,6 +4,9 @@ Given the load, all other unknowns enter the signal linearly and have normal pri
 the friction of each channel. Their integral is thus known in closed form, however large their uncertainty (nothing is
 linearised), and costs a few products of small matrices, for a thousand loads at once.
 
+Where the arm was subtracted, its torque is part of the signal still, as gains differ from run to run: by a factor of
+each channel, which is one more term of friction, and by a factor that all channels share, which is integrated last.
+
 Errors of the arm's model are a phantom payload delta, delta ~ N(0, C), and the load is the sum of body pi and delta.
 With Q the quadratic approximation of log L near the most probable load, and Q_C that with delta integrated out,
 
@@ -19,12 +22,21 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import SEEN, Quadratic
-from affordance.identification.evidence.joint_statistics import FRICTION, LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
+from affordance.identification.evidence.joint_statistics import (
+    ARM,
+    FRICTION,
+    LOAD,
+    NUM_COLUMNS,
+    SIGNAL,
+    JointStatistics,
+)
 from affordance.objects.inertia import NUM_PARAMETERS
 
 _NUM_LOAD = 22  # columns of z that the load fills
 _HALF = 11  # half of these columns, without or with the factor s
 _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
+# Columns of friction, and of the arm's torque in a difference of two runs whose gains differ.
+_NUISANCES = np.r_[FRICTION, ARM]
 
 
 @dataclass(frozen=True)
@@ -39,13 +51,19 @@ class ChannelPrior:
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     # Covariance of the phantom payload, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
+    has_arm: bool = True  # True if the arm's torque is in the signal; False if it was subtracted
+    # Standard deviations of the change of gains between the run that was subtracted and the loaded one, shape (C,),
+    # [unit of the signal per N m]: that which all channels share in proportion, and each channel's own.
+    shared_change_sd: Array | float = 0.0
+    own_change_sd: Array | float = 0.0
 
 
 class PayloadLikelihood:
     """Log likelihood log p(signals of a run | pi) up to a constant.
 
-    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load, where
-    the load is tau_arm + Y pi.
+    A signal is x = A beta + u t + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load,
+    where the load is tau_arm + Y pi, or Y pi if the arm was subtracted; u ~ N(0, 1) is the change of gains that all
+    channels share, and t the arm's torque times its standard deviation.
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
@@ -60,12 +78,24 @@ class PayloadLikelihood:
         shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
         shift[:, FRICTION, SIGNAL] = -prior.friction
         products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
-        F = prior.friction_sd[:, :, None] * np.eye(3)
-        cross = F @ products[:, FRICTION, _KEPT]  # (C, 3, 23)
-        inner = np.eye(3) + F @ products[:, FRICTION, FRICTION] @ F
+        num = statistics.num_channels
+        own, shared = (np.broadcast_to(each, num) for each in (prior.own_change_sd, prior.shared_change_sd))
+        F = np.concatenate([prior.friction_sd, own[:, None]], axis=1)[:, :, None] * np.eye(4)
+        cross = F @ products[:, _NUISANCES[:, None], _KEPT]  # (C, 4, 23)
+        inner = np.eye(4) + F @ products[:, _NUISANCES[:, None], _NUISANCES] @ F
         # F u with u the posterior mean of standardised friction is linear in the residual without friction.
         self._friction = F @ np.linalg.solve(inner, cross)
+        self._log_friction = float(np.linalg.slogdet(inner)[1].sum())
         K = products[:, _KEPT[:, None], _KEPT] - cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
+        # t^T K t, t^T K x, and t^T K times the columns of the load.
+        self._shared_sd = shared
+        self._has_shared = bool(shared.any())
+        self._tt, self._tx = shared**2 * K[:, ARM, ARM], shared * K[:, ARM, _NUM_LOAD]
+        self._t_load = shared[:, None] * K[:, ARM, :_NUM_LOAD]
+        if not prior.has_arm:
+            for index in (ARM, _HALF):
+                K[:, index], K[:, :, index], self._t_load[:, index] = 0.0, 0.0, 0.0
+        self._t_load = self._t_load.reshape(-1, 2, _HALF)
         self._K = K[:, :_NUM_LOAD, :_NUM_LOAD].reshape(-1, 2, _HALF, 2, _HALF)
         self._Kx = K[:, :_NUM_LOAD, _NUM_LOAD].reshape(-1, 2, _HALF)
         self._xx = K[:, _NUM_LOAD, _NUM_LOAD]
@@ -87,12 +117,38 @@ class PayloadLikelihood:
         # A sum of squares, of which rounding leaves nothing where a load is millions of times too heavy.
         squares = np.maximum(values[:, 0] - explained.sum(axis=1), 0.0)
         log_likelihood: Array = -0.5 * (squares + np.log(determinant).sum(axis=1))
+        if self._has_shared:
+            # q = t^T K A, and p = L^T q; then u has the precision 1 + H and the information f.
+            f, p0, p1 = (load @ self._of_shared).reshape(len(pi), 3, -1).swapaxes(0, 1)
+            f = f - ((1.0 + d) * p0 * c0 - b * (p0 * c1 + p1 * c0) + (1.0 + a) * p1 * c1) / determinant
+            H = ((1.0 + d) * p0**2 - 2.0 * b * p0 * p1 + (1.0 + a) * p1**2) / determinant
+            precision = 1.0 + np.maximum(self._tt.sum() - H.sum(axis=1), 0.0)
+            log_likelihood += 0.5 * (f.sum(axis=1) ** 2 / precision - np.log(precision))
         return log_likelihood
+
+    def compute_log_evidence(self, covariance: Array, sizes: Array) -> Array:
+        """Computes log p(signals) up to a constant, with exact gains and loads ~ N(0, size^2 covariance), (sizes,).
+
+        Unlike the log likelihood of a load, it compares priors of friction.
+        """
+        quadratic, root = self.linearise(np.zeros(NUM_PARAMETERS)), factor(covariance)
+        values, vectors = np.linalg.eigh(root.T @ quadratic.precision @ root)
+        f = vectors.T @ (root.T @ quadratic.information)
+        widened = 1.0 + np.outer(sizes**2, np.maximum(values, 0.0))
+        of_load = (np.outer(sizes**2, f**2) / widened - np.log(widened)).sum(axis=1)
+        at_zero = float(self.compute_log_likelihood(np.zeros((1, NUM_PARAMETERS)))[0])
+        log_evidence: Array = at_zero + 0.5 * (of_load - self._log_friction)
+        return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
         """Builds the quadratic approximation of log L near a load, shape (10,), without products of two errors."""
         H, b = self._linearise_channels(pi)
         H, b = H.sum(axis=0), b.sum(axis=0)
+        if self._has_shared:  # the last unknown is u
+            precision = 1.0 + H[-1, -1]
+            H, b = H[:-1, :-1] - np.outer(H[:-1, -1], H[-1, :-1]) / precision, b[:-1] - H[:-1, -1] * b[-1] / precision
+        else:
+            H, b = H[:-1, :-1], b[:-1]
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def count_errors(self, pi: Array, covariance: Array) -> float:
@@ -105,6 +161,7 @@ class PayloadLikelihood:
         other is left out. The likelihood is taken as quadratic near the load pi, (10,).
         """
         each, _ = self._linearise_channels(pi)
+        each = each[:, :-1, :-1]
         H = each.sum(axis=0)
         H = 0.5 * (H + H.T)
         inverse = np.linalg.pinv(H, rcond=SEEN, hermitian=True)
@@ -115,7 +172,10 @@ class PayloadLikelihood:
         return num_values**2 / max(float((shares[used] ** 2 / self.num_errors[used]).sum()), np.finfo(float).tiny)
 
     def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
-        """Computes curvature and gradient of log L at a load, channel by channel, shapes (C, 10, 10) and (C, 10)."""
+        """Computes curvature and gradient of log L at a load, channel by channel, shapes (C, 11, 11) and (C, 11).
+
+        The last unknown is u, the change of gains that all channels share, about 0.
+        """
         gain, _ = self.estimate_gains(pi)
         g, L = self.prior.gain, self._L
         load = self._extend(pi[None])[0]
@@ -127,9 +187,42 @@ class PayloadLikelihood:
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
         c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
         inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
+        # Rows of u below those of the load: t in place of T.
+        q = self._t_load @ load
+        tT = np.einsum("ca,cai->ci", gain, self._t_load[:, :, 1:])
+        TKT = np.concatenate([TKT, tT[:, None]], axis=1)
+        TKT = np.concatenate([TKT, np.append(tT, self._tt[:, None], axis=1)[..., None]], axis=2)
+        TKA = np.concatenate([TKA, q[:, None]], axis=1)
+        TKx = np.append(TKx, self._tx[:, None], axis=1)
         D = TKA @ L
         H = TKT - D @ inverse @ D.transpose(0, 2, 1)
         return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]
+
+    def estimate_change(self, pi: Array) -> float:
+        """Computes the most probable u given a load, shape (10,): the shared change of gains over its SD."""
+        if not self._has_shared:
+            return 0.0
+        g, L = self.prior.gain, self._L
+        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
+        q = self._t_load @ self._extend(pi[None])[0]
+        p = (q[:, None] @ L)[:, 0]
+        c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
+        along = (p[:, None] @ inverse)[:, 0]
+        f = self._tx - (q * g).sum(axis=1) - (along * c).sum(axis=1)
+        precision = 1.0 + float((self._tt - (along * p).sum(axis=1)).sum())
+        return float(f.sum()) / precision
+
+    def estimate_changes(self, pi: Array) -> tuple[Array, Array]:
+        """Computes the relative change of each channel's gain since the subtracted run, and its prior SD.
+
+        The load, (10,), is given; both are of shape (C,), and zeros where no run was subtracted.
+        """
+        own, shared = (np.broadcast_to(each, self._tt.shape) for each in (self.prior.own_change_sd, self._shared_sd))
+        gain = np.maximum(np.abs(self.prior.gain[:, 0]), np.finfo(float).tiny)
+        w = self.build_residual_weights(pi)
+        change = -w[:, ARM] if not self.prior.has_arm else np.zeros_like(gain)
+        return change / gain * np.sign(self.prior.gain[:, 0]), np.hypot(own, shared) / gain
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
         """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
@@ -138,6 +231,8 @@ class PayloadLikelihood:
         inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         covariance = L @ inverse @ L.transpose(0, 2, 1)
         residual = AKx - (AKA @ g[:, :, None])[..., 0]
+        if self._has_shared:
+            residual -= self.estimate_change(pi) * (self._t_load @ self._extend(pi[None])[0])
         return g + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
@@ -145,9 +240,13 @@ class PayloadLikelihood:
         gain, _ = self.estimate_gains(pi)
         load = self._extend(pi[None])[0]
         w = np.zeros((len(gain), NUM_COLUMNS))
+        load[0] = float(self.prior.has_arm)
         w[:, LOAD] = -(gain[:, :, None] * load).reshape(len(gain), -1)
+        w[:, ARM] -= self.estimate_change(pi) * self._shared_sd
         w[:, SIGNAL] = 1.0
-        w[:, FRICTION] = -self.prior.friction - (self._friction @ w[:, _KEPT, None])[..., 0]
+        nuisances = (self._friction @ w[:, _KEPT, None])[..., 0]
+        w[:, FRICTION] = -self.prior.friction - nuisances[:, :3]
+        w[:, ARM] -= nuisances[:, 3]
         return w
 
     def _extend(self, pi: Array) -> Array:
@@ -171,6 +270,15 @@ class PayloadLikelihood:
         rest[0, 0] += self._xx.sum()
         each = np.stack([M[:, 0, 0], M[:, 0, 1], M[:, 1, 1], c[:, 0], c[:, 1]]).reshape(-1, _HALF, _HALF)
         return np.concatenate([rest[None], each]).reshape(-1, _HALF**2).T
+
+    @cached_property
+    def _of_shared(self) -> Array:
+        """Factors by which coefficients of a load enter t^T K (x - A g) and p = L^T A^T K t, shape (11, 3 C)."""
+        g, t_load = self.prior.gain, self._t_load
+        f = -np.einsum("ca,cai->ic", g, t_load)
+        f[0] += self._tx
+        p = np.einsum("cap,cai->ipc", self._L, t_load)
+        return np.concatenate([f[:, None], p], axis=1).reshape(_HALF, -1)
 
     def _project(self, pi: Array) -> tuple[Array, Array]:
         """Computes A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2), with A = d x / d (g, h)."""

@@ -16,8 +16,9 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.model_error import (
     build_phantom_covariance,
-    estimate_phantom_mass,
+    estimate_sizes,
     project_link_errors,
+    project_pulls,
 )
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.recording.preparation import PreparedRun, prepare, prepare_alike
@@ -27,6 +28,8 @@ from affordance.plant.serial_chain import SerialChain
 
 # Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
 _STRETCH, _GUARD = 8, 1
+# Friction that a fit leaves, as a share of each joint's friction, among which its size is looked for.
+_SHARES = np.geomspace(0.01, 1.0, 9)
 # Friction scale of an arm's file: the signal contains all of the friction, not only its change between two runs.
 WHOLE_FRICTION = 10.0
 
@@ -48,9 +51,6 @@ def fit_empty_arm(
     residuals = [np.full_like(signal, np.nan) for signal in signals]
     cells = np.flatnonzero(allowed)
     quadratics, squares, counts = [], np.zeros(robot.num_joints), np.zeros(robot.num_joints)
-    of_joint = np.zeros((robot.num_joints, 3))
-    friction_sd = of_joint + settings.get_prior(gains.kind).friction_sd
-    prior = ChannelPrior(gains.mean, np.zeros((robot.num_joints, 2, 2)), of_joint, friction_sd)
     for stretch in np.array_split(cells, max(2, round(len(cells) / _STRETCH))):
         rest = allowed.copy()
         rest[max(0, stretch[0] - _GUARD) : stretch[-1] + 1 + _GUARD] = False
@@ -69,7 +69,6 @@ def fit_empty_arm(
                 robot.compute_payload_regressors(*part.motion),
                 part.v,
                 error,
-                tau_arm=np.zeros_like(error),
                 arm_torque=np.ones_like(error),
                 min_speed=settings.min_speed,
             )
@@ -80,11 +79,33 @@ def fit_empty_arm(
             counts += statistics.counts
             quadratics.append(statistics)
     variance = squares / np.maximum(counts, 1.0)
-    zero = np.zeros(10)
-    likelihoods = [PayloadLikelihood(statistics, prior, variance).linearise(zero) for statistics in quadratics]
-    phantom_mass = estimate_phantom_mass(likelihoods) if settings.floor else 0.0
+    fitted = regression.fit(allowed)
+    size, speed = fitted.measure_friction(runs, settings.min_speed)
+    of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
+
+    def describe_friction(share: float) -> Array:
+        """Returns SDs of friction, (n, 3): a share of what each joint has; offsets of sensors are others each run."""
+        return np.column_stack([share * size, share * size / speed, np.full(len(size), offset_sd)])
+
+    def list_stretches(share: float) -> list[PayloadLikelihood]:
+        prior = ChannelPrior(
+            gains.mean,
+            np.zeros((robot.num_joints, 2, 2)),
+            of_joint,
+            describe_friction(share),
+            has_arm=False,
+        )
+        return [PayloadLikelihood(statistics, prior, variance) for statistics in quadratics]
+
+    phantom_mass, share = estimate_sizes(list_stretches, _SHARES)
+    # Of one run, stretches do not show by how much friction is another in the next.
+    friction_left = describe_friction(float(np.hypot(share, settings.friction_drift)))
     return replace(
-        regression.fit(allowed), least_variance=variance, phantom_mass=phantom_mass, residual=tuple(residuals)
+        fitted,
+        least_variance=variance,
+        phantom_mass=phantom_mass if settings.floor else 0.0,
+        friction_left=friction_left,
+        residual=tuple(residuals),
     )
 
 
@@ -113,11 +134,13 @@ def subtract_arm(
     if settings.floor:
         # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
         open_links = project_link_errors(robot, prepared, evidence.samples, fitted.link_root)
-        covariance = build_phantom_covariance(fitted.phantom_mass) + open_links
+        pulls = project_pulls(robot, prepared, evidence.samples)
+        covariance = build_phantom_covariance(fitted.phantom_mass) + open_links + pulls
     return replace(
         evidence,
         least_variance=fitted.least_variance,
         phantom_covariance=covariance,
+        friction_left=fitted.friction_left,
         notes=(f"an empty hand seems to hold {1e3 * fitted.phantom_mass:.0f} g now and then",),
     )
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.gravity_tilt import find_tilt
 from affordance.identification.evidence.joint_statistics import SIGNAL
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.evidence.paired_runs import take_only
@@ -40,6 +41,10 @@ def build_wrist_evidence(
     """
     runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
     analysis = "wrist sensor without a tare: everything attached to it is the load"
+    tilt = None
+    if loaded.description.postures:
+        tilt = find_tilt(robot, loaded)
+        robot = robot.with_gravity(tilt.gravity)
     evidence, *tare = [
         replace(
             build_evidence(
@@ -49,7 +54,12 @@ def build_wrist_evidence(
         )
         for prepared in prepare_alike(runs, settings)
     ]
-    return _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
+    evidence = _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
+    if tilt is None:
+        return evidence
+    errors = tilt.measure_errors(robot, evidence.samples.Y, evidence.samples.signal, evidence.prepared.q)
+    notes = (*evidence.notes, tilt.describe())
+    return replace(evidence, phantom_covariance=evidence.phantom_covariance + errors, notes=notes)
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:

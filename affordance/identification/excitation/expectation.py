@@ -173,6 +173,6 @@ def fill_signal(statistics: JointStatistics, gain: Array, pi: Array) -> JointSta
     """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2)."""
     weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
     weights[:, SIGNAL, SIGNAL] = 0.0
-    load = np.concatenate([[1.0], pi])
+    load = np.concatenate([[0.0], pi])
     weights[:, LOAD, SIGNAL] = (gain[:, :, None] * load).reshape(len(gain), -1)
     return replace(statistics, products=weights.transpose(0, 2, 1) @ statistics.products @ weights)

@@ -27,6 +27,8 @@ _PACES = {
     "as fast as before, elsewhere": (1.0, 1.0),
     "faster": (2.0, 4.0),
 }
+# Acceleration of joints that arms of any size reach, [rad/s^2]; a motion that was recorded may have been faster.
+USUAL_ACCELERATION = 3.0
 _HELPS = 0.8  # share of the standard deviation that is left, below which a motion is worth a line
 # Words for each aim, its place among the quantities, and the unit in which it is said, with the factor to it.
 _AIMS = {
@@ -101,6 +103,10 @@ def suggest_run(belief: PayloadBelief) -> str:
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
+    if evidence.is_at_rest and (evidence.kind is SignalKind.WRENCH or evidence.is_repeated):
+        return "hold more postures, in which the payload hangs otherwise"
+    if evidence.is_at_rest:
+        return "hold the same postures with an empty hand too (--empty)"
     if evidence.kind is SignalKind.WRENCH:
         return "turn the sensor slowly through other postures, with an empty hand too (--empty)"
     if not evidence.is_difference:
@@ -120,12 +126,14 @@ def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
     low, high = robot.limits
+    fastest = np.maximum(np.abs(run.v).max(axis=0), 0.1)
+    hardest = np.maximum(np.abs(run.vdot).max(axis=0), 0.1)
     for words, (speed, acceleration) in _PACES.items():
         limits = MotionLimits(
             np.minimum(np.maximum(low, middle - quarter), run.q.min(axis=0)),
             np.maximum(np.minimum(high, middle + quarter), run.q.max(axis=0)),
-            speed * np.maximum(np.abs(run.v).max(axis=0), 0.1),
-            acceleration * np.maximum(np.abs(run.vdot).max(axis=0), 0.1),
+            np.minimum(speed * fastest, np.maximum(robot.velocity_limits, fastest)),
+            np.minimum(acceleration * hardest, np.maximum(USUAL_ACCELERATION, hardest)),
             np.full(robot.num_joints, np.inf),
         )
         yield (

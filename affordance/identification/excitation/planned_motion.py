@@ -63,14 +63,21 @@ class MotionLimits(NamedTuple):
 
     @classmethod
     def around(
-        cls, home: Array, joints: JointLimits, *, reach: float, acceleration: float, tip_speed: float, height: float
+        cls,
+        home: Array,
+        joints: JointLimits,
+        *,
+        reach: float,
+        acceleration: float | Array,
+        tip_speed: float,
+        height: float,
     ) -> "MotionLimits":
         """Builds limits of motions within a distance from home, [rad], and joint limits; others as the attributes."""
         return cls(
             np.maximum(joints.q_lower, home - reach),
             np.minimum(joints.q_upper, home + reach),
             joints.v_max,
-            np.full(len(home), acceleration),
+            np.broadcast_to(acceleration, home.shape),
             joints.tau_max,
             tip_speed,
             height,
@@ -131,6 +138,32 @@ class MotionFamily(abc.ABC):
 def list_times(duration: float, rate: float = _RATE) -> Array:
     """Lists even times from 0 to the duration, [s], at least sixteen in a period of the highest harmonic."""
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
+
+
+def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array, rate: float = 50.0) -> PreparedRun:
+    """Plans the way from rest to rest, straight in joint angles and of minimum jerk, within limits of speed.
+
+    Start and end have shape (n,), [rad], the rate is in [Hz]. Neither torques nor collisions are checked.
+    """
+    step = end - start
+    duration = max(
+        float((_PEAK_V * np.abs(step) / (_USED * limits.v_max)).max()),
+        float(np.sqrt(_PEAK_VDOT * np.abs(step) / (_USED * limits.vdot_max)).max()),
+        1.0,
+    )
+    while True:
+        times = np.linspace(0.0, duration, max(2, round(duration * rate)) + 1)
+        x = (times / duration)[:, None]
+        motion = to_motion(
+            times,
+            start + step * x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
+            step * 30.0 * x**2 * (1.0 - x) ** 2 / duration,
+            step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2,
+        )
+        over = find_tip_speed(robot, motion) / (_USED * limits.tip_speed)
+        if over <= 1.0:
+            return motion
+        duration *= 1.02 * over
 
 
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:

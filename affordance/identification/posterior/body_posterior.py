@@ -4,6 +4,7 @@ Every sample is a physically consistent body. Weights are exact: the posterior d
 integrated out, over the density of the proposal.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from affordance.identification.posterior.log_cholesky import (
     compute_jacobian,
     parameters_from_theta,
     theta_from_parameters,
+    thicken,
 )
 from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
@@ -190,6 +192,30 @@ def draw_bodies(
             if exponent < 1.0 and num_moved >= _MOVED:
                 break
     return WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+
+
+def spread_bodies(
+    bodies: WeightedBodies,
+    likelihoods: Sequence[PayloadLikelihood],
+    prior: SolidPrior,
+    mode: Mode,
+    rng: np.random.Generator,
+) -> WeightedBodies:
+    """Spreads samples of a posterior over those of several likelihoods, each with other variances of the errors.
+
+    Each sample is moved as the normal approximation about the mode (Laplace's) moves from its own likelihood to one
+    of the others, drawn at random: by the most probable body and by the roots of both covariances. What the run does
+    not show stays as it is.
+    """
+    theta = theta_from_parameters(thicken(bodies.pi))
+    away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T
+    group = rng.permutation(np.arange(len(theta)) % len(likelihoods))
+    for number, likelihood in enumerate(likelihoods):
+        quadratic = likelihood.linearise(mode.load).widen(likelihood.prior.phantom_covariance)
+        centre, covariance = _climb(quadratic, prior.mean, prior.precision, mode.theta, _ROUGH)
+        rows = group == number
+        theta[rows] = centre + away[rows] @ np.linalg.cholesky(covariance).T
+    return bodies._replace(pi=thicken(parameters_from_theta(theta)))
 
 
 def _correlate(before: Array, after: Array) -> float:

@@ -58,7 +58,14 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         covariance[:, 0, 0] = broad
         covariance[:, 1, 1] = (signal_prior.load_friction_sd * scale) ** 2
         prior = ChannelPrior(
-            mean, covariance, np.zeros((num, 3)), friction_sd, evidence.phantom, evidence.phantom_covariance
+            mean,
+            covariance,
+            np.zeros((num, 3)),
+            friction_sd,
+            evidence.phantom,
+            evidence.phantom_covariance,
+            not evidence.is_difference,
+            *evidence.list_change_sds(scale, settings),
         )
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
@@ -102,6 +109,7 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
         gains,
         covariance=gains.covariance + own,
         common_sd=settings.gain_common_sd,
+        is_by_weight=True,
         least_variance=np.zeros(robot.num_joints),
         source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
     )
@@ -137,7 +145,8 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
     """Guesses the ratio of signal to torque as the joints' median, with a point mass at the tip."""
-    torque = evidence.samples.tau_arm + evidence.samples.Y[..., 0] * mass
+    of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
+    torque = of_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal
     by_joint = np.sqrt((signal**2).mean(axis=0)) / np.maximum(np.sqrt((torque**2).mean(axis=0)), 1e-9)
     return float(np.median(by_joint))

@@ -6,10 +6,15 @@ import numpy as np
 
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.posterior.body_posterior import draw_bodies
+from affordance.identification.posterior.body_posterior import draw_bodies, spread_bodies
 from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, PlacedObject, infer_parts
 from affordance.identification.posterior.payload_belief import SURPRISE, PayloadBelief
-from affordance.identification.posterior.payload_fit import add_friction_error, build_channel_prior, fit_payload
+from affordance.identification.posterior.payload_fit import (
+    add_friction_error,
+    build_channel_prior,
+    fit_payload,
+    vary_errors,
+)
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
@@ -40,6 +45,8 @@ def infer(
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
+    if not evidence.is_at_rest:  # errors there are widened by Student's t already
+        bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
     bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)
@@ -106,7 +113,10 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         sentences.append(
             f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
         )
-        sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
+        if not evidence.is_at_rest:
+            sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
+        elif evidence.kind is not SignalKind.JOINT_TORQUE:
+            sentences.append("friction at rest holds part of the load, in either direction by chance")
     else:
         sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, a tenth of that in N m")
     phantom = 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0]))
@@ -118,6 +128,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         sentences.append(
             "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"
         )
+    if evidence.is_at_rest:
+        sentences.append(f"{len(evidence.prepared.times)} postures held at rest; their errors are independent")
+        return tuple(sentences)
     sentences.append(
         f"errors agree over the time the residual says, in blocks of {settings.block:g} s"
         if settings.correlated_noise

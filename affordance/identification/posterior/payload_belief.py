@@ -24,10 +24,9 @@ from affordance.identification.posterior.marginals import (
     summarise,
 )
 from affordance.identification.posterior.payload_fit import PayloadFit
+from affordance.identification.posterior.unseen import UNSEEN, describe_unseen, find_hidden_direction
 
-# A quantity is undetermined if its SD exceeds this share of the prior's,
-_UNSEEN = 0.8
-# or, for a positive quantity, this share of its mean.
+# A positive quantity is undetermined too if its SD exceeds this share of its mean.
 _VAGUE = 0.4
 # Share of the prior's masses below the 90 % interval's upper end at which little is held, whatever it is.
 _LIGHT = 0.25
@@ -172,8 +171,9 @@ class PayloadBelief:
         if self.hidden & set(QUANTITIES[MASS]):
             return None
         mean = self.marginals.mean
+        is_guessed = bool(self.hidden & set(QUANTITIES[COM])) or self.hidden_direction is not None
         inertia = None if self.hidden & set(QUANTITIES[MOMENTS]) else mean[MOMENTS.start :]
-        return PayloadSetting(float(mean[0]), mean[COM], inertia, bool(self.hidden & set(QUANTITIES[COM])))
+        return PayloadSetting(float(mean[0]), mean[COM], inertia, is_guessed)
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
@@ -203,7 +203,7 @@ class PayloadBelief:
         """Quantities, by their names in QUANTITIES, that the run left undetermined."""
         m = self.marginals
         is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are no part of what follows
-        is_hidden = (self._share_of_prior > _UNSEEN) | is_vague
+        is_hidden = (self._share_of_prior > UNSEEN) | is_vague
         if self.seen is not None:  # by whose prior little is left open
             is_hidden &= m.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(m.mean))
         if self.calibration is not None:
@@ -229,30 +229,26 @@ class PayloadBelief:
         return share
 
     @cached_property
+    def hidden_direction(self) -> Array | None:
+        """Direction along which postures that were held leave the centre of mass open, shape (3,), or None."""
+        if not self.fit.evidence.is_at_rest or self.seen is not None:
+            return None
+        return find_hidden_direction(self.bodies.pi, self.bodies.weights, self.prior_bodies)
+
+    @cached_property
     def unseen(self) -> tuple[str, ...]:
         """Quantities that this motion left undetermined, a sentence each."""
-        m, share = self.marginals, self._share_of_prior
-        sentences = []
-        for name, part in (("mass", MASS), ("centre of mass", COM), ("moments of inertia", MOMENTS)):
-            hidden = [i for i in range(part.start, part.stop) if QUANTITIES[i] in self.hidden]
-            if not hidden:
-                continue
-            worst = max(hidden, key=lambda i: share[i])
-            ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
-            if part is MASS:
-                low, high = np.quantile(self.prior_bodies[:, 0], [0.05, 0.95])
-                ranges = f"{ranges} kg, before the run from {low:.2g} to {high:.2g}"
-            else:
-                ranges = f"{QUANTITIES[worst]}: {ranges}"
-            if share[worst] > _UNSEEN:
-                reason = "moves too slowly or too briefly to see, the prior decides"
-                ranges = f"{ranges}, SD {100 * share[worst]:.0f} % of the prior's"
-            elif part is MASS:
-                reason = "little or nothing is held" if self.is_light else "no larger than the errors of the runs"
-            else:
-                reason = "known to a factor only"
-            sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
-        return tuple(sentences)
+        return tuple(
+            describe_unseen(
+                self.marginals,
+                self._share_of_prior,
+                self.hidden,
+                self.prior_bodies,
+                is_light=self.is_light,
+                is_at_rest=self.fit.evidence.is_at_rest,
+                direction=self.hidden_direction,
+            )
+        )
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:

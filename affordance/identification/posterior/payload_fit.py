@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import chdtri
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -16,6 +17,8 @@ from affordance.identification.posterior.log_cholesky import parameters_from_the
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import IdentificationSettings
 
+# Number of error variances over which a posterior is averaged.
+_NUM_VARIANTS = 8
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
 # Tolerances of a variance, as a fraction, and of a body, in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
@@ -44,6 +47,8 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
         friction_sd if carried is None else carried,
         evidence.phantom,
         evidence.phantom_covariance,
+        not evidence.is_difference,
+        *evidence.list_change_sds(gains.mean[:, 0], settings),
     )
 
 
@@ -74,6 +79,22 @@ def fit_payload(
     return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
 
 
+def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
+    """Builds likelihoods whose error variances are drawn from what the run leaves open of them.
+
+    A variance that was estimated from n errors is n over a chi-squared variable of n degrees of freedom times its
+    estimate. Each channel takes each of its quantiles once, in an order of its own (a Latin hypercube).
+    """
+    freedom = fit.evidence.describe_errors(settings).count_freedom(fit.statistics)
+    middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
+    rng = np.random.default_rng(0)
+    quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
+    factors = freedom[:, None] / quantiles
+    return [
+        PayloadLikelihood(fit.statistics, fit.likelihood.prior, fit.long_run_variance * each) for each in factors.T
+    ]
+
+
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
@@ -86,7 +107,9 @@ def add_friction_error(
     nothing is added where no run was repeated. Nor is anything where gains are those of the arm's own weight: without
     friction they would be others, so that the change of the load is one of gains, and as large as the load.
     """
-    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.common_sd > 0.0:
+    if evidence.is_at_rest:  # friction has no direction there, and its errors are those of the residual
+        return evidence
+    if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)

@@ -10,7 +10,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
+from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters, thicken
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
 # All sizes and densities log-uniform, all directions alike:
@@ -125,9 +125,7 @@ class SolidPrior:
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
-        # A micrometre of thickness keeps the thinnest bodies factorable.
-        thick = pi + pi[:, :1] * np.array([0.0, 0.0, 0.0, 0.0, 1e-12, 1e-12, 1e-12, 0.0, 0.0, 0.0])
-        theta = theta_from_parameters(thick)
+        theta = theta_from_parameters(thicken(pi))
         log_densities = widened.compute_log_densities(theta)
         # The largest of the densities' products with Gumbel noise belongs to each kind with its probability.
         kind = np.argmax(log_densities + rng.gumbel(size=log_densities.shape), axis=1)

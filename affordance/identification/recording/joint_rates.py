@@ -28,7 +28,14 @@ _SMOOTH = 0.5
 # Factor between units of time, and step below which no controller samples joints, [s].
 _NEXT_UNIT, _SHORTEST = 1000.0, 5e-4
 _TURN = 2.0 * np.pi
+# Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
+_RATE_FACTOR = 5.0
+# Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
+_RATE_APART = 0.3
+_LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
 _LISTED = 5
+# Largest lag of a rate behind its quantity that is looked for, [s].
+_LONGEST_LAG = 0.5
 
 
 class Jump(NamedTuple):
@@ -158,7 +165,7 @@ def _explain_jumps(q: Array, rows: NDArray[np.intp], jumps: tuple[Jump, ...]) ->
     if at_rest > 0.5 * len(q):
         return (
             f"these look like {len(pieces)} postures that were held, one after the other: the motion from each "
-            "to the next must be recorded too"
+            "to the next must be recorded too, or 'postures: true' of the description takes each as one posture"
         )
     return f"these look like {len(pieces)} recordings in one table, or rows are missing: give one whole motion"
 
@@ -177,5 +184,84 @@ def explain_long_steps(times: Array, q: Array, typical: float) -> str:
     unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
     jumps = find_jumps(units[unit] * times, q, np.full(q.shape[1], np.inf))
     if len({jump.row for jump in jumps}) > 0.5 * len(times):  # in that unit, too
-        return "are these postures that were held? the motion from each to the next must be recorded too"
+        return "are these postures that were held? then its description must have 'postures: true'"
     return f"in other units the description must have 'units: {{time: {unit}}}'"
+
+
+def find_lag(times: Array, values: Array, rate: Array) -> float:
+    """Finds by how much a recorded rate is late, [s]; negative if it is early.
+
+    Args:
+        times: Times of the samples, shape (N,), increasing, [s].
+        values: Quantity of which the rate is, shape (N,).
+        rate: Recorded rate, shape (N,).
+
+    Returns: The lag, up to half a second either way, at which the rate fits best, between samples by a parabola.
+    """
+    step = float(np.median(np.diff(times)))
+    even = np.arange(times[0], times[-1], step)
+    reference = np.gradient(np.interp(even, times, values), step)
+    late = np.interp(even, times, rate)
+    reference, late = reference - reference.mean(), late - late.mean()
+    most = min(round(_LONGEST_LAG / step), len(even) // 4)
+
+    def misfit(rows: int) -> float:
+        inside = slice(most, len(even) - most)
+        shifted = late[inside.start + rows : inside.stop + rows]
+        return float(np.mean((shifted - reference[inside]) ** 2))
+
+    misfits = np.array([misfit(rows) for rows in range(-most, most + 1)])
+    best = int(np.argmin(misfits))
+    if 0 < best < 2 * most:
+        before, at, after = misfits[best - 1 : best + 2]
+        bend = before - 2.0 * at + after
+        return step * (best - most + (0.5 * (before - after) / bend if bend > 0.0 else 0.0))
+    return step * (best - most)
+
+
+class RateFault(NamedTuple):
+    """Column that is not the rate of the quantity that it should belong to."""
+
+    joint: int  # number of the joint, from 0
+    problem: str  # what is wrong and the bound, with {} in place of the quantity's name
+    is_larger: bool  # True if the rate is too large
+
+
+def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | None:
+    """Compares a measured rate with the change of its quantity, at each joint that moves, the widest motion first.
+
+    Rates in other units, of another joint or of another time are faults. All tables have shape (N, n).
+    """
+    for joint in np.argsort(-np.ptp(q, axis=0), kind="stable"):
+        # A constant offset of the rate is removed from both.
+        values = _remove_line(of[:, joint], times)
+        steps = 0.5 * (rate[1:, joint] + rate[:-1, joint]) * np.diff(times)
+        summed = _remove_line(np.append(0.0, np.cumsum(steps)), times)
+        if np.ptp(values) < _LEAST_MOTION:
+            continue
+        ratio = float(np.ptp(summed) / np.ptp(values))
+        if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
+            bounds = f"from {1.0 / _RATE_FACTOR:g} to {_RATE_FACTOR:g} times"
+            return RateFault(int(joint), f"is {ratio:.3g} times the rate of {{}}, must be {bounds}", ratio > 1.0)
+        apart = float(np.std(summed - values) / np.std(values))
+        if apart > _RATE_APART:
+            problem = f"differs by {100.0 * apart:.0f} % from the rate of {{}}, must differ by at most"
+            hint = _explain_difference(times, of[:, joint], rate[:, joint])
+            return RateFault(int(joint), f"{problem} {100.0 * _RATE_APART:g} %; {hint}", False)
+    return None
+
+
+def _explain_difference(times: Array, values: Array, rate: Array) -> str:
+    """Says what may be wrong with a rate that is not that of its quantity."""
+    lag = find_lag(times, values, rate)
+    late = np.interp(times + lag, times, rate)
+    left = np.std(late - np.gradient(values, times)) / max(float(np.std(late)), 1e-12)
+    if left < _RATE_APART:
+        return f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
+    return "are columns or times exchanged?"
+
+
+def _remove_line(values: Array, times: Array) -> Array:
+    """Subtracts the line through the first and the last value."""
+    line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
+    return values - line

@@ -58,6 +58,8 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
 
     It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
     """
+    if run.description.postures:
+        return run.rate  # nothing is filtered
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
     v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
@@ -88,8 +90,11 @@ def prepare(
     """Filters a run and takes its derivatives; one that is too short to be trimmed raises a BadValueError.
 
     The cut-off, [Hz], is that of ``find_cutoff`` if None. Even times, (N,), [s], at about the run's own rate, are the
-    run's own if None; both ends of these are trimmed.
+    run's own if None; both ends of these are trimmed. Postures that were held are taken as they are, at rest.
     """
+    if run.description.postures:
+        rest = np.zeros_like(run.q)
+        return PreparedRun(run.times, run.q, rest, rest, run.signal, find_cutoff(run, settings))
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     rate = 1.0 / (times[1] - times[0])

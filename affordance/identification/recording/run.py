@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 from affordance.arguments import check_array, check_kind, check_member, read_numbers
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.identification.recording.held_postures import FEWEST_POSTURES
 from affordance.identification.recording.joint_rates import (
     DEGREES,
     FASTEST,
     LONGER_UNIT,
     LONGEST_STEP,
+    compare_rate,
     explain_long_steps,
     find_fault,
 )
@@ -49,13 +51,8 @@ _HINTS = {
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
 }
-# Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
-_RATE_FACTOR = 5.0
-# Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
-_RATE_APART = 0.3
 # Share of a signal's range, and angle, [rad], to which samples of two recordings are compared.
 _SAME = 1e-3
-_LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -73,6 +70,7 @@ class RunDescription:
         compensated_payload: Ten parameters, at the tip, of a payload that the controller has subtracted, shape (10,).
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
+        postures: True if each row is a posture in which the arm was held at rest, so that times mean nothing.
     """
 
     joint_names: tuple[str, ...]
@@ -84,6 +82,7 @@ class RunDescription:
     compensated_payload: Array = field(default_factory=lambda: np.zeros(10))
     reference_mass: float | None = None
     object_pose: Array = field(default_factory=lambda: np.eye(4))
+    postures: bool = False
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for joints without names, an unknown signal, or arrays of another shape."""
@@ -140,9 +139,11 @@ class Run:
             if values.shape != shape:
                 problem = f"has shape {values.shape}, must be {shape}: one column for each of {', '.join(joints)}"
                 raise BadValueError(self.source, name, problem)
-        if len(self.times) < _MIN_ROWS:
-            raise BadValueError(self.source, "", f"has {len(self.times)} samples, must have at least {_MIN_ROWS}")
-        self._check_times()
+        least, what = (FEWEST_POSTURES, "postures") if self.description.postures else (_MIN_ROWS, "samples")
+        if len(self.times) < least:
+            raise BadValueError(self.source, "", f"has {len(self.times)} {what}, must have at least {least}")
+        if not self.description.postures:
+            self._check_times()
         length, (low, high) = float(np.linalg.norm(self.description.gravity)), _EARTH
         if not low <= length <= high:
             problem = f"has a length of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
@@ -151,9 +152,14 @@ class Run:
             self._check_values(name, values)
         if self.v is not None:
             self.check_rates()  # or a jump would look like a column of other rates
-            self._check_rate("v", self.v, "q", self.q)
+            pairs = [("v", self.v, "q", self.q)]
             if self.vdot is not None:
-                self._check_rate("vdot", self.vdot, "v", self.v)
+                pairs.append(("vdot", self.vdot, "v", self.v))
+            for name, rate, of_name, of in pairs:
+                if (found := compare_rate(self.times, of, rate, self.q)) is not None:
+                    hint = f"; {_HINTS[name]}" if found.is_larger else ""
+                    problem = found.problem.format(f"{of_name}_{found.joint + 1}")
+                    raise BadValueError(self.source, f"column {name}_{found.joint + 1}", f"{problem}{hint}")
 
     @property
     def fingerprint(self) -> str:
@@ -173,7 +179,8 @@ class Run:
 
     def __repr__(self) -> str:
         rows, joints = self.q.shape
-        return f"Run({self.source}: {rows} samples of {joints} joints at {self.rate:.4g} Hz, {self.signal_name})"
+        many, at = ("postures", "") if self.description.postures else ("samples", f" at {self.rate:.4g} Hz")
+        return f"Run({self.source}: {rows} {many} of {joints} joints{at}, {self.signal_name})"
 
     @property
     def signal_name(self) -> str:
@@ -239,6 +246,8 @@ class Run:
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
         """Raises a BadValueError for a joint that turns too fast, by ``find_fault``, whose arguments these are."""
+        if self.description.postures:
+            return
         rows = np.arange(1, len(self.q) + 1) if self.rows is None else self.rows
         fault = find_fault(self.times, self.q, rows, limits=limits, ranges=ranges, source=source)
         if fault is not None:
@@ -279,38 +288,10 @@ class Run:
         hint = f"; {_HINTS[name]}" if name in _HINTS else ""
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
 
-    def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
-        """Rejects rates in other units than their quantity, or of another joint or time, at each joint that moves."""
-        for joint in np.argsort(-np.ptp(self.q, axis=0), kind="stable"):
-            # A constant offset of the rate is removed from both.
-            values = _remove_line(of[:, joint], self.times)
-            steps = 0.5 * (rate[1:, joint] + rate[:-1, joint]) * np.diff(self.times)
-            summed = _remove_line(np.append(0.0, np.cumsum(steps)), self.times)
-            if np.ptp(values) < _LEAST_MOTION:
-                continue
-            ratio = float(np.ptp(summed) / np.ptp(values))
-            column, quantity = f"column {name}_{joint + 1}", f"{of_name}_{joint + 1}"
-            if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
-                hint = f"; {_HINTS[name]}" if ratio > 1.0 else ""
-                problem = f"is {ratio:.3g} times the rate of {quantity}, must be from {1.0 / _RATE_FACTOR:g} to"
-                raise BadValueError(self.source, column, f"{problem} {_RATE_FACTOR:g} times{hint}")
-            apart = float(np.std(summed - values) / np.std(values))
-            if apart > _RATE_APART:
-                problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must differ by at most"
-                raise BadValueError(
-                    self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; are columns or times exchanged?"
-                )
-
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
     """Interpolates values recorded at some times, shape (N, columns), at others."""
     return np.column_stack([np.interp(times, recorded, column) for column in values.T])
-
-
-def _remove_line(values: Array, times: Array) -> Array:
-    """Subtracts the line through the first and the last value."""
-    line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
-    return values - line
 
 
 def _find_prefix(names: Sequence[str]) -> str:

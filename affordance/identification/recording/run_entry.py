@@ -13,6 +13,7 @@ compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: which of the two a wrench pushes
+postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
 drop_torn_rows: 3                      # number of incomplete rows that may be left out
 skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
@@ -244,6 +245,10 @@ class RunEntry(DataModel):
         _Word({"object": 1.0, "robot": -1.0}),
         _describe("Which of the two a wrench pushes.", "object"),
     ] = 1.0
+    postures: Annotated[
+        bool | None,
+        Field(description="true if the arm was held at rest in one posture after another; else by the columns."),
+    ] = None
     drop_torn_rows: Annotated[
         int, Whole(0, 1_000_000), Field(description="Number of incomplete rows that may be left out.")
     ] = 0
@@ -251,7 +256,7 @@ class RunEntry(DataModel):
     topic: Annotated[Name, Field(description="Topic of joint states in a bag that has several.")] = ""
     wrench_topic: Annotated[Name, Field(description="Topic of wrenches in a bag.")] = ""
 
-    def build(self, joints: Sequence[str], kind: SignalKind) -> RunDescription:
+    def build(self, joints: Sequence[str], kind: SignalKind, *, postures: bool = False) -> RunDescription:
         """Builds the description of a run from its joints and the kind of its signal."""
         payload, pose = self.compensated_payload, self.object_pose
         return RunDescription(
@@ -264,4 +269,5 @@ class RunEntry(DataModel):
             compensated_payload=np.zeros(10) if payload is None else payload.build(),
             reference_mass=self.reference_mass,
             object_pose=np.eye(4) if pose is None else pose.build(),
+            postures=postures,
         )

@@ -5,12 +5,21 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import suggest_file
 from affordance.files.constraints import StrPath, check_names, check_path
 from affordance.files.data_model import load_model
+from affordance.identification.recording.held_postures import (
+    FEWEST_POSTURES,
+    POSTURE_STEP,
+    gather_postures,
+    looks_held,
+)
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
+from affordance.identification.recording.run_arrays import SUFFIXES, is_lerobot, read_arrays, read_lerobot
 from affordance.identification.recording.run_bag import read_bag
 from affordance.identification.recording.run_entry import (
     COLUMN_MAPS,
@@ -23,13 +32,14 @@ from affordance.identification.recording.run_table import RunTable, read_netcdf,
 from affordance.identification.settings import SignalKind
 
 _BAGS = (".mcap", ".db3", ".bag")
+_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # names that a column of times may have
 
 
 def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run from its table and description.
 
     Args:
-        path: Table (.csv, .txt, .tsv or .nc) or ROS bag.
+        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, or folder of LeRobot.
         description: YAML file that describes the table; None for the one next to it, of the same name.
 
     Raises:
@@ -46,7 +56,11 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         )
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
-    if path.is_dir() or path.suffix in _BAGS:
+    if is_lerobot(path):
+        table = read_lerobot(path)
+    elif path.suffix in SUFFIXES:
+        table = read_arrays(path)
+    elif path.is_dir() or path.suffix in _BAGS:
         table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
         if entry.signal is None:
             problem = "is missing: efforts of a bag may be joint_torque, motor_torque or current"
@@ -62,8 +76,9 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
             description_file, "joints", "is missing: must list the joints in the order of the columns"
         )
     columns = _find_columns(path, description_file, table, entry)
-    description_of_run = entry.build(entry.joints, entry.signal or _guess_kind(path, columns))
-    return _build_run(path, table, columns, description_of_run, entry)
+    kind = entry.signal or _guess_kind(path, columns)
+    held = entry.postures is True or "time" not in columns
+    return _build_run(path, table, columns, entry.build(entry.joints, kind, postures=held), entry)
 
 
 def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
@@ -82,8 +97,11 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
     for place, name in enumerate(ours):
         if name is not None:
             columns.setdefault(name, place)  # newer logs repeat q_d of commands after the state's
-    for name in ("time", *(f"q_{i + 1}" for i in range(len(entry.joints)))):
+    angles = [f"q_{i + 1}" for i in range(len(entry.joints))]
+    for name in (*angles, "time"):
         if name not in columns:
+            if name == "time" and (entry.postures or _are_postures(table, columns, angles, names, entry)):
+                continue
             problem = f"is missing: has {', '.join(names)[:200]}{_suggest_columns(name, names, len(entry.joints))}"
             raise BadValueError(path, f"column {name}", problem)
     extra = f"q_{len(entry.joints) + 1}"
@@ -93,11 +111,22 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
     return columns
 
 
+def _are_postures(
+    table: RunTable, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
+) -> bool:
+    """Returns whether a table without a time has one row a posture."""
+    if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
+        return False
+    return looks_held(entry.units.q * table.values[:, [columns[name] for name in angles]])
+
+
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
     """Suggests how the description says that the log has other names, by the names that fit best, if any does."""
     if missing == "time":
-        likely = [name for name in names if re.search("time|stamp|^t$|sec", name, re.IGNORECASE)]
-        return f"""; another name stands under columns, as in 'columns: {{time: {likely[0]}}}'""" if likely else ""
+        likely = [name for name in names if _TIME.search(name)]
+        if not likely:
+            return "; a table of postures in which the arm was held at rest needs none, with 'postures: true'"
+        return f"""; another name stands under columns, as in 'columns: {{time: {likely[0]}}}'"""
     stems = Counter(re.sub(r"\d+", "{}", name, count=1) for name in names if re.search(r"\d", name))
     numbered = [stem for stem, count in stems.items() if count == num]
     likely = [stem for stem in numbered if re.search("pos|ang|q", stem, re.IGNORECASE)] or numbered
@@ -157,7 +186,32 @@ def _build_run(
     q = take("q")
     assert q is not None  # _find_columns
     notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
+    if description.postures:
+        return _build_postures(path, table, description, q, signal, notes)
     times = table.values[:, columns["time"]] * (
         _get_map(entry).time_unit if entry.units.time is None else entry.units.time
     )
     return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)
+
+
+def _build_postures(
+    path: Path, table: RunTable, description: RunDescription, q: Array, signal: Array, notes: tuple[str, ...]
+) -> Run:
+    """Builds the run of postures that were held, with the mean signal of each."""
+    if not len(q):
+        raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")
+    held = gather_postures(q, np.hstack([q, signal]))
+    num = q.shape[1]
+    if len(held.values) < len(q):
+        moved = f", {held.num_moving} rows in motion are left out" if held.num_moving else ""
+        notes = (*notes, f"{len(q)} rows show {len(held.values)} postures{moved}")
+    times = np.linspace(0.0, POSTURE_STEP * (len(held.values) - 1), len(held.values))
+    return Run(
+        str(path),
+        description,
+        times,
+        held.values[:, :num],
+        held.values[:, num:],
+        rows=table.rows[held.first],
+        notes=notes,
+    )

@@ -27,7 +27,8 @@ def evidence(robot):
 
 
 def test_gains_and_load_friction_are_found_from_a_weighed_load(evidence):
-    gains = calibrate_gains(evidence, PAYLOAD[0], DEFAULT_SETTINGS)
+    # Gains of both runs are the same here.
+    gains = calibrate_gains(evidence, PAYLOAD[0], replace(DEFAULT_SETTINGS, gains=False))
     sd = np.sqrt(gains.covariance[:, 0, 0])
     # Joints that lift the load; those of the wrist hardly feel it.
     for joint in (1, 2):
@@ -58,7 +59,8 @@ def test_gains_are_read_as_they_were_written(evidence, tmp_path):
 def test_gains_drift_from_run_to_run():
     nominal = build_nominal_gains(("a", "b"), SignalKind.MOTOR_TORQUE, DEFAULT_SETTINGS)
     drifted = nominal.with_drift(DEFAULT_SETTINGS)
-    assert_allclose(drifted.covariance[:, 0, 0] - nominal.covariance[:, 0, 0], 0.02**2)
+    assert_allclose(drifted.covariance[:, 0, 0] - nominal.covariance[:, 0, 0], 0.005**2)
+    assert_allclose(drifted.common_sd**2 - nominal.common_sd**2, 0.015**2)
     assert_allclose(drifted.covariance[:, 1, 1] - nominal.covariance[:, 1, 1], 0.02**2)
 
 

@@ -44,8 +44,11 @@ def test_prediction_agrees_with_dense_algebra(expectation, motion, load_friction
         kind=kind,
         mean=np.tile([1.1, load_friction], (6, 1)),
         covariance=np.tile([[4e-4, 1e-4], [1e-4, 9e-4]], (6, 1, 1)),
+        common_sd=0.0,
     )
-    settings = replace(expectation.settings, signal_prior=SignalPrior(0.02, load_friction, 0.03, 0.3))
+    no_change = (0.0,) * 6  # of gains, which are those above
+    prior = SignalPrior(*no_change, load_friction, 0.03, 0.3)
+    settings = replace(expectation.settings, signal_prior=prior)
     known = replace(expectation, gains=gains, settings=settings)
     samples = known.build_evidence(motion).samples
     L = np.linalg.cholesky(gains.covariance[0])

@@ -1,6 +1,7 @@
 """Benefit of four more seconds of motion: a line on the mass always, another on what was not seen."""
 
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -78,19 +79,35 @@ def test_suggestion_does_not_change_the_belief(robot, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("kind", "is_difference", "is_repeated", "says"),
+    ("kind", "is_difference", "is_repeated", "is_at_rest", "says"),
     [
-        (SignalKind.WRENCH, False, False, "turn the sensor slowly through other postures"),
-        (SignalKind.CURRENT, False, False, "record the same motion with an empty hand (--empty)"),
-        (SignalKind.JOINT_TORQUE, True, False, "record the same motion with an empty hand: the arm that was fitted"),
-        (SignalKind.MOTOR_TORQUE, True, True, "move slowly through other postures; affordance excite --for mass"),
+        (SignalKind.WRENCH, False, False, False, "turn the sensor slowly through other postures"),
+        (SignalKind.CURRENT, False, False, False, "record the same motion with an empty hand (--empty)"),
+        (SignalKind.JOINT_TORQUE, True, False, False, "record the same motion with an empty hand: the arm that was"),
+        (SignalKind.MOTOR_TORQUE, True, True, False, "move slowly through other postures; affordance excite --for"),
+        (SignalKind.WRENCH, False, False, True, "hold more postures"),
+        (SignalKind.JOINT_TORQUE, True, True, True, "hold more postures"),
+        (SignalKind.JOINT_TORQUE, False, False, True, "hold the same postures with an empty hand too"),
     ],
 )
 def test_the_run_that_would_show_an_unseen_mass_depends_on_how_the_arm_was_treated(
-    kind, is_difference, is_repeated, says
+    kind, is_difference, is_repeated, is_at_rest, says
 ):
-    evidence = SimpleNamespace(kind=kind, is_difference=is_difference, is_repeated=is_repeated)
+    evidence = SimpleNamespace(kind=kind, is_difference=is_difference, is_repeated=is_repeated, is_at_rest=is_at_rest)
     belief = SimpleNamespace(fit=SimpleNamespace(evidence=evidence), shows_mass=False)
     assert more_motion.suggest_run(belief).startswith(says)
     belief.shows_mass = True
     assert more_motion.suggest_run(belief) == ""
+
+
+def test_motion_elsewhere_keeps_the_limits_of_the_robot(robot):
+    """A slow run asks for no more than its file's velocities and 3 rad/s^2; a fast one for what it showed itself."""
+    slow = replace(robot, velocity_limits=np.full(6, 0.3))
+    for factor, v_max, vdot_max in ((1.0, 0.3, 3.0), (5.0, 1.25, 10.0)):
+        run = SimpleNamespace(
+            q=np.zeros((2, 6)), v=np.full((2, 6), 0.25 * factor), vdot=np.full((2, 6), 2.0 * factor)
+        )
+        belief = SimpleNamespace(fit=SimpleNamespace(evidence=SimpleNamespace(prepared=run)))
+        *_, (_, family) = more_motion._list_families(slow, belief)
+        np.testing.assert_allclose(family.limits.v_max, v_max)
+        np.testing.assert_allclose(family.limits.vdot_max, vdot_max)

@@ -20,7 +20,7 @@ def of_joints(robot):
 def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     said = list_assumptions(of_joints, gains, DEFAULT_SETTINGS)
     assert said[0].startswith("signal: joint torque [N m]; paired")
-    assert "gains: the signal is a torque; gains good to 1 %" in said
+    assert "gains: the signal is a torque; gains good to 1 % together and 2 % each" in said
     assert "friction that grows with the load: none" in said
     assert "friction (direction, velocity) and offset: +-0.3 N m" in said
     assert "error of the arm's model: none, it cancels" in said

@@ -28,7 +28,7 @@ def build_belief(bodies, weights, **known):
         agreement=two,
         assumptions=(),
         notes=(),
-        fit=None,
+        fit=SimpleNamespace(evidence=SimpleNamespace(is_at_rest=False)),
         **known,
     )
 

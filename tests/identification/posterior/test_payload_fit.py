@@ -54,7 +54,7 @@ def test_error_of_friction_scales_with_what_friction_does(robot, gains):
         )
         evidence = pair_runs(robot, empty, loaded, settings)
         widened = add_friction_error(evidence, exact, solid, settings)
-        variance = np.diag(widened.phantom_covariance)
+        variance = np.diag(widened.phantom_covariance - evidence.phantom_covariance)
         sds.append(np.sqrt([variance[0], variance[1:4].sum()]))  # mass and first moment
         for off in ({"friction": False}, {"floor": False}):
             assert add_friction_error(evidence, exact, solid, replace(settings, **off)) is evidence

@@ -8,7 +8,7 @@ import pytest
 from helpers.refusals import refuse
 
 from affordance.identification.identify import Runs, identify
-from affordance.identification.recording.joint_rates import FASTEST, find_jumps
+from affordance.identification.recording.joint_rates import FASTEST, find_jumps, find_lag
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
@@ -148,3 +148,14 @@ def test_an_identification_refuses_jumps_of_any_run(robot, which):
     said = refuse(identify, robot, runs, settings=IdentificationSettings(num_samples=200))
     assert "held.csv: row " in said
     assert f"rad/s, must be at most 5 by {robot.source}; these look like 14 postures" in said
+
+
+@pytest.mark.parametrize("lag", [-0.02, 0.0, 0.065, 0.2])
+def test_the_lag_of_a_rate_is_found_to_a_millisecond(lag):
+    times = np.arange(0.0, 12.0, 0.01)
+
+    def move(t):
+        return np.sin(1.3 * t) + 0.4 * np.sin(3.1 * t + 1.0)
+
+    rate = (move(times - lag + 1e-5) - move(times - lag - 1e-5)) / 2e-5
+    assert find_lag(times, move(times), rate) == pytest.approx(lag, abs=1e-3)

@@ -1,0 +1,87 @@
+"""Belief about materials that are known by name: their handbook densities, with what a memory has learned of them."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.prior import Prior
+from affordance.exceptions import BadArgumentError, describe_choice
+from affordance.objects.colour import Colour
+from affordance.objects.materials import Material
+from affordance.objects.tool import Tool
+
+# Least standard deviation of a density that is known by name, [kg/m^3].
+_CERTAIN_SD = 1e-3
+
+
+class NamedBelief(NamedTuple):
+    """Belief about the materials of tools, and where it comes from, by names of materials in the tools' order."""
+
+    memory: MaterialMemory
+    by_name: tuple[str, ...]  # materials with their handbook density
+    learned: tuple[str, ...]  # materials of which the memory has evidence, some of them known by name too
+    unknown: tuple[str, ...]  # materials with the prior of any material
+
+
+def know_by_name(
+    memory: MaterialMemory,
+    tools: Iterable[Tool],
+    materials: Mapping[str, Material],
+    prior: Prior,
+    names: Collection[str] | None = None,
+) -> NamedBelief:
+    """Adds the handbook densities of the tools' materials to a memory, in place of the prior.
+
+    A part is of the material that it looks like, if that has a name among the materials, and otherwise of the one
+    that its entry names. Its density has the handbook's mean and spread; what the memory has learned of its colour is
+    added as evidence. Materials that share a colour are mixed. A memory whose learner does not sum evidence (kinds) is returned
+    unchanged.
+
+    Args:
+        memory: Memory of materials.
+        tools: Tools whose materials are looked up.
+        materials: Handbook, by name.
+        prior: Prior of materials without a name, which the memory started from.
+        names: Names that are known; None for all of them, an empty collection for none.
+
+    Raises:
+        BadArgumentError: A name is not among the materials.
+    """
+    for name in names or ():
+        if name not in materials:
+            raise BadArgumentError("names", "", describe_choice(name, materials))
+    met: dict[str, Colour] = {}  # materials of the tools' parts by name, with the colour that is shown
+    for part in (part for tool in tools for part in tool.components):
+        look, own = part.looks_like, part.material
+        named = look if look.name in materials or own.name not in materials else own
+        met.setdefault(named.name, look.colour)
+    wanted = [name for name in met if name in materials and (names is None or name in names)]
+    if not memory.learner.sums_evidence:
+        wanted = []
+    learned = tuple(name for name, colour in met.items() if find_colour_index(memory.colours, colour) is not None)
+    if wanted:
+        memory = memory.add_colours([met[name] for name in wanted], prior)
+        memory = _replace_prior(memory, [(met[name], materials[name]) for name in wanted], prior)
+    unknown = tuple(name for name in met if name not in (*wanted, *learned))
+    return NamedBelief(memory, tuple(wanted), learned, unknown)
+
+
+def _replace_prior(memory: MaterialMemory, known: Sequence[tuple[Colour, Material]], prior: Prior) -> MaterialMemory:
+    """Replaces the prior of known colours by their materials' densities; evidence about them stays."""
+    by_column: dict[int, list[Material]] = {}
+    for colour, material in known:
+        column = find_colour_index(memory.colours, colour)
+        assert column is not None  # it was added
+        by_column.setdefault(column, []).append(material)
+    size = len(memory.colours)
+    precision, information = np.zeros((size, size)), np.zeros(size)
+    for column, alike in by_column.items():
+        densities = np.array([each.density for each in alike])
+        variance = float(np.mean([max(each.density_sd, _CERTAIN_SD) ** 2 for each in alike]) + densities.var())
+        precision[column, column] = 1.0 / variance - 1.0 / prior.sd**2
+        information[column] = densities.mean() / variance - prior.mode / prior.sd**2
+    return memory.condition(Likelihood(precision, information, 0.0))

@@ -1,0 +1,101 @@
+"""Evidence of weighings: what measured masses say of the densities of objects and their materials."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
+from affordance.objects.inertia import Geometry
+from affordance.objects.weighing import Weighing
+from affordance.vision.features import ComponentFeatures
+
+# Distance between a weighing and what was believed, in standard deviations, above which the object is odd: it is not
+# of its materials, or not as it is drawn. Outliers of lifts are counted from the same distance.
+_ODD = 5.0
+
+
+class WeighedObject(NamedTuple):
+    """Object that was weighed: its parts, columns of their materials, and measured masses."""
+
+    parts: Sequence[ComponentFeatures]
+    columns: Sequence[int]
+    geometry: Geometry  # columns are materials
+    weighings: Sequence[Weighing]
+
+
+class Surprise(NamedTuple):
+    """Weighing that contradicts what was believed, [kg]."""
+
+    name: str
+    mass: float
+    expected: float
+    expected_sd: float
+
+
+def compute_likelihood(weighed: WeighedObject, expected: Array) -> Likelihood:
+    """Computes the likelihood of an object's own densities, (M,); sizes have errors at the expected densities."""
+    size = weighed.geometry.Phi.shape[1]
+    found = Likelihood(np.zeros((size, size)), np.zeros(size), 0.0)
+    errors_of_mass = weighed.geometry.Phi_errors[:, 0] @ expected  # (G,), [kg] per standard deviation
+    for each in weighed.weighings:
+        volumes = _sum_volumes(weighed, each, size)
+        variance = each.sd**2 + float(errors_of_mass @ errors_of_mass)
+        own = Likelihood(np.outer(volumes, volumes) / variance, volumes * each.mass / variance, 0.0)
+        found = found.add(own._replace(log_peak=0.0, num_values=1))
+    return found
+
+
+def condition_on_weighings(
+    belief: DensityBelief, objects: Mapping[str, WeighedObject], prior: Prior
+) -> tuple[DensityBelief, tuple[Surprise, ...]]:
+    """Conditions the joint belief about the densities of N objects on weighings of some of them.
+
+    An object whose weighing contradicts the belief about materials may be of anything: its own densities scatter
+    about its materials' as those of any material do.
+
+    Args:
+        belief: Belief about the M materials' mean densities.
+        objects: All N objects by name, in their order.
+        prior: Prior of materials, with the deviation of objects.
+
+    Returns: Joint belief, of size N M, object by object, and the contradictions.
+    """
+    joint = belief.add_object_variation(prior.deviation_sd, len(objects))
+    size = belief.size
+    single = belief.add_object_variation(prior.deviation_sd)
+    evidence, surprises, odd = [], list[Surprise](), list[int]()
+    for number, (name, weighed) in enumerate(objects.items()):
+        if not weighed.weighings:
+            continue
+        likelihood = compute_likelihood(weighed, np.maximum(single.untruncated_mean, 0.0))
+        for each in weighed.weighings:
+            volumes = _sum_volumes(weighed, each, size)
+            expected, variance = (
+                float(volumes @ single.untruncated_mean),
+                float(volumes @ single.covariance @ volumes),
+            )
+            if abs(each.mass - expected) > _ODD * np.sqrt(variance + each.sd**2):
+                surprises.append(Surprise(name, each.mass, expected, float(np.sqrt(variance))))
+                odd.append(number)
+        evidence.append(likelihood.embed(range(number * size, (number + 1) * size), joint.size))
+    if odd:
+        covariance = joint.covariance.copy()
+        for number in dict.fromkeys(odd):
+            own = np.arange(number * size, (number + 1) * size)
+            covariance[own, own] += prior.sd**2
+        joint = DensityBelief.from_moments(joint.untruncated_mean, covariance)
+    for likelihood in evidence:
+        joint = joint.condition(likelihood)
+    return joint, tuple(surprises)
+
+
+def _sum_volumes(weighed: WeighedObject, weighing: Weighing, size: int) -> Array:
+    """Sums the volumes of the weighed parts by material, (M,), [m^3]."""
+    volumes = np.zeros(size)
+    for k, (part, column) in enumerate(zip(weighed.parts, weighed.columns, strict=True)):
+        if not weighing.parts or k in weighing.parts:
+            volumes[column] += part.shape.volume
+    return volumes

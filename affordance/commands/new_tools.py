@@ -1,0 +1,37 @@
+"""``affordance new-tools FILE``: writes a commented file of tools to fill in."""
+
+import argparse
+from pathlib import Path
+
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_text
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+
+_TEMPLATE = MODELS / "tools" / "template.yaml.txt"
+# Mark in the template in place of the materials, and their number in a line of it.
+_MATERIALS, _IN_A_LINE = "MATERIALS", 8
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("file", type=Path, help="file to write, as my_tools.yaml; there must be none")
+    parser.add_argument("--materials", type=Path, metavar="FILE", help="materials to choose from (default: ours)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Writes the file."""
+    materials = load_materials(arguments.materials or MATERIALS)
+    if arguments.file.exists():
+        raise BadValueError(arguments.file, "", "exists already, must be a new file")
+    if not arguments.file.parent.is_dir():
+        raise BadValueError(arguments.file, "", f"is to be in {arguments.file.parent}, which is no folder")
+    names = list(materials)
+    lines = [", ".join(names[k : k + _IN_A_LINE]) for k in range(0, len(names), _IN_A_LINE)]
+    text = _TEMPLATE.read_text().replace(_MATERIALS, ",\n#   ".join(lines))
+    write_text(arguments.file, text)
+    tools = load_tools(arguments.file, load_materials())
+    print(f"{arguments.file}: {len(tools)} tool that can be ranked as it is; change it to yours")
+    print(f"affordance rank hammer --tools {arguments.file}")
+    return 0

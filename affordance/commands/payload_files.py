@@ -1,0 +1,29 @@
+"""Files of an identified payload: figures, samples of the ten parameters, and gains."""
+
+from pathlib import Path
+
+from affordance.identification.evidence.gains import write_gains
+from affordance.identification.posterior.payload_belief import PayloadBelief
+
+
+def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
+    """Writes figures, samples and, if the result is used, gains that a weighed load has calibrated."""
+    # Imported here: they take most of a second, which runs without --out need not wait.
+    from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
+    from affordance.reporting.figures import save_figure
+    from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+
+    save_figure(draw_fit(belief.fit), folder, "fit")
+    save_figure(draw_posteriors(belief), folder, "posteriors")
+    save_figure(draw_whiteness(belief.fit), folder, "whiteness")
+    if belief.calibration is not None and is_used:
+        write_gains(folder / "gains.yaml", belief.calibration)
+    meaning = "mass, first moment, moments and products of inertia about the tip"
+    samples = Trajectories(
+        {
+            "parameters": LabelledArray(("sample", "parameter"), belief.bodies.pi, "kg, kg m, kg m^2", meaning),
+            "weight": LabelledArray(("sample",), belief.bodies.weights, "1", "weight of a sample, sum one"),
+        },
+        {"parameter": ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]},
+    )
+    write_trajectories(folder / "samples.nc", samples)

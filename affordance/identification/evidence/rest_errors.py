@@ -1,0 +1,39 @@
+"""Errors of an arm that is held at rest: the variance that a few postures show, and how sure they are of it."""
+
+import numpy as np
+import scipy
+
+from affordance.arrays import Array
+from affordance.identification.evidence.joint_statistics import JointStatistics
+
+# Unknowns that postures determine: the offset of a channel; mass and first moment, and for the forces and for the
+# moments of a wrist sensor three each, with the two angles of gravity.
+_OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
+# Postures that the mean variance of like channels counts for, beside a channel's own.
+_SHRINKAGE = 4.0
+_LEVEL, _NORMAL = 0.95, 1.6448536  # end of a 90 % interval, and its place in standard deviations of a normal error
+
+
+def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike: tuple[slice, ...]) -> Array:
+    """Estimates the variance of each channel's error from the residual of a few postures, shape (C,).
+
+    A posture is one sample, as what errs in it does so for as long as it is held. Each channel's variance is drawn
+    to the mean over channels of like errors, and widened so that a normal error has the 90 % interval of Student's t.
+
+    Args:
+        statistics: Sums over the postures.
+        weights: Weights w of the residual w^T z, shape (C, 26).
+        alike: Channels whose errors are of like size.
+    """
+    variance = np.empty(statistics.num_channels)
+    squares = statistics.sum_squares(weights)
+    shared = _OF_LOAD if len(alike) == 1 else _OF_WRENCH
+    for group in alike:
+        counts = statistics.counts[group]
+        freedom = np.maximum(counts - _OFFSET - shared / len(counts), 0.0)
+        mean = squares[group].sum() / max(freedom.sum(), 1.0)
+        sure = freedom + _SHRINKAGE
+        widening = scipy.special.stdtrit(np.minimum(sure, max(freedom.sum(), 1.0)), _LEVEL) / _NORMAL
+        variance[group] = widening**2 * (squares[group] + _SHRINKAGE * mean) / sure
+    result: Array = np.maximum(variance, np.finfo(float).tiny)
+    return result

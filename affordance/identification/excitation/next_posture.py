@@ -1,0 +1,67 @@
+"""Posture to hold next, after some that were held: recorded ones with one joint turned are tried and predicted."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from affordance.identification.evidence.evidence import build_evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.excitation.expectation import Expectation
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.settings import IdentificationSettings
+from affordance.plant.serial_chain import SerialChain
+
+_BASES = 3  # recorded postures that are changed: the first, a middle one and the last
+_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # of one joint, [rad]
+_HELPS = 0.9  # share of the standard deviation that is left, below which a posture is worth a line
+
+
+def suggest_posture(
+    robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Says which posture would help most, after postures that were held: a recorded one with one joint turned.
+
+    What counts is the mass if it was not seen, else the centre of mass. Collisions are not checked.
+    """
+    fit, kind = belief.fit, belief.fit.evidence.kind
+    run = fit.evidence.prepared
+    evidence = replace(fit.evidence, least_variance=fit.long_run_variance)
+    expectation = Expectation(
+        robot,
+        gains,
+        fit.long_run_variance / evidence.rate,
+        fit.mode.theta[None],
+        evidence.phantom_covariance,
+        settings=settings,
+    )
+    low, high = robot.limits
+    rows = np.unique(np.linspace(0, len(run.q) - 1, _BASES).astype(int))
+    turns = [(row, joint, turn) for row in rows for joint in range(robot.num_joints) for turn in _TURNS]
+    q = np.array([run.q[row] + turn * np.eye(robot.num_joints)[joint] for row, joint, turn in turns])
+    allowed = ((q >= low) & (q <= high)).all(axis=1)
+    if not allowed.any():
+        return
+    rest = np.zeros_like(q)
+    motion = PreparedRun(np.arange(len(q)) / run.rate, q, rest, rest, np.zeros((len(q), len(gains.mean))), run.cutoff)
+    tried = build_evidence(robot, "", kind, motion, settings, analysis="", is_difference=True)
+    name, unit, i = ("centre of mass", "mm", 1) if belief.shows_mass else ("mass", "g", 0)
+    now = expectation.measure(evidence, fit.statistics)[i]
+    found = np.full(len(q), np.inf)
+    for number in np.flatnonzero(allowed):
+        added = tried.select(slice(number, number + 1)).compute_statistics(settings).products
+        total = replace(fit.statistics, products=fit.statistics.products + added)
+        found[number] = expectation.measure(evidence, total)[i]
+    best = int(found.argmin())
+    row, joint, turn = turns[best]
+    before, after = (np.format_float_positional(1e3 * sd, 2, fractional=False, trim="-") for sd in (now, found[best]))
+    if found[best] < _HELPS * now:
+        yield (
+            f"hold one more posture: the {row + 1}. one with {robot.joint_names[joint]} turned by "
+            f"{np.degrees(turn):+.0f} deg would bring the SD of the {name} from {before} to {after} {unit} "
+            "(collisions are not checked)"
+        )
+    else:
+        left = f"leaves the SD of the {name} at {after} {unit}"
+        yield f"one more posture would hardly help: the best of {allowed.sum()} {left}"

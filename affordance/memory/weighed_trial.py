@@ -1,0 +1,44 @@
+"""Evidence of tools that were weighed, as trials of a lasting memory."""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from affordance.belief.likelihood import Quadratic
+from affordance.exceptions import show_text
+from affordance.memory.felt_models import PayloadQuadratic, pack
+from affordance.memory.trial_evidence import TrialEvidence
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.objects.tool import Tool
+from affordance.vision.eye import measure_drawing
+from affordance.vision.systems import measure_geometry
+
+# Name in the place of a robot's.
+SCALE = "a scale"
+
+
+def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvidence]:
+    """Lists the evidence of each weighing of tools from a file: of a whole tool, or of parts as a thing of their own.
+
+    A weighing shows the first of the ten parameters, the mass, and counts once however often it is listed.
+    """
+    for tool in tools:
+        features = measure_drawing(tool)
+        for weighing in tool.weighings:
+            chosen = weighing.parts or tuple(range(len(features)))
+            parts = [features[k] for k in chosen]
+            shown = f"part {', '.join(str(k + 1) for k in chosen)} of {tool.name}" if weighing.parts else tool.name
+            precision, information = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS)
+            precision[0, 0], information[0] = weighing.sd**-2, weighing.mass * weighing.sd**-2
+            yield TrialEvidence(
+                object_name=shown,
+                parts=tuple(part.appearance for part in parts),
+                geometry=measure_geometry(parts, range(len(parts)), len(parts)),
+                model=PayloadQuadratic(),
+                features=pack(Quadratic(precision, information)),
+                num_samples=1,
+                num_joints=1,
+                robot=SCALE,
+                source=show_text(path.name),
+            )

@@ -1,0 +1,119 @@
+"""Masses and inertias as MuJoCo's compiler changes them: bounds, balance, and the total mass."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from affordance.exceptions import BadValueError
+from affordance.robots.description import Description, Inertial
+from affordance.robots.tree import build_tree
+from affordance.robots.xml_reader import Numbers
+
+
+class MassSettings(NamedTuple):
+    """Attributes of the compiler that change masses; see MuJoCo's XML reference, "compiler"."""
+
+    bound_mass: float = 0.0  # least mass of a body, [kg]
+    bound_inertia: float = 0.0  # least principal moment of a body, [kg m^2]
+    balances: bool = False  # True to replace impossible principal moments by their mean
+    total_mass: float = -1.0  # mass to which the model is scaled, [kg]; not positive for none
+
+    @classmethod
+    def read(cls, compiler: Mapping[str, str], numbers: Numbers) -> "MassSettings":
+        """Reads the settings among a compiler's attributes."""
+
+        def read_one(name: str, default: float) -> float:
+            return numbers.parse_one(compiler.get(name), f"compiler.{name}", default)
+
+        return cls(
+            bound_mass=read_one("boundmass", 0.0),
+            bound_inertia=read_one("boundinertia", 0.0),
+            balances=compiler.get("balanceinertia") == "true",
+            total_mass=read_one("settotalmass", -1.0),
+        )
+
+
+def compile_masses(robot: Description, root: Element, settings: MassSettings) -> None:
+    """Changes masses and inertias as MuJoCo's compiler does; the text and inertias of the robot are replaced.
+
+    Bounds come first, then the balance, and last the total. If the total is to be set and a body's mass is unknown,
+    a BadValueError is raised.
+    """
+    if settings == MassSettings():
+        return
+    if settings.total_mass > 0.0 and robot.faults:
+        link, fault = next(iter(robot.faults.items()))
+        raise BadValueError(robot.path, "compiler.settotalmass", f"needs all masses, but link {link} {fault}")
+    plant = build_tree(robot).plant
+    found = {}
+    for name in robot.visuals:
+        if name in robot.faults:
+            continue
+        written = robot.mended.get(name)
+        if written is not None and written[1].mass > 0.0:
+            inertial = written[1]
+        else:
+            total = plant.GetBodyByName(name).default_spatial_inertia()
+            p_com = total.get_com()
+            central = total.Shift(p_com).CalcRotationalInertia() if total.get_mass() else None
+            values = (0.0,) * 6
+            if central is not None:
+                values = (*central.get_moments().tolist(), *central.get_products().tolist())
+            inertial = Inertial(float(total.get_mass()), tuple(p_com.tolist()), (0.0,) * 3, values)
+        changed = _bound(inertial, settings)
+        if not changed.find_fault():
+            robot.mended.pop(name, None)
+            found[name] = changed
+        else:
+            found[name] = changed.find_nearest()
+    scale = 1.0
+    if settings.total_mass > 0.0:
+        scale = settings.total_mass / sum(each.mass for each in found.values())
+    for body in root.iterfind("worldbody//body"):
+        if (name := body.get("name", "")) in found:
+            inertial = found[name]
+            moments = tuple(scale * value for value in inertial.moments)
+            robot.inertials[name] = inertial._replace(mass=scale * inertial.mass, moments=moments)
+            write_inertial(body, robot.inertials[name])
+            for geom in body.findall("geom"):
+                body.remove(geom)
+    robot.text = ElementTree.tostring(root, encoding="unicode")
+
+
+def _bound(inertial: Inertial, settings: MassSettings) -> Inertial:
+    """Applies the bounds and the balance to one body."""
+    Ixx, Iyy, Izz, Ixy, Ixz, Iyz = inertial.moments
+    principal, axes = np.linalg.eigh([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+    bounded = np.maximum(principal, settings.bound_inertia)
+    if settings.balances and (bounded.sum() - 2.0 * bounded < 0.0).any():
+        bounded = np.full(3, bounded.mean())
+    mass = max(inertial.mass, settings.bound_mass)
+    if (bounded == principal).all():
+        return inertial._replace(mass=mass)
+    moments = axes @ np.diag(bounded) @ axes.T
+    return inertial._replace(mass=mass, moments=tuple(moments[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()))
+
+
+def write_inertial(body: Element, inertial: Inertial) -> None:
+    """Writes the inertia of a body in place of the one that it has, with the axes that it has if they are turned."""
+    element = body.find("inertial")
+    if not inertial.mass:
+        if element is not None:
+            body.remove(element)
+        return
+    if element is None:
+        element = ElementTree.SubElement(body, "inertial")
+    for name in ("diaginertia", "fullinertia"):
+        element.attrib.pop(name, None)
+    if inertial.in_link:
+        turned = set(element.attrib) - {"pos", "mass"}
+        for name in turned:
+            del element.attrib[name]
+        element.set("pos", " ".join(map(repr, inertial.place)))
+    element.set("mass", repr(inertial.mass))
+    has_products = any(inertial.moments[3:])
+    values = inertial.moments if has_products else inertial.moments[:3]
+    element.set("fullinertia" if has_products else "diaginertia", " ".join(map(repr, values)))

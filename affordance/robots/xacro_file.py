@@ -1,0 +1,188 @@
+"""Expansion of xacro templates, which run Python, in a process that is limited by the kernel."""
+
+import contextlib
+import importlib.util
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from affordance.exceptions import BadValueError, ModelFileError
+from affordance.files.bounded import ROBOT, read_bytes
+from affordance.robots import xacro_child
+from affordance.robots.xml_reader import read_xml
+
+# Time of the processor and of the clock, [s], and memory, [bytes], that a template may take.
+_SECONDS, _WAIT, _BYTES = 20, 40.0, 2_000_000_000
+# Levels above a template at which packages are looked for, and most folders that are looked at on one.
+_LEVELS, _MOST_FOLDERS = 6, 500
+# What only templates have: xacro's elements, substitutions, and expressions.
+_TEMPLATE = re.compile(rb"<(/)?xacro:|xmlns:xacro|\$\{|\$\(")
+_UNKNOWN_PACKAGE = re.compile(r"Package not found: ([\w.-]+)")
+_UNDEFINED = re.compile(r"[Uu]ndefined substitution argument (\w+)")
+
+
+@dataclass(frozen=True)
+class XacroOptions:
+    """Options of the expansion of a template.
+
+    Attributes:
+        values: Values of the template's arguments, by name.
+        packages: Folders of packages by name, in addition to those that are found near the template.
+        trusts: True to expand a template even where the kernel does not limit what it does.
+    """
+
+    values: Mapping[str, str] = field(default_factory=dict)
+    packages: Mapping[str, str] = field(default_factory=dict)
+    trusts: bool = False
+
+
+# A template without arguments, near its packages.
+AS_IT_IS = XacroOptions()
+
+
+class Expanded(NamedTuple):
+    """Robot's file that a template makes, and the files that it includes."""
+
+    content: bytes
+    sources: tuple[Path, ...]
+
+
+def is_template(path: Path) -> bool:
+    """Returns True if a file is a xacro template: by its name, or by what only templates have."""
+    return path.suffix == ".xacro" or _TEMPLATE.search(read_bytes(path, ROBOT)) is not None
+
+
+def parse_xacro(values: Sequence[str], packages: Sequence[str], *, trusts: bool) -> XacroOptions:
+    """Parses words such as ``prefix:=left_`` and ``NAME=DIR``; another form raises a BadValueError."""
+    given, folders = {}, {}
+    for word in values:
+        name, sign, value = word.partition(":=")
+        if not (sign and name):
+            raise BadValueError("NAME:=VALUE", "", f"is {word!r}, must be a name, := and a value")
+        given[name] = value
+    for word in packages:
+        name, sign, folder = word.partition("=")
+        if not (sign and name) or not Path(folder).is_dir():
+            raise BadValueError("--package", "", f"is {word!r}, must be NAME=DIR, a folder")
+        folders[name] = str(Path(folder).resolve())
+    return XacroOptions(given, folders, trusts)
+
+
+def expand(path: Path, options: XacroOptions) -> Expanded:
+    """Expands a template in a process of its own.
+
+    The process reads files of the template's folder and of packages only; it writes nothing, executes nothing, and
+    has limited time and memory. Where the kernel cannot limit what it reads and writes, the template is refused
+    unless it is trusted.
+
+    Raises:
+        BadValueError: xacrodoc is not installed, the kernel lacks Landlock, or an argument or package is missing.
+        ModelFileError: The template is faulty, or takes too much time, memory or text.
+    """
+    if importlib.util.find_spec("xacrodoc") is None:
+        problem = "is a xacro template, which wants the extra [xacro]: pip install '.[xacro]' in a clone"
+        raise BadValueError(path, "", problem)
+    packages = {**dict(_find_packages(path.resolve())), **options.packages}
+    job = {
+        "file": str(path.resolve()),
+        "values": dict(options.values),
+        "packages": packages,
+        "folders": [str(path.resolve().parent), *packages.values()],
+        "libraries": [each for each in sys.path if each and Path(each).is_absolute()],
+        "trusted": options.trusts,
+        "seconds": _SECONDS,
+        "bytes": _BYTES,
+    }
+    status, out, said = _run(json.dumps(job).encode(), path.resolve().parent)
+    if status == xacro_child.UNLIMITED:
+        problem = "is a xacro template, which runs Python; this kernel lacks Landlock, which would limit it"
+        raise BadValueError(path, "", f"{problem}: --trust-xacro runs it without limits to files, if you trust it")
+    if status:
+        raise _explain(path, status, said, packages)
+    if len(out) > ROBOT:
+        raise ModelFileError(path, f"expands to more than {ROBOT / 1e6:g} MB")
+    found = json.loads(out)
+    return Expanded(str(found["text"]).encode(), tuple(Path(each) for each in found["sources"]))
+
+
+def _run(job: bytes, folder: Path) -> tuple[int, bytes, str]:
+    """Runs the child on a job; returns its exit status, what it wrote, and the last lines of its complaints."""
+    child = subprocess.Popen(
+        [sys.executable, "-I", xacro_child.__file__],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=folder,
+        env={"PATH": os.defpath, "HOME": "/nonexistent"},
+        start_new_session=True,
+    )
+    said: list[bytes] = []
+
+    def end() -> None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(child.pid, signal.SIGKILL)
+
+    timer = threading.Timer(_WAIT, end)
+    assert child.stdin is not None
+    assert child.stdout is not None
+    assert child.stderr is not None
+    complaints = threading.Thread(target=lambda stream: said.append(stream.read(ROBOT)), args=(child.stderr,))
+    timer.start()
+    complaints.start()
+    out = b""
+    try:
+        with contextlib.suppress(BrokenPipeError):
+            child.stdin.write(job)
+            child.stdin.close()
+        out = child.stdout.read(2 * ROBOT)
+    finally:
+        if len(out) == 2 * ROBOT:  # it would write without end
+            end()
+        child.wait()
+        end()  # whatever it started
+        timer.cancel()
+        complaints.join()
+        child.stdout.close()
+        child.stderr.close()
+    lines = b"".join(said).decode(errors="replace").strip().splitlines()
+    return child.returncode, out, ": ".join(lines[-2:])
+
+
+def _explain(path: Path, status: int, said: str, packages: Mapping[str, str]) -> BadValueError | ModelFileError:
+    """Explains why a template could not be expanded, with what settles it."""
+    if status in (-signal.SIGXCPU, -signal.SIGKILL) or "MemoryError" in said:
+        return ModelFileError(path, f"takes more than {_SECONDS} s, or {_BYTES / 1e9:g} GB, to expand: does it hang?")
+    if missing := _UNKNOWN_PACKAGE.search(said):
+        known = ", ".join(sorted(packages)) or "none"
+        problem = f"needs the package {missing[1]!r}, which is not near it (found: {known})"
+        return BadValueError(path, "", f"{problem}; --package {missing[1]}=DIR says where it is")
+    if undefined := _UNDEFINED.search(said):
+        name = undefined[1]
+        return BadValueError(path, "", f"needs a value of {name}: --xacro {name}:=VALUE gives it")
+    if "Permission denied" in said:
+        problem = f"reads a file that is in neither its own folder nor a package: {said.partition(': ')[2]}"
+        return BadValueError(path, "", f"{problem}; --package NAME=DIR adds a folder")
+    return ModelFileError(path, f"cannot be expanded by xacro: {said}")
+
+
+def _find_packages(path: Path) -> Iterator[tuple[str, str]]:
+    """Finds packages among the folders above a template and their siblings, by their ``package.xml``."""
+    for folder in list(path.parents)[:_LEVELS]:
+        if folder == folder.parent:
+            return
+        with contextlib.suppress(OSError):
+            siblings = sorted(folder.parent.iterdir())[:_MOST_FOLDERS]
+            for each in (folder, *siblings):
+                if (each / "package.xml").is_file():
+                    with contextlib.suppress(BadValueError):
+                        name = (read_xml(each / "package.xml").findtext("name") or "").strip()
+                        if name:
+                            yield name, str(each)

@@ -1,0 +1,133 @@
+"""Weighings condition the densities of a tool's materials, by Bayes' rule."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.listed_options import list_options
+from affordance.choice.options import Option, add_weighings
+from affordance.choice.weighed import WeighedObject, condition_on_weighings
+from affordance.choice.weighed_holds import learn_weighings
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.materials import Material
+from affordance.objects.tool import Component, Tool
+from affordance.objects.weighing import Weighing
+from affordance.vision.features import VisionError
+from affordance.vision.systems import measure_geometry
+
+STEEL = Material("steel", (0.5, 0.5, 0.6), 7850.0, 87.0)
+OAK = Material("oak", (0.8, 0.6, 0.3), 700.0, 70.0)
+PRIOR = Prior()
+BELIEF = DensityBelief.from_moments(np.array([7800.0, 700.0]), np.diag([200.0**2, 150.0**2]))
+MEMORY = MaterialMemory((STEEL.colour, OAK.colour), BELIEF)
+
+
+def make(name: str, *weighings: Weighing, size: float = 0.03) -> Tool:
+    head, handle = Ellipsoid((size, size, size)), Ellipsoid((0.15, 0.02, 0.02))
+    far = np.eye(4)
+    far[0, 3] = 0.2
+    return Tool(
+        name, (Component(head, far, STEEL, STEEL), Component(handle, np.eye(4), OAK, OAK)), weighings=weighings
+    )
+
+
+def weigh(tool: Tool) -> WeighedObject:
+    (option,) = add_weighings(list_options(tool), [tool])
+    geometry = measure_geometry(option.features, [0, 1], 2)
+    return WeighedObject(option.features, [0, 1], geometry, option.weighings)
+
+
+@pytest.mark.parametrize(
+    "weighings",
+    [
+        (Weighing((), 1.2, 0.02),),
+        (Weighing((0,), 0.9, 0.01),),
+        (Weighing((0,), 0.9, 0.02), Weighing((), 1.1, 0.03)),
+    ],
+)
+def test_densities_are_those_of_samples_weighted_by_the_weighings(weighings: tuple[Weighing, ...]) -> None:
+    """Importance sampling from the belief about two tools, of which one is weighed, gives the same moments."""
+    objects = {"weighed": weigh(make("weighed", *weighings)), "other": weigh(make("other"))}
+    joint, surprises = condition_on_weighings(BELIEF, objects, PRIOR)
+    assert not surprises
+    rng = np.random.default_rng(1)
+    before = BELIEF.add_object_variation(PRIOR.deviation_sd, 2)
+    samples = rng.multivariate_normal(before.untruncated_mean, before.covariance, 400_000)
+    volumes = [part.shape.volume for part in make("weighed").components]
+    log_weights = np.zeros(len(samples))
+    for each in weighings:
+        mass = sum(volumes[k] * samples[:, k] for k in each.parts or (0, 1))
+        log_weights -= 0.5 * ((mass - each.mass) / each.sd) ** 2
+    weights = np.exp(log_weights - log_weights.max())
+    mean = np.average(samples, axis=0, weights=weights)
+    sd = np.sqrt(np.average((samples - mean) ** 2, axis=0, weights=weights))
+    np.testing.assert_allclose(joint.untruncated_mean, mean, atol=5.0)
+    np.testing.assert_allclose(np.sqrt(np.diag(joint.covariance)), sd, rtol=0.03)
+
+
+def test_weighing_with_a_small_error_decides_the_mass() -> None:
+    objects = {"weighed": weigh(make("weighed", Weighing((), 1.2, 1e-4)))}
+    joint, _ = condition_on_weighings(BELIEF, objects, PRIOR)
+    Phi = objects["weighed"].geometry.Phi
+    assert (Phi @ joint.untruncated_mean)[0] == pytest.approx(1.2, abs=1e-4)
+
+
+def test_weighing_that_contradicts_the_materials_counts_and_is_told() -> None:
+    """A hammer of twice the mass that its materials allow is believed to weigh what the scale says."""
+    heavy = Weighing((), 2.5, 0.025)
+    objects = {"weighed": weigh(make("weighed", heavy)), "other": weigh(make("other"))}
+    joint, (surprise,) = condition_on_weighings(BELIEF, objects, PRIOR)
+    masses = [(objects["weighed"].geometry.Phi @ joint.untruncated_mean[k : k + 2])[0] for k in (0, 2)]
+    assert masses[0] == pytest.approx(2.5, rel=0.01)
+    assert masses[1] == pytest.approx(surprise.expected, rel=0.02)  # nothing is learned of the materials
+    assert (surprise.name, surprise.mass) == ("weighed", 2.5)
+
+
+def test_errors_of_sizes_widen_a_weighing() -> None:
+    tool = make("weighed", Weighing((), 1.2, 1e-3))
+    exact = weigh(tool)
+    errors = VisionError(size=0.05)
+    parts = tuple(replace(part, size_sd=errors.size) for part in exact.parts)
+    seen = exact._replace(parts=parts, geometry=measure_geometry(parts, [0, 1], 2))
+    sds = []
+    for each in (exact, seen):
+        joint, _ = condition_on_weighings(BELIEF, {"weighed": each}, PRIOR)
+        sds.append(np.sqrt((each.geometry.Phi @ joint.covariance @ each.geometry.Phi.T)[0, 0]))
+    assert sds[1] > 5.0 * sds[0]
+
+
+def option_of(tool: Tool) -> Option:
+    (option,) = add_weighings(list_options(tool), [tool])
+    return option
+
+
+def test_learning_from_weighings_gives_the_materials_of_the_joint_belief() -> None:
+    """Marginals of a third tool's materials, conditioned on two weighings, are those that the memory has learned."""
+    tools = [make("one", Weighing((), 1.2, 0.02)), make("two", Weighing((0,), 1.6, 0.02), size=0.036), make("three")]
+    memory, felt = learn_weighings(MEMORY, {tool.name: option_of(tool) for tool in tools}, PRIOR, {})
+    joint, _ = condition_on_weighings(BELIEF, {tool.name: weigh(tool) for tool in tools}, PRIOR)
+    third = memory.belief.add_object_variation(PRIOR.deviation_sd)
+    np.testing.assert_allclose(third.untruncated_mean, joint.untruncated_mean[4:], rtol=1e-6)
+    np.testing.assert_allclose(third.covariance, joint.covariance[4:, 4:], rtol=1e-6)
+    assert set(felt) == {"one", "two"}
+
+
+def test_object_that_is_weighed_after_it_was_held_has_one_deviation() -> None:
+    """Two weighings that come one after the other are those that come at once."""
+    first, second = Weighing((), 1.2, 0.02), Weighing((0,), 0.9, 0.02)
+    once, _ = learn_weighings(MEMORY, {"a": option_of(make("a", first, second))}, PRIOR, {})
+    memory, felt = learn_weighings(MEMORY, {"a": option_of(make("a", first))}, PRIOR, {})
+    twice, felt = learn_weighings(memory, {"a": option_of(make("a", second))}, PRIOR, felt)
+    np.testing.assert_allclose(twice.belief.precision, once.belief.precision, rtol=1e-9)
+    np.testing.assert_allclose(twice.belief.untruncated_mean, once.belief.untruncated_mean, rtol=1e-9)
+
+
+def test_parts_that_a_picture_did_not_tell_apart_have_no_weighing() -> None:
+    tool = make("a", Weighing((), 1.2, 0.02), Weighing((0,), 0.9, 0.02))
+    (drawn,) = list_options(tool)
+    merged = Option("a", "", drawn.features[:1], np.eye(4))
+    (option,) = add_weighings([merged], [tool])
+    assert option.weighings == (Weighing((), 1.2, 0.02),)
