@@ -67,7 +67,7 @@ class ImportOptions:
     def __post_init__(self) -> None:
         """Raises a BadArgumentError for a value of another kind; what fits the file is checked with it."""
         for name in ("tip", "base", "out_axis", "up"):
-            if getattr(self, name) is not None or name in ("tip", "up"):
+            if getattr(self, name) is not None or name == "tip":
                 check_kind(name, getattr(self, name), str)
         check_kind("damping", self.damping, bool)
         for name in ("posture", "rotor_inertia", "effort"):
