@@ -315,4 +315,4 @@ def test_main_results_are_tables_in_notebooks(record, ranking):
 def test_defaults_are_those_of_the_simulations():
     assert TrialRunner().settings == Settings()
     assert Prior(sd=2000.0) == Prior(mode=1000.0, sd=2000.0, deviation_sd=100.0)
-    assert ImportOptions("tool0").up == "z"
+    assert ImportOptions("tool0").up is None  # the axis of the robot's file
