@@ -38,8 +38,8 @@ def know_by_name(
 
     A part is of the material that it looks like, if that has a name among the materials, and otherwise of the one
     that its entry names. Its density has the handbook's mean and spread; what the memory has learned of its colour is
-    added as evidence. Materials that share a colour are mixed. A memory whose learner does not sum evidence (kinds) is returned
-    unchanged.
+    added as evidence. Materials that share a colour are mixed. A memory whose learner does not sum evidence (kinds)
+    is returned unchanged.
 
     Args:
         memory: Memory of materials.
