@@ -82,8 +82,8 @@ def run(setup: Setup) -> Results:
             (
                 "After one trial our estimate is"
                 f" {abs(numbers['density_median'][1] / numbers['density_true'] - 1):.0%} off the truth; in the"
-                " paper's figure 3 the estimate is then still far from it. The published Weber fraction and threshold make a"
-                " single hold this informative, with a prior as broad as ours."
+                " paper's figure 3 the estimate is then still far from it. The published Weber fraction and"
+                " threshold make a single hold this informative, with a prior as broad as ours."
             ),
         ],
         lifts=tabulate_holds(data, tools, learner=setup.settings.learner.name, block="lifts"),
