@@ -169,7 +169,9 @@ def test_commanded_currents_are_seen(robot, weighed):
     commanded = []
     for run in runs:
         motion = run.q, run.v, np.gradient(run.v, run.times, axis=0)
-        commanded.append(replace(run, signal=gains.mean[:, 0] * robot.compute_arm_torques(*motion)))
+        rounded = 1e-3 * np.random.default_rng(len(commanded)).uniform(-0.5, 0.5, run.signal.shape)
+        torque = robot.compute_arm_torques(*motion)
+        commanded.append(replace(run, signal=gains.mean[:, 0] * torque + rounded))
     doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
     assert any("are these commanded values, and no measured ones?" in doubt for doubt in doubts)
 

@@ -135,7 +135,7 @@ class Expectation:
         squares = []
         for theta in self.bodies:
             pi = parameters_from_theta(theta)
-            filled = fill_signal(statistics, self.gains.mean, pi)
+            filled = fill_signal(statistics, self.gains.mean, pi, has_arm=prior.has_arm)
             likelihood = PayloadLikelihood(filled, prior, evidence.least_variance)
             H = likelihood.linearise(pi).widen(self.floor).precision
             D = compute_jacobian(theta)
@@ -169,10 +169,13 @@ def find_errors(
 _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 
 
-def fill_signal(statistics: JointStatistics, gain: Array, pi: Array) -> JointStatistics:
-    """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2)."""
+def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
+    """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2).
+
+    The arm's torque is part of the signal, or was subtracted from it.
+    """
     weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
     weights[:, SIGNAL, SIGNAL] = 0.0
-    load = np.concatenate([[0.0], pi])
+    load = np.concatenate([[float(has_arm)], pi])
     weights[:, LOAD, SIGNAL] = (gain[:, :, None] * load).reshape(len(gain), -1)
     return replace(statistics, products=weights.transpose(0, 2, 1) @ statistics.products @ weights)

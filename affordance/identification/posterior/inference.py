@@ -103,6 +103,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]
     sentences.append(f"gains: {gains.source}{'' if settings.gains else '; their drift is switched off'}")
+    if evidence.is_difference and prior.change_common_sd > 0.0:
+        together, each = 100.0 * prior.change_common_sd, 100.0 * prior.change_own_sd
+        sentences.append(f"gains since the empty run: +-{together:g} % together and +-{each:g} % each")
     if evidence.kind is not SignalKind.WRENCH:
         if prior.load_friction_sd > 0.0 or gains.mean[:, 1].any():
             mu = ", ".join(f"{value:.3f}" for value in gains.load_friction)
@@ -110,6 +113,10 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         else:
             sentences.append("friction that grows with the load: none")
         friction = f"+-{evidence.friction_scale * prior.friction_sd:g} {unit}"
+        if (left := evidence.friction_left) is not None:
+            friction = (
+                f"+-{left[:, 0].min():.2g} to {left[:, 0].max():.2g} {unit}, and offset {friction}, as a fit leaves"
+            )
         sentences.append(
             f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
         )
