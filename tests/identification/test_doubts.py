@@ -7,6 +7,7 @@ from helpers.generated_runs import PAYLOAD, Truth, generate_run, record
 from affordance.exceptions import BadValueError
 from affordance.identification.doubts import compare_with_own_weight
 from affordance.identification.evidence.gains import read_gains, write_gains
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.identify import Runs, identify
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
@@ -145,22 +146,22 @@ def weighed(robot):
     return gains, empty, second
 
 
-@pytest.mark.parametrize(
-    ("of_empty", "of_loaded", "said"),
-    [
-        (1.0, 1.0, None),
-        (1.25, 1.25, "since the gains were found, within "),
-        (1.0, 1.05, "since the empty run, within "),
-    ],
-)
-def test_another_controller_and_gains_that_differ_between_runs_are_seen(robot, weighed, of_empty, of_loaded, said):
-    gains, empty, loaded = weighed
+@pytest.mark.parametrize(("factor", "is_seen"), [(1.0, False), (1.25, True)])
+def test_another_controller_is_seen_by_the_weight_of_the_arm(robot, weighed, factor, is_seen):
+    gains, *runs = weighed
     assert np.isfinite(gains.own_weight).all(axis=1).any()
-    empty, loaded = (
-        replace(run, signal=factor * run.signal) for run, factor in ((empty, of_empty), (loaded, of_loaded))
-    )
+    empty, loaded = (replace(run, signal=factor * run.signal) for run in runs)
     doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
-    assert any(said in doubt for doubt in doubts) if said else not doubts
+    assert any("since the gains were found, within " in doubt for doubt in doubts) == is_seen
+
+
+@pytest.mark.parametrize(("change", "is_seen"), [(0.01, False), (0.05, True)])
+def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, monkeypatch, change, is_seen):
+    gains, empty, loaded = weighed
+    found = np.full(6, change), np.full(6, 0.0045)
+    monkeypatch.setattr(PayloadLikelihood, "estimate_changes", lambda *_: found)
+    doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
+    assert any("has changed by +5.0 % since the empty run, within 1.3 %" in doubt for doubt in doubts) == is_seen
 
 
 def test_commanded_currents_are_seen(robot, weighed):
