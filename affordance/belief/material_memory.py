@@ -45,6 +45,7 @@ class Recollection(NamedTuple):
 
     memory: "MaterialMemory"
     densities: DensityBelief  # of its m colours
+    colours: tuple[int, ...]  # index of each of them in the memory
     columns: tuple[int, ...]  # index of each part's density among those of the object
     # Likelihoods that were felt in earlier lifts of this object; None if it was never lifted.
     felt: FeltObject | None = None
@@ -249,7 +250,7 @@ class MaterialMemory:
         own = memory.learner.get_felt(memory.state, at_hand.seen)
         shown = tuple(memory.colours[colour] for colour in thing.colours)
         felt = FeltObject.of(shown, None if own is None else own.take(0), prior, thing.appearance)
-        return Recollection(memory, densities, tuple(map(thing.colours.index, columns)), felt)
+        return Recollection(memory, densities, thing.colours, tuple(map(thing.colours.index, columns)), felt)
 
     def learn(self, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson:
         """Learns from a trial with the object recalled last.

@@ -14,12 +14,13 @@ from affordance.objects.inertia import Geometry
 class ObjectBelief:
     """Belief about the object at hand: memory of all materials, densities of this object, and its geometry.
 
-    Densities are in the order of Phi's columns.
+    Densities are in the order of Phi's columns; ``colours`` are the indices of their colours in the memory.
     """
 
     memory: Any  # a MaterialMemory, which is not named here as its module imports much
     densities: DensityBelief
     geometry: Geometry
+    colours: tuple[int, ...] = ()
 
     def compute_parameters(self, rho: Array) -> Array:
         """Computes the inertial parameters pi = Phi rho, shape (10,), or (N, 10) for rho of shape (N, M)."""

@@ -153,7 +153,8 @@ class HoldSamples:
 
     def _recognise(self, parts: Sequence[ComponentFeatures]) -> tuple[list[int], list[Colour]]:
         """Finds the column of each part, its colour's or its kind's, and known colours in the order of columns."""
-        memory, _, columns, _ = self._memory.recall([part.appearance for part in parts], self._prior)
+        recollection = self._memory.recall([part.appearance for part in parts], self._prior)
+        memory, columns = recollection.memory, recollection.columns
         assert memory.at_hand is not None  # as it was just recalled
         groups, colours = memory.find_groups(), memory.at_hand.thing.colours
         return [groups[column] for column in columns], [memory.colours[colours[i]] for i in dict.fromkeys(columns)]

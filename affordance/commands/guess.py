@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     name = Path(arguments.memory).name if arguments.memory else None
     knowledge = f"materials: {describe_knowledge(named, name or '')}"
-    text = "\n".join([*cautions, *describe_expectations(expected, by_part=True), knowledge])
+    text = "\n".join([*cautions, *describe_expectations(expected, options.find_width(), by_part=True), knowledge])
     content = {
         "memory": name,
         "known": list(named.by_name),

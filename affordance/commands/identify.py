@@ -1,8 +1,6 @@
 """``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
-import shutil
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -149,9 +147,8 @@ def run(arguments: argparse.Namespace) -> int:
         verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted, "frame": flange.name}
         content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
-    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
     text = describe_payload(
-        belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=width
+        belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=options.find_width()
     )
     content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:

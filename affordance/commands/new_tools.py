@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError(arguments.file, "", f"is to be in {arguments.file.parent}, which is no folder")
     names = list(materials)
     lines = [", ".join(names[k : k + _IN_A_LINE]) for k in range(0, len(names), _IN_A_LINE)]
-    text = _TEMPLATE.read_text().replace(_MATERIALS, ",\n#   ".join(lines))
+    text = _TEMPLATE.read_text(encoding="utf-8").replace(_MATERIALS, ",\n#   ".join(lines))
     write_text(arguments.file, text)
     tools = load_tools(arguments.file, load_materials())
     print(f"{arguments.file}: {len(tools)} tool that can be ranked as it is; change it to yours")

@@ -120,8 +120,9 @@ def run(arguments: argparse.Namespace) -> int:
     cautions += [f"warning: {tilt}"] if tilt else []
     cautions += [f"warning: {each}" for each in remarks]
     knowledge = f"materials: {describe_knowledge(named, Path(arguments.memory).name if arguments.memory else '')}"
-    held = describe_holds(advice, arguments.uses, find_width())
-    text = "\n".join([sentence, *cautions, *held, *describe_expectations(expected), knowledge])
+    width = find_width()
+    held = describe_holds(advice, arguments.uses, width)
+    text = "\n".join([sentence, *cautions, *held, *describe_expectations(expected, width), knowledge])
 
     def draw() -> Figure:
         return draw_holds(

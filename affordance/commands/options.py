@@ -4,6 +4,7 @@ import argparse
 import json
 import math
 import shutil
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -123,7 +124,7 @@ def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
 
 def find_width() -> int:
     """Finds the width of the terminal, in characters; 0 where there is none, as in a pipe."""
-    return shutil.get_terminal_size((0, 0)).columns
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
 
 
 def give_answer(

@@ -97,7 +97,8 @@ def run(arguments: argparse.Namespace) -> int:
     )
     content = build_content(ranking, question, describe_choice_of(ranking, question))
     content["expected"] = build_expectations(expected)
-    text = "\n".join([describe_advice(ranking, question, find_width()), *describe_expectations(expected)])
+    width = find_width()
+    text = "\n".join([describe_advice(ranking, question, width), *describe_expectations(expected, width)])
 
     def draw() -> "Figure":
         # Imported here: they take most of a second, which runs without --out need not wait.

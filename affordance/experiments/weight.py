@@ -181,7 +181,7 @@ def select_rods(data: xr.Dataset) -> xr.Dataset:
 def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
     """Computes the numbers of each observer; the last object is the decoy."""
     rods, decoy = select_rods(data), data.isel(trial=-1)
-    low, median, high = (rods.density.sel(quantile=each) for each in QUARTILES)
+    low, median, high = (rods.density.isel(quantile=k) for k in range(len(QUARTILES)))
     drop = np.maximum(0.0, -rods.height.min("time"))
     return {
         "density_p25": low,

@@ -6,6 +6,7 @@ densities: their size is evaluated at the posterior mean, iterated to a fixed po
 its materials' means is a nuisance: it is marginalised, so an odd object moves a material as Bayes' rule requires.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from affordance.arrays import Array
@@ -68,4 +69,4 @@ def condition_on_torques(
         )
 
     lesson = prior.memory.learn(find_likelihood, deviation_sd)
-    return ObjectBelief(lesson.memory, lesson.densities, prior.geometry), lesson.likelihood
+    return replace(prior, memory=lesson.memory, densities=lesson.densities), lesson.likelihood

@@ -1,18 +1,21 @@
 """What things look like they weigh, as text and as JSON."""
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 from affordance.choice.expected_inertia import Expectation, ExpectedBody
 from affordance.choice.pricing import Amount
-from affordance.reporting.formatting import format_number, tabulate
+from affordance.reporting.formatting import format_number, tabulate_within
 
+# Columns that are left out where the table is too wide, in this order: moments, then y and z.
+_LESS_IMPORTANT = (7, 6, 5, 3, 4, 2)
 _HEADER = ("", "mass (kg)", "x (mm)", "y (mm)", "z (mm)", "Ixx (kg cm²)", "Iyy", "Izz")
 # Intervals narrower than this share of the mean, or than this length, [m], are not shown: drawings err by as much.
 _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
-def describe_expectations(expected: Sequence[Expectation], *, by_part: bool = False) -> list[str]:
+def describe_expectations(expected: Sequence[Expectation], width: int = 0, *, by_part: bool = False) -> list[str]:
     """Formats what is expected of things, a line for each, and if asked for one for each part: means, 90 % intervals.
 
     Centres of mass and moments of inertia about them are in the axes of the thing's own frame.
@@ -22,8 +25,10 @@ def describe_expectations(expected: Sequence[Expectation], *, by_part: bool = Fa
         rows.append(_list_cells(each.whole.name, each.whole))
         if by_part and len(each.parts) > 1:
             rows += [_list_cells(f"  {number}: {part.name}", part) for number, part in enumerate(each.parts, start=1)]
-    lines = ["Expected before anything is held: mass, centre of mass, moments of inertia about it (90 % intervals)."]
-    return [*lines, *(f"  {line}" for line in tabulate(rows))]
+    title = "Expected before anything is held: mass, centre of mass, moments of inertia about it (90 % intervals)."
+    lines = textwrap.wrap(title, width) if width else [title]
+    inner = max(width - 2, 1) if width else 0
+    return [*lines, *(f"  {line}" for line in tabulate_within(rows, inner, _LESS_IMPORTANT))]
 
 
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:

@@ -185,8 +185,8 @@ class LiveScene:
         self._shown = belief
         curves = trace_densities(belief.densities)
         left, bottom, wide, high = _AXES
-        for index in np.flatnonzero(belief.geometry.Phi.any(axis=0)):
-            shares = curves[index] * [wide / _DENSITY_MAX, high / 1.05] + [left, bottom]
+        for curve, index in zip(curves, belief.colours, strict=True):
+            shares = curve * [wide / _DENSITY_MAX, high / 1.05] + [left, bottom]
             line = np.asfortranarray(self._panel.place(shares, 0.01).T)
             red, green, blue = belief.memory.colours[index]
             self.meshcat.SetLine(f"now/{index}", line, 4.0, Rgba(0.6 * red, 0.6 * green, 0.6 * blue, 1.0))

@@ -118,6 +118,7 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
         recollection.memory,
         recollection.densities,
         measure_geometry(features, recollection.columns, recollection.densities.size),
+        recollection.colours,
     )
 
 

@@ -48,7 +48,7 @@ def list_files(folder: Path, containing: list[str]) -> list[Path]:
 
 def _list_included(path: Path) -> list[str]:
     """Lists the names of files that a template or model includes."""
-    words = path.read_text(errors="replace").split('"')
+    words = path.read_text(encoding="utf-8", errors="replace").split('"')
     return [word.rpartition("/")[2] for tag, word in itertools.pairwise(words) if "include" in tag]
 
 

@@ -5,7 +5,7 @@ friction and errors are drawn from the likelihood, so that the posterior alone i
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from affordance.arrays import Array, Mask
 from affordance.belief.density_belief import Prior
+from affordance.belief.felt_object import AtHand, Thing
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
@@ -136,7 +137,8 @@ def _see(payload: RandomPayload) -> SeenObject:
     """Returns what a camera sees: the geometry, and for each part a material of its own that was never felt."""
     num_parts = payload.Phi.shape[1]
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
-    memory = MaterialMemory().add_colours(colours, MATERIAL_PRIOR)
+    thing = AtHand(Thing((), tuple(range(num_parts))), 0)
+    memory = replace(MaterialMemory().add_colours(colours, MATERIAL_PRIOR), at_hand=thing)
     densities = memory.belief.add_object_variation(MATERIAL_PRIOR.deviation_sd)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
     return SeenObject(ObjectBelief(memory, densities, geometry), (), payload.low, payload.high)

@@ -50,7 +50,7 @@ FILES = {
 }
 # Files whose keys are free names, and keys that are optional.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
-OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
+OPTIONAL = frozenset({"position", "rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
 # Keys that are optional in one file. Joints that a start does not name are as in the home posture.
 _START = frozenset({"start", *load_arm().joint_names})
 OPTIONAL_IN = {

@@ -22,7 +22,7 @@ STEEL = Material("steel", (0.5, 0.5, 0.6), 7850.0, 87.0)
 OAK = Material("oak", (0.8, 0.6, 0.3), 700.0, 70.0)
 PRIOR = Prior()
 BELIEF = DensityBelief.from_moments(np.array([7800.0, 700.0]), np.diag([200.0**2, 150.0**2]))
-MEMORY = MaterialMemory((STEEL.colour, OAK.colour), BELIEF)
+MEMORY = MaterialMemory.from_belief((STEEL.colour, OAK.colour), BELIEF)
 
 
 def make(name: str, *weighings: Weighing, size: float = 0.03) -> Tool:

@@ -14,7 +14,7 @@ def test_identify_says_its_command_and_finds_the_mass_of_the_simulation():
     assert "simulated recordings" in first
     assert second.startswith("    affordance identify ")
     mass, sd = map(float, next(line for line in said.splitlines() if line.startswith("mass ")).split()[1:3])
-    assert abs(mass - MASS) < 3.0 * sd < 0.02
+    assert abs(mass - MASS) < 3.0 * sd < 0.03
     assert "\n  oak #b07a45: " in said
     assert " SD of the mass " not in said  # the drawing told more than four more seconds of motion would
     assert f"weighs {MASS:.3f} kg" in said.splitlines()[-1]

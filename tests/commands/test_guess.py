@@ -22,8 +22,9 @@ def memory(tmp_path_factory):
 
 def test_guess_says_mass_centre_and_inertia_of_wholes_and_parts(tmp_path):
     said = answer("guess", TOOLS, "--out", tmp_path)
-    assert said.lines[0] == "No memory is given: all materials have the prior."
-    names = [line.split("  ")[1] for line in said.lines[3:]]
+    known = "oak, cast steel, rubber"
+    assert said.lines[-1] == f"materials: handbook densities of {known} (--know nothing leaves them out)"
+    names = [line.split("  ")[1] for line in said.lines[2:-1]]
     assert names == ["claw hammer", "", "", "machinist hammer", "", "", "mallet", "", ""]
     assert (tmp_path / "guess.txt").read_text(encoding="utf-8") == said.out
     (content,) = answer("guess", TOOLS, "--only", "mallet", "--json").content["expected"]
@@ -47,9 +48,9 @@ def test_rank_and_next_say_the_same_numbers(memory):
 
 
 def test_memory_narrows_what_it_knows(memory):
+    hammer = ["guess", TOOLS, "--only", "claw hammer", "--know", "nothing"]
     known, unknown = (
-        answer("guess", TOOLS, "--only", "claw hammer", *more, "--json").content["expected"][0]["mass"]
-        for more in (("--memory", memory), ())
+        answer(*hammer, *more, "--json").content["expected"][0]["mass"] for more in (("--memory", memory), ())
     )
     assert known["p95"] - known["p05"] < 0.2 * (unknown["p95"] - unknown["p05"])
 

@@ -15,7 +15,6 @@ from helpers.trials import WOOD, hold, hold_workshop
 from affordance.belief.density_belief import EMPTY_BELIEF, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import format_memory
 from affordance.memory.exchange import export_trials
 from affordance.memory.ledger import open_memory
 
@@ -89,7 +88,12 @@ def test_a_memory_of_an_earlier_version_is_imported_once(tmp_path):
     prior = Prior()
     likelihood = Likelihood(np.array([[1e-4, 2e-5], [2e-5, 3e-5]]), np.array([0.08, 0.2]), 0.0)
     earlier = MaterialMemory.from_belief((WOOD, (0.2, 0.2, 0.2)), EMPTY_BELIEF.extend(prior, 2).condition(likelihood))
-    content = {"taught_by": ["abc"], **json.loads(format_memory(earlier))}
+    content = {
+        "taught_by": ["abc"],
+        "colours": earlier.colours,
+        "precision": earlier.belief.precision.tolist(),
+        "information_vector": earlier.belief.information_vector.tolist(),
+    }
     (tmp_path / "memory.json").write_text(json.dumps(content))
     for _ in range(2):
         answer("memory", "import", tmp_path / "new.sqlite", tmp_path / "memory.json")

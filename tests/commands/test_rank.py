@@ -369,7 +369,7 @@ def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):
 
 @pytest.mark.parametrize("width", [60, 80, 140])
 def test_text_fits_the_terminal(known, monkeypatch, width):
-    monkeypatch.setenv("COLUMNS", str(width))
+    monkeypatch.setattr("affordance.commands.rank.find_width", lambda: width)
     lines = answer(*ONE, *known).lines
     assert max(map(len, lines)) <= width
     header = next(line for line in lines if "P(best)" in line)

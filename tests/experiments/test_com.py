@@ -86,7 +86,7 @@ def test_prediction_is_that_of_the_densities_learned(tmp_path):
     setup = Setup(observers=2, out=tmp_path)
     gained = gain_experience(setup, TOOLS[:2])
     found = com.observe(setup, TOOLS, gained, 1)
-    memory = recall(gained, 1, 2)
+    memory = recall(setup, gained, 1, 2)
     densities = dict(zip(memory.colours, memory.belief.compute_mode(), strict=True))
     volumes = np.array([4 / 3 * np.pi * np.prod(part.shape.semi_axes) for part in FIRST.components])
     masses = volumes * [densities[part.looks_like.colour] for part in FIRST.components]

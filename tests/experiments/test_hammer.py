@@ -93,7 +93,7 @@ def test_share_of_light_ends_is_of_what_was_chosen(monkeypatch, planned):
     costs = {grip: planned[grip] for grip in grips}
     for chosen, share in (([0, 1, 0, NO_OPTION], 1 / 3), ([NO_OPTION] * 4, None)):
         monkeypatch.setattr(hammering, "pick_cheapest", lambda costs, rng, chosen=chosen: np.array(chosen))
-        found = hammering.count_light_ends(STICK, costs, HELD_BEFORE, 0, DEFAULT_SETTINGS)
+        found = hammering.find_share_of_light_ends(STICK, costs, HELD_BEFORE, 0, DEFAULT_SETTINGS)
         assert found == (share if share is None else pytest.approx(share))
 
 

@@ -50,13 +50,16 @@ def _turn(run):
 
 # Mistakes in both runs of a wrist sensor, or in the loaded one, and a word of the first reason.
 _BOTH = {
-    "signs": (lambda run: _of_signal(run, np.negative), "the empty hand weighs -"),
-    "gravity upwards": (lambda run: rename(run, gravity=(0.0, 0.0, 9.81)), "the empty hand weighs -"),
-    "gravity along x": (lambda run: rename(run, gravity=(9.81, 0.0, 0.0)), "left unexplained"),
+    "signs": (lambda run: _of_signal(run, np.negative), "the forces have the opposite sign"),
+    "gravity upwards": (lambda run: rename(run, gravity=(0.0, 0.0, 9.81)), "the forces have the opposite sign"),
+    "gravity along x": (
+        lambda run: rename(run, gravity=(9.81, 0.0, 0.0)),
+        "gravity seems to be along -z",
+    ),
     "forces for moments": (lambda run: _of_signal(run, lambda s: s[:, [3, 4, 5, 0, 1, 2]]), "left unexplained"),
     "rows of others": (lambda run: _of_signal(run, lambda s: np.roll(s, 350, axis=0)), "left unexplained"),
     "joints reversed": (lambda run: replace(run, q=run.q[:, ::-1], v=run.v[:, ::-1]), "left unexplained"),
-    "sensor turned": (_turn, "left unexplained"),
+    "sensor turned": (_turn, "the sensor seems to be turned by 9"),
 }
 
 

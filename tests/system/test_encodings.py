@@ -22,7 +22,8 @@ def list_without_encoding(text):
         if name not in CALLS or binary or any(keyword.arg == "encoding" for keyword in node.keywords):
             continue
         own = name == "write_text" and isinstance(node.func, ast.Name)  # files.atomic writes UTF-8
-        own |= ast.unparse(node.func) == "reader.open"  # of a bag, which has its own encoding
+        # Of a bag, which has its own encoding, members of archives, which are bytes, and handles of the kernel.
+        own |= ast.unparse(node.func) in ("reader.open", "archive.open", "os.open")
         if not own and len(node.args) < CALLS[name]:
             found.append(node.lineno)
     return found

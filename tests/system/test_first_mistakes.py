@@ -40,9 +40,9 @@ MISTAKES = [
         "one argument too many: rank compares tools for one task; affordance next takes several",
     ),
     (
-        "watch weight --learner kinds_map",
-        "--learner: is not an option",
-        "learner is a setting: --set learner=kinds_map",
+        "watch weight --point_estimate mean",
+        "--point_estimate: is not an option",
+        "point_estimate is a setting: --set point_estimate=mean",
     ),
     ("rank hammer --demo", "--demo: brings its own data", "must be given without a task"),
     ("rank reach --tools .", "cannot be read: Is a directory", "must be a file"),

@@ -74,7 +74,7 @@ def test_geometry_seen_is_no_noise_of_the_joints():
     precisions = []
     for features in (seen, exact):
         belief = predict_object(features, EXPERT, PIXELS.prior)
-        rho = EXPERT.belief.untruncated_mean
+        rho = EXPERT.belief.untruncated_mean[list(belief.colours)]
         statistics = hold.measure(belief, rho, PIXELS.noise, (1,))
         args = (statistics.features, 1, len(hold.tau_arm), belief.geometry, rho)
         precisions.append(PIXELS.noise.compute_likelihood(*args).precision)

@@ -85,7 +85,8 @@ def fit_empty_arm(
 
     def describe_friction(share: float) -> Array:
         """Returns SDs of friction, (n, 3): a share of what each joint has; offsets of sensors are others each run."""
-        return np.column_stack([share * size, share * size / speed, np.full(len(size), offset_sd)])
+        viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # none at rest
+        return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 
     def list_stretches(share: float) -> list[PayloadLikelihood]:
         prior = ChannelPrior(

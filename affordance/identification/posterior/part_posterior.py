@@ -7,7 +7,7 @@ in the box that the parts fill, and errors of measuring them. The run is a likel
 updates the densities of materials as a hold in simulation does. Physically inconsistent samples are discarded.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ class SeenObject:
         geometry = self.belief.geometry
         unseen = to_G @ self.unseen @ to_G.T
         placed = Geometry(to_G @ geometry.Phi, np.einsum("ij,gjm->gim", to_G, geometry.Phi_errors))
-        return PlacedObject(ObjectBelief(self.belief.memory, self.belief.densities, placed), unseen)
+        return PlacedObject(replace(self.belief, geometry=placed), unseen)
 
 
 class NotTheSeenObjectError(AffordanceError):
@@ -140,7 +140,7 @@ def infer_parts(
     expected = phantom + common + discrepancy + Phi @ prior.densities.covariance @ Phi.T
     p_value = prior.densities.compute_p_value(of_rho, likelihood.count_errors(load, expected))
     memory = prior.memory.learn(lambda _: of_rho, deviation_sd).memory
-    belief = ObjectBelief(memory, densities, prior.geometry)
+    belief = replace(prior, memory=memory, densities=densities)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)

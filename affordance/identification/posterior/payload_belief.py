@@ -181,11 +181,10 @@ class PayloadBelief:
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
-        colours, own = self.seen.memory.colours, self.seen.geometry.Phi.any(axis=0)
+        colours = self.seen.memory.colours
         return tuple(
-            LearnedDensity(colour, float(median[i]), (float(low[i]), float(high[i])))
-            for i, colour in enumerate(colours)
-            if own[i]
+            LearnedDensity(colours[i], float(median[i]), (float(low[i]), float(high[i])))
+            for i in sorted(self.seen.colours)
         )
 
     @property

@@ -83,9 +83,10 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
     """Builds likelihoods whose error variances are drawn from what the run leaves open of them.
 
     A variance that was estimated from n errors is n over a chi-squared variable of n degrees of freedom times its
-    estimate. Each channel takes each of its quantiles once, in an order of its own (a Latin hypercube).
+    estimate. Each channel takes each of its quantiles once, in an order of its own (a Latin hypercube). Fewer than
+    one error is taken as one, as quantiles would have no bound.
     """
-    freedom = fit.evidence.describe_errors(settings).count_freedom(fit.statistics)
+    freedom = np.maximum(fit.evidence.describe_errors(settings).count_freedom(fit.statistics), 1.0)
     middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
     rng = np.random.default_rng(0)
     quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])

@@ -39,7 +39,7 @@ def test_objects_of_the_experiments_are_made_out(name):
         belief = predict_object(features, memory, PRIOR)
         assert belief.memory.colours == memory.colours  # every one was recognised
         as_it_looks = tool.with_densities(looks).parameters
-        rho = memory.belief.untruncated_mean
+        rho = memory.belief.untruncated_mean[list(belief.colours)]
         covariance = belief.geometry.compute_covariance(rho)
         error = belief.compute_parameters(rho) - as_it_looks
         assert (np.abs(error) < 3.5 * np.sqrt(np.diag(covariance)) + 1e-4).all()
