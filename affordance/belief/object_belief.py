@@ -7,6 +7,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
+from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry
 
 
@@ -21,6 +22,10 @@ class ObjectBelief:
     densities: DensityBelief
     geometry: Geometry
     colours: tuple[int, ...] = ()
+
+    def list_colours(self) -> list[Colour]:
+        """Lists the colours of the densities, in their order."""
+        return [self.memory.colours[colour] for colour in self.colours]
 
     def compute_parameters(self, rho: Array) -> Array:
         """Computes the inertial parameters pi = Phi rho, shape (10,), or (N, 10) for rho of shape (N, M)."""

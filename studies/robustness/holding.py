@@ -49,7 +49,7 @@ class HeldTool(NamedTuple):
     """An object that R observers hold."""
 
     tool: Tool  # the object
-    colours: tuple[Colour, ...]  # colours of the objects, M of them
+    colours: tuple[Colour, ...]  # colours of the object, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]
     motions: Motions  # motions of all
 
@@ -118,7 +118,7 @@ def compare_with_simulated(world: World, held: Held) -> float:
 class _Seen(NamedTuple):
     """Features of an object that R observers see before they hold it."""
 
-    colours: tuple[Colour, ...]  # colours of the objects, M of them
+    colours: tuple[Colour, ...]  # colours of the object, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]
     predicted: Array  # inertial parameters that follow, (R, 10)
 
@@ -128,7 +128,7 @@ def _see(world: World, tool: Tool, memories: Sequence[MaterialMemory]) -> _Seen:
     beliefs = [predict_object(features, memory, world.settings.prior) for memory in memories]
     believed = np.array([belief.densities.compute_mode() for belief in beliefs])
     predicted = [belief.compute_parameters(rho) for belief, rho in zip(beliefs, believed, strict=True)]
-    return _Seen(beliefs[0].memory.colours, np.maximum(believed, DENSITIES.low), np.array(predicted))
+    return _Seen(tuple(beliefs[0].list_colours()), np.maximum(believed, DENSITIES.low), np.array(predicted))
 
 
 def _add_heights(known: xr.Dataset, heights: Mapping[str, Sequence[Array]]) -> xr.Dataset:

@@ -62,7 +62,7 @@ def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed:
     true = {part.looks_like.colour: part.material.density for part in tool.components}
     statistics = hold.measure(
         prior,
-        np.array([true.get(colour, 0.0) for colour in prior.memory.colours]),
+        np.array([true.get(colour, 0.0) for colour in prior.list_colours()]),
         settings.noise,
         seed,
         num_samples=world.num_samples,
