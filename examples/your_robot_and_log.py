@@ -41,4 +41,4 @@ with tempfile.TemporaryDirectory() as folder:
     belief = identify(robot, Runs(read_run(loaded), (read_run(empty),)))
 low, high = belief.mass_interval90
 print(f"{belief.mass:.2f} kg ({low:.2f} to {high:.2f}); truly {MASS:.2f} kg")
-print("centre of mass in cm:", np.round(100.0 * belief.centre_of_mass, 1), "truly", 100.0 * CENTRE)
+print("centre of mass in cm:", np.round(100.0 * belief.centre_of_mass, 1) + 0.0, "truly", 100.0 * CENTRE)
