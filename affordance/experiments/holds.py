@@ -1,4 +1,4 @@
-"""What is measured in the trials in which an observer holds objects, and the columns of lifts.csv."""
+"""Measurements in trials in which an observer holds objects, and the columns of lifts.csv."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What is lifted next after an odd object, and when is it enough? A design of ours that nobody has done yet.
+"""Choice of the next object to lift after an odd one, and when to stop: a design of ours, not yet tried with people.
 
 A rod of steel and one of beech become familiar. Then a rod is held that looks like steel and is made of beech; from
 then on observers hold what they like: another rod that looks like steel, another of beech, or a rod and a block of

@@ -34,7 +34,7 @@ def remember_nothing(record: Any) -> None:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a user asks of an experiment.
+    """Number of observers, seed, folders and settings of a run.
 
     Attributes:
         observers: Number of simulated observers.

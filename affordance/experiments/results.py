@@ -47,7 +47,7 @@ _PICTURES = (
 
 @dataclass
 class Results:
-    """What an experiment found.
+    """Data, numbers, claims, figures and words of an experiment.
 
     Attributes:
         title: Heading of its section in the report.

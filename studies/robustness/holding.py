@@ -117,7 +117,7 @@ def compare_with_simulated(world: World, held: Held) -> float:
 
 
 class _Seen(NamedTuple):
-    """What R observers see in an object before they hold it."""
+    """Features of an object that R observers see before they hold it."""
 
     colours: tuple[Colour, ...]  # colours of the objects, M of them
     believed: Array  # densities that control uses, (R, M), [kg/m^3]

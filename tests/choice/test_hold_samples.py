@@ -36,7 +36,7 @@ def condition():
 
 
 def feel(colours):
-    """What was felt of an object of these colours, wood and steel among them."""
+    """Evidence that was felt of an object of these colours, wood and steel among them."""
     precision = np.linalg.inv(ERROR)
     likelihood = Likelihood(precision, precision @ FELT, 0.0)
     order = [(WOOD, STEEL).index(colour) if colour in (WOOD, STEEL) else 0 for colour in colours]

@@ -143,9 +143,9 @@ def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
 def _explain_jumps(q: Array, rows: NDArray[np.intp], jumps: tuple[Jump, ...]) -> str:
     """Says what a table with jumps looks like."""
     changes = np.abs([jump.change for jump in jumps])
-    beside = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
+    off_turns = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
     allowed = np.array([_RATE_SLACK * jump.limit * jump.step + _NOISE for jump in jumps])
-    if np.mean(beside <= allowed) > 0.5:
+    if np.mean(off_turns <= allowed) > 0.5:
         return "the angle jumps by a turn (2 pi), as of an encoder that starts again: unwrap it, as numpy.unwrap does"
     places = np.unique([jump.row for jump in jumps])
     alone = _find_alone(q, places, 2.0 * allowed.min())
