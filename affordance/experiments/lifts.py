@@ -153,6 +153,7 @@ def run_lifts(
         the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
     check_can_be_lifted(name, tools, setup.settings)
+    learners = learners or list_learners(setup.settings.learner)
     count = len(learners) * len(design(0, np.random.default_rng(setup.seed)))
     if setup.observers * count > MOST_LIFTS:
         most = MOST_LIFTS // count
@@ -161,7 +162,7 @@ def run_lifts(
     mass = {tool.name: tool.mass for tool in tools}
     size = {tool.name: compute_volume(tool) for tool in tools}
     tables = []
-    for learner in learners or list_learners(setup.settings.learner):
+    for learner in learners:
         data = run_observers(name, setup.change(learner=learner), lift, tuple(tools), design, at_once=AT_ONCE)
         table = data.drop_vars("p_value").to_dataframe().reset_index().assign(learner=learner.name)
         table["lift"] += 1
