@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from helpers.refusals import refuse
 
+from affordance.arguments import Whole
 from affordance.experiments import trial_cells, trials
 from affordance.experiments.lifts import cylinder
 from affordance.experiments.trials import check_cost, check_trials, read_trials
@@ -221,6 +222,14 @@ def test_repeats_are_bounded_by_what_they_cost(read, monkeypatch):
     assert "trials.csv: has 3 trials, 2.5 s of holds and 3 learners, which take too long" in refuse(
         check_cost, table, 1, 3
     )
+
+
+def test_observers_of_all_participants_are_bounded(read, monkeypatch):
+    """Two participants have half as many repeats each."""
+    table = read(GOOD)
+    monkeypatch.setattr(trials, "REPEATS", Whole(1, 9))
+    check_cost(table, 4, 1)
+    assert "--repeats: is 5, must be at most 4 with 3 trials" in refuse(check_cost, table, 5, 1)
 
 
 def test_table_of_functions_is_checked_as_one_of_a_file(read, tmp_path, monkeypatch):
