@@ -12,6 +12,7 @@ from playwright.sync_api import TimeoutError
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
+from affordance.commands.watch import _Show
 from affordance.memory.ledger import open_memory
 from affordance.reporting import live_scene
 from affordance.reporting.live_scene import DENSITY, SIZE, LiveScene, Wish, trace_densities
@@ -148,6 +149,34 @@ def test_wishes_are_taken_once(scene):
     assert scene.take_wish() is Wish.CHANGE
     assert scene.factors == (1.0, 1.2)
     assert scene.take_wish() is None
+
+
+def test_objects_are_shown_in_turn_and_a_wish_chooses_the_next(monkeypatch, scene, weight):
+    """After the last object comes the first. A decoy and a change show the same object again, a reset the first."""
+    first, second, third = tools = weight.tools[:3]
+    visit = [
+        *((first, False, Wish.NEXT), (second, False, None), (third, False, Wish.NEXT), (first, False, Wish.NEXT)),
+        *((second, False, Wish.CHANGE), (second, False, Wish.DECOY), (second, True, Wish.NEXT)),
+        *((third, False, Wish.DECOY), (third, True, None), (first, False, Wish.NEXT), (second, False, Wish.RESET)),
+        (first, False, None),
+    ]
+    show = _Show.__new__(_Show)
+    show.tools, show.scene, show.task, show.start = tools, scene, None, MaterialMemory()
+    shown = []
+
+    def hold(tool, *, is_decoy):
+        if len(shown) == len(visit):
+            raise KeyboardInterrupt
+        shown.append((tool, is_decoy))
+        return visit[len(shown) - 1][-1]
+
+    monkeypatch.setattr(show, "_hold", hold)
+    monkeypatch.setattr(scene, "wait", lambda seconds: None)
+    with pytest.raises(KeyboardInterrupt):
+        show.run()
+    assert [(tool.name, is_decoy) for tool, is_decoy in shown] == [
+        (tool.name, is_decoy) for tool, is_decoy, _ in visit
+    ]
 
 
 def test_scaled_objects_weigh_as_their_volume_and_density(weight):
