@@ -55,7 +55,7 @@ class Integrator:
         Setting(
             "1",
             "the step of torque in each control period starts a transient that decays before it moves anything; "
-            "resolving it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
+            "resolving it takes three times as many steps (table of docs/decisions/0007-integration.md)",
         ),
     ] = 1e-3
     max_step: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1
@@ -141,7 +141,7 @@ class Settings:
         Setting(
             "rad",
             "a limit is kept only as well as the believed inertia is right: without a margin it is violated by up to "
-            "2.3 mrad (docs/decisions/0009-limits-as-met.md)",
+            "2.3 mrad (docs/decisions/0005-controller.md)",
         ),
     ] = math.radians(0.25)
     control_period: Annotated[
@@ -163,7 +163,7 @@ class Settings:
         Setting(
             "s",
             "every sample is an exact linear observation of the same object: at 10 Hz the mean differs from that at "
-            "100 Hz by a thousandth, a hundredth of its own uncertainty (docs/decisions/0008-percept-as-state.md)",
+            "100 Hz by a thousandth, a hundredth of its own uncertainty (docs/decisions/0005-controller.md)",
         ),
     ] = 0.1
     log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; affects no result")] = 0.01

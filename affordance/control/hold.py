@@ -2,7 +2,7 @@
 
 The goal of a hold is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose,
 so the joint angles closest to both are exactly those of the posture: nothing needs to be linearised
-(docs/decisions/0010-goal-of-a-hold.md).
+(docs/decisions/0005-controller.md).
 
 Before a release the hand is clamped, and the goal is the present posture, so nothing is corrected: the arm exerts the
 believed weight of the object, without feedback. At rest in the clamp the torques are those of arm and believed

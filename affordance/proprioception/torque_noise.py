@@ -136,7 +136,7 @@ class WhiteNoise(CheckedFields):
     sd: Annotated[
         float,
         Within(1e-12, 1e4),
-        Setting("N m", "a hundredth of what the strongest joint bears (docs/decisions/0019-calibration.md)"),
+        Setting("N m", "a hundredth of what the strongest joint bears (docs/decisions/0004-noise.md)"),
     ] = 0.7
 
     def num_features(self, num_joints: int) -> int:
@@ -180,7 +180,7 @@ def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -
     """Draws the error of measured accelerations in a trial, shape (num_joints,), [rad/s^2]; zero if sd is zero.
 
     The paper assumes exact accelerations, and so does the estimator: the error multiplies the whole mass matrix, arm
-    included (docs/decisions/0027-robustness.md).
+    included (docs/decisions/0004-noise.md).
     """
     if sd == 0.0:
         return np.zeros(num_joints)

@@ -7,7 +7,7 @@ Among such motions that keep the limits of angle, rate and torque, the search mi
     integral of sum_i |tau_i v_i| dt,
 
 with tau from inverse dynamics at Gauss-Lobatto nodes, and its exact gradient. The problem is not convex: the result
-is a local optimum near the start of the search (docs/decisions/0017-dynamically-consistent-swing.md).
+is a local optimum near the start of the search (docs/decisions/0013-nail.md).
 """
 
 from typing import NamedTuple, cast

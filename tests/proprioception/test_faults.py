@@ -138,7 +138,7 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight, arm, name, us
 
 @pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
 def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
-    """A margin keeps the elbow within its limit for a tool heavier than believed, without faults (decision 0009)."""
+    """A margin keeps the elbow within its limit for a tool heavier than believed, without faults (decision 0005)."""
     first, *_ = com.read(Setup())
     runner = TrialRunner(dataclasses.replace(DEFAULT_SETTINGS, angle_margin=margin))
     record = runner.run_hold(first, MaterialMemory(), duration=1.0, seed=(0, 0, 0))

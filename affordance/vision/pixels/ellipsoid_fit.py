@@ -37,7 +37,7 @@ _SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # scales of displacements [m
 _NUM_PRIORS = 4  # residuals of priors: three sizes, and the outline's shift
 # The outline's shift by the sensor's noise is known up to this: over discs of 10 to 70 pixels' radius it was
 # found to be 0.03 to 0.09 where the model predicts 0.07, and rods of 20 pixels' width come out 0.1 too wide with that
-# (docs/decisions/0015), [pixels].
+# (docs/decisions/0015-vision-from-pixels.md), [pixels].
 _SHIFT_SD = 0.05
 # Places of xx, yy, zz, xy, xz, yz in a symmetric matrix.
 INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))

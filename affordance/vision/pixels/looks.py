@@ -33,7 +33,7 @@ _MIN_LIT_SEED = 100
 # Distance from the outline at which pixels show nothing of the stand, [pixels].
 _CORE = 3.0
 # Standard deviations of a colour measured over a region, in addition to the spread within it, [CIELAB]: in any
-# direction, and of its lightness, which depends on the slope of the surface (docs/decisions/0024-real-tools.md).
+# direction, and of its lightness, by the slope of the surface (docs/decisions/0015-vision-from-pixels.md).
 COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
 # Standard deviation of a normal distribution per distance between its quartiles.
 _PER_QUARTILES = 1.0 / 1.349

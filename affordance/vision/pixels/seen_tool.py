@@ -2,7 +2,7 @@
 
 A solid is made of columns between two sides, less the hollows that show from four more. What a camera cannot see, a
 cavity or a core of another material, is part of the stated error, whose size was determined on ten tools
-(docs/decisions/0024-real-tools.md, with other ways to a solid, which the study of tools compares).
+(docs/decisions/0015-vision-from-pixels.md, with other ways to a solid, which the study of tools compares).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -34,7 +34,7 @@ from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
 from affordance.vision.pixels.surface import Surface, find_silhouette, measure_surface
 
-_MEASURED = "errors over the ten learning tools at their true densities (docs/decisions/0024-real-tools.md)"
+_MEASURED = "errors over the ten learning tools at their true densities (docs/decisions/0015-vision-from-pixels.md)"
 
 
 class SolidError(NamedTuple):

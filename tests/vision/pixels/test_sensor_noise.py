@@ -60,7 +60,7 @@ def test_what_is_turned_far_away_gives_no_depth(rng):
 
 
 def test_outline_is_drawn_inwards_by_as_much_as_is_said():
-    """Outlines of discs move inwards by 0.03 to 0.09 pixels, where the model says 0.07 (docs/decisions/0015)."""
+    """Outlines of discs move inwards by 0.03 to 0.09 pixels, where the model says 0.07 (decision 0015)."""
     threshold = STAND - 0.01
     for radius in (0.03, 0.08):
         disc = draw_picture([make_ellipsoid([radius, radius, 0.03], [0.003, 0.002, 0.85])], [(0.6, 0.5, 0.4)])
