@@ -1,4 +1,4 @@
-"""Tables of docs/robustness.md, from the metrics of a run: ``make numbers``."""
+"""Table of docs/robustness.md, from the metrics of a run: ``make numbers``."""
 
 import json
 import re
@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from affordance.files.atomic import write_json, write_text
-from affordance.reporting.section import Table
 from studies.robustness.report import list_tables
 from studies.study import format_table
 
 PAGE = Path(__file__).parents[2] / "docs" / "robustness.md"
-# Metrics from which the tables are made, kept with the page so that a test can make them again.
+# Columns of the page; the report has the others, and further tables.
+COLUMNS = ("claim", "statement", "holds in", "95 % interval", "moved most by")
+# Metrics from which the table is made, kept with the page so that a test can make them again.
 KEPT = PAGE.with_suffix(".json")
 _BETWEEN = re.compile(r"(<!-- make numbers writes from here -->\n).*?(<!-- to here -->)", re.DOTALL)
 
@@ -28,7 +29,7 @@ def keep(metrics: Path) -> None:
 
 
 def fill() -> int:
-    """Keeps the metrics of results/, if there are any, writes the tables into the page, and returns exit status 0."""
+    """Keeps the metrics of results/, if there are any, writes the table into the page, and returns exit status 0."""
     metrics = PAGE.parents[1] / "results" / "robustness" / "metrics.json"
     if metrics.is_file():
         keep(metrics)
@@ -46,21 +47,20 @@ def read_tables() -> str:
 
 
 def describe(numbers: Mapping[str, Any]) -> str:
-    """Describes a run in a sentence and the tables of the section of the report."""
+    """Describes a run in a few sentences and the table of claims."""
     proven = "proven" if numbers["interpolation_proven"] else "NOT proven"
     simulated = f"{100.0 * numbers['simulated']:.0f} %" if numbers["simulated"] else "none"
     run = (
         f"{numbers['settings']} settings, {numbers['observers']} observers in each, seed {numbers['seed']}, commit "
-        f"{numbers['commit'][:7]}. The setting of the simulations meets {len(numbers['default_meets'])} of "
-        f"{len(numbers['claims'])} claims. All holds were simulated in {simulated} of the "
-        f"settings; the interpolation of the others is {proven}: interpolated motions were off by "
-        f"{1e6 * numbers['interpolation_error_m']:.1f} um at most where all were compared with full holds (the "
-        f"simulations' setting and {', '.join(map(str, numbers['proven_in']))}; bound "
-        f"{1e6 * numbers['interpolation_bound_m']:.0f} um). Processor time of a setting, mean: "
+        f"{numbers['commit'][:7]}. The simulations' own setting meets {len(numbers['default_meets'])} of "
+        f"{len(numbers['claims'])} claims. All holds were simulated in {simulated} of the settings; in the others "
+        f"motions are interpolated, which is {proven}: they were off by at most "
+        f"{1e6 * numbers['interpolation_error_m']:.1f} um where all were compared with full holds (the simulations' "
+        f"setting and {', '.join(map(str, numbers['proven_in']))}; bound "
+        f"{1e6 * numbers['interpolation_bound_m']:.0f} um). Mean processor time of a setting: "
         f"{sum(numbers['cpu_s'].values()):.0f} s."
     )
-    return "".join(f"{text}\n\n" for text in (run, *map(_show, list_tables(numbers))))[:-1]
-
-
-def _show(table: Table) -> str:
-    return f"{table.caption}\n\n{format_table(table.header, table.rows)}"
+    claims = list_tables(numbers)[0]
+    places = [claims.header.index(name) for name in COLUMNS]
+    table = format_table(COLUMNS, [[row[place] for place in places] for row in claims.rows])
+    return f"{run}\n\n{table}\n"

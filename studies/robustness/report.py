@@ -67,7 +67,7 @@ def judge(n: Mapping[str, Any]) -> list[ClaimResult]:
 
 
 def list_tables(n: Mapping[str, Any]) -> list[Table]:
-    """Lists the tables of the section, which docs/robustness.md has too."""
+    """Lists the tables of the section; docs/robustness.md has columns of the first."""
     parts = [[part, f"{seconds:.1f}"] for part, seconds in n["cpu_s"].items()]
     return [
         _tabulate_claims(n["claims"]),
