@@ -16,9 +16,8 @@ ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 COMMANDS_PAGE = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
 HOW_TO = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs" / "howto").glob("*.md")))
-# Pages of pictures, where a folder of the reader's is in capitals, and a page of first use.
+# Pages of pictures, where a folder of the reader's is in capitals.
 GALLERY = "\n".join(path.read_text(encoding="utf-8") for path in sorted((ROOT / "docs").glob("gallery*.md")))
-JOURNEYS = (ROOT / "docs" / "journeys.md").read_text(encoding="utf-8")
 # Commands that are run, with options that make them cheap; the others are only parsed: they take a robot's file or a
 # recording of the reader's, or long (run, watch, study, excite), and have tests of their own.
 RUN = {
@@ -42,7 +41,7 @@ def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
     lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
     lines += re.findall(r"`(affordance [^`]*)`", README)
-    shown = [*find_blocks("bash", GALLERY + JOURNEYS), *re.findall(r'"(affordance [^"]*)"', GALLERY)]
+    shown = [*find_blocks("bash", GALLERY), *re.findall(r'"(affordance [^"]*)"', GALLERY)]
     commands = [line for block in shown for line in re.split(r"\n| && ", block.replace("\\\n", " "))]
     lines += [line for line in commands if line.startswith("affordance")]
     return sorted({line.strip() for line in lines if not re.search(r"\[|\||\.\.\.|COMMAND|NAME", line)})
@@ -108,7 +107,7 @@ def test_targets_of_make_exist():
 
 
 def test_readme_is_read_in_some_minutes():
-    assert README.count("\n") <= 115
+    assert README.count("\n") <= 90
 
 
 def list_anchors(page):
