@@ -5,21 +5,23 @@ import re
 import types
 from pathlib import Path
 
-DOCS = Path(__file__).parents[2] / "docs" / "results.md"
+_DOCS = Path(__file__).parents[2] / "docs"
+PAGES = _DOCS / "results.md", _DOCS / "reference" / "study_results.md"
 # Entries of every study's metrics.json, in addition to the numbers.
 OF_STUDY = {"versions", "commit", "finished"}
 
 
 def find_documented_keys(*headings):
-    """Keys in the tables below headings of docs/results.md: the words between backticks in their first column."""
-    parts = re.split(r"^### (.*)\n", DOCS.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    """Keys in the tables below headings of the pages of results: the words between backticks in their first column."""
+    text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
+    parts = re.split(r"^### (.*)\n", text, flags=re.MULTILINE)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
     rows = [line.split("|")[1] for heading in headings for line in sections[heading].splitlines() if line[:1] == "|"]
     return {key for row in rows for key in re.findall(r"`(.+?)`", row)}
 
 
 def check_keys(numbers, *headings):
-    """Asserts that docs/results.md names every key of a metrics.json, and no other."""
+    """Asserts that the pages of results name every key of a metrics.json, and no other."""
     assert set(numbers) == find_documented_keys("Every experiment", *headings)
 
 
