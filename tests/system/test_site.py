@@ -56,6 +56,25 @@ def test_every_decision_stands_in_their_index_with_its_title():
         assert f"- [{page.name[:4]}]({page.name}): {title}\n" in index
 
 
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("Kalman", "howto/own_learner.md"),
+        ("counterbalance", "experiments.md"),
+        ("size-weight illusion", "experiments.md"),
+    ],
+)
+def test_words_that_readers_search_for_are_on_the_page_that_answers(words, page):
+    assert words in (ROOT / "docs" / page).read_text()
+
+
+def test_pages_of_your_own_lead_to_each_other():
+    own = {ROOT / "docs" / name for name in ("howto/own_learner.md", "experiments.md", "arms.md")}
+    for page in own:
+        links = {(page.parent / link).resolve() for link in re.findall(r"\]\(([^)#:]+\.md)", page.read_text())}
+        assert own - {page} <= links, page
+
+
 def test_every_generated_part_stands_in_one_page():
     marks = [name for page in list_pages() for name in _PARTS.findall(page.read_text())]
     assert sorted(marks) == sorted(generated.PARTS)
