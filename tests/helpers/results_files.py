@@ -12,7 +12,7 @@ OF_STUDY = {"versions", "commit", "finished"}
 
 
 def find_documented_keys(*headings):
-    """Keys in the tables below headings of the pages of results: the words between backticks in their first column."""
+    """Keys in the tables below headings of the pages of results: words between backticks in their first column."""
     text = "\n".join(page.read_text(encoding="utf-8") for page in PAGES)
     parts = re.split(r"^### (.*)\n", text, flags=re.MULTILINE)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
