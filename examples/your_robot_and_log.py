@@ -3,7 +3,7 @@
 Prints:
 
     0.79 kg (0.77 to 0.80); truly 0.80 kg
-    centre of mass in cm: [12.6 -0.   1. ] truly [12.  0.  1.]
+    centre of mass in cm: [12.6  0.   1. ] truly [12.  0.  1.]
 """
 
 import tempfile
