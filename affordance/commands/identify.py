@@ -16,7 +16,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
-from affordance.identification.payload_claim import judge_claim
+from affordance.identification.payload_claim import Claim, judge_claim
 from affordance.identification.payload_formats import read_payload
 from affordance.identification.payload_lines import format_payload
 from affordance.identification.posterior.part_posterior import SeenObject
@@ -74,7 +74,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
-    add("--claimed", type=Path, metavar="FILE", help="payload that is set on the controller (docs/identify.md)")
+    what = "payload that is set on the controller, or several of which one may be right (docs/identify.md)"
+    add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
     add("--tolerance", type=float, default=0.05, help="of its mass and centre of mass, relative (default .05)")
     add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
     what = "parts of the uncertainty to leave out, to see their effect"
@@ -103,9 +104,9 @@ def run(arguments: argparse.Namespace) -> int:
         loaded = _place_object(loaded, arguments.object_pose)
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
-    claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
+    claimed = {str(path): read_payload(path) for path in arguments.claimed}
     flange = _find_flange(arguments, robot, loaded)
-    if claimed is not None and isinstance(flange, str):
+    if claimed and isinstance(flange, str):
         raise BadValueError("--claimed", "", f"is a payload in the frame of the flange, but {flange}")
     materials = load_materials(arguments.materials or _find_materials(robot))
     same_colours = options.read_same_colours(arguments, materials)
@@ -141,14 +142,16 @@ def run(arguments: argparse.Namespace) -> int:
     content["flange"] = None if isinstance(flange, str) else flange.name
     if is_used and belief.setting is not None and not isinstance(flange, str):
         content["payload_settings"] = format_payload(belief.setting.express(flange.X_FT), flange.name)
-    claim = None
-    if claimed is not None and not isinstance(flange, str):
-        claim = claimed, judge_claim(belief, claimed, arguments.tolerance, flange.X_FT)
-        verdict = {"verdict": claim[1].verdict, "trusted": belief.is_trusted, "frame": flange.name}
-        content["claimed"] = {**verdict, **claim[1]._asdict(), **claimed._asdict()}
+    claims: list[Claim] = []
+    if not isinstance(flange, str):
+        for file, setting in claimed.items():
+            claims.append(Claim(file, setting, judge_claim(belief, setting, arguments.tolerance, flange.X_FT)))
+        found = [each.to_dict() | {"trusted": belief.is_trusted, "frame": flange.name} for each in claims]
+        if found:
+            content |= {"claimed": found[0]} if len(found) == 1 else {"claims": found}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
     text = describe_payload(
-        belief, claim, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=options.find_width()
+        belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=width
     )
     content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:

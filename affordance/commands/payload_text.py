@@ -1,11 +1,11 @@
 """Text of an identified payload, as it is read: the answer, verdict, payload, materials, claim, lines to paste."""
 
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from affordance.identification.payload_claim import ClaimVerdict
+from affordance.identification.payload_claim import Claim, ClaimVerdict
 from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.payload_lines import format_payload, show_number
 from affordance.identification.posterior.marginals import COM, UNITS
@@ -21,7 +21,7 @@ _VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or 
 
 def describe_payload(
     belief: PayloadBelief,
-    claim: tuple[PayloadSetting, ClaimVerdict] | None,
+    claims: Sequence[Claim],
     flange: Flange | str,
     *,
     materials: Mapping[str, Colour],
@@ -29,10 +29,10 @@ def describe_payload(
     anyway: bool,
     width: int = 0,
 ) -> str:
-    """Writes a belief for a terminal, with the verdict on a claimed payload, and what a memory has learned.
+    """Writes a belief for a terminal, with the verdict on claimed payloads, and what a memory has learned.
 
     The answer is in the first line. Sentences are broken at the width of a terminal, [characters], if it is given;
-    lines to paste never are. Claim and lines are in the frame of the flange; a text in its place says why there are
+    lines to paste never are. Claims and lines are in the frame of the flange; a text in its place says why there are
     none. Densities are named by the materials of their colours. Of a result that is not to be trusted, lines for the
     robot are written only if ``anyway``.
     """
@@ -47,8 +47,8 @@ def describe_payload(
         for each in belief.learned
     ]
     blocks += _list("Densities", [*learned, *([taught] if taught else [])])
-    if claim is not None and not isinstance(flange, str):
-        blocks.append(_compare(belief, *claim, flange))
+    if claims and not isinstance(flange, str):
+        blocks.append(_compare(belief, claims, flange))
     blocks += _list("Found", belief.notes)
     blocks += _list("Assumed", belief.assumptions)
     lines = _write_lines(belief, flange, anyway)
@@ -130,25 +130,60 @@ def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
         yield "\n".join([f"{title}:", *(f"  {sentence}" for sentence in sentences)])
 
 
-def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdict, flange: Flange) -> str:
-    def show(payload: PayloadSetting) -> str:
-        return f"{payload.mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in payload.centre_of_mass)}) m"
-
-    found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
+def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> str:
+    """Writes the verdict on one setting, or says which of several is right, a line each."""
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
-    errors = ", ".join(
-        f"{name} {error:.2g}" for name, error in zip(belief.channel_names, verdict.torque_error, strict=True)
-    )
-    return "\n".join(
-        [
-            f"Claimed{mark}: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
-            f"{verdict.probability:.2f}: mass to {verdict.mass_tolerance:.3f} kg, first moment to "
-            f"{verdict.moment_tolerance:.4f} kg m)",
-            f"  set, in the frame {flange.name}: {show(setting)}",
-            f"  found, in the same frame: {show(found)}",
-            f"  largest errors of torque in this run with the setting (N m): {errors}",
-        ]
-    )
+    verdict = claims[0].comparison
+    tolerances = f"mass to {verdict.mass_tolerance:.3f} kg, first moment to {verdict.moment_tolerance:.4f} kg m"
+    found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
+    if len(claims) == 1:
+        (claim,) = claims
+        return "\n".join(
+            [
+                f"Claimed{mark}: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
+                f"{verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
+                f"  set, in the frame {flange.name}: {_show_setting(claim.setting)}",
+                f"  found, in the same frame: {_show_setting(found)}",
+                f"  largest errors of torque in this run with the setting (N m): {_list_errors(belief, claim)}",
+            ]
+        )
+    lines = [
+        f"Claimed{mark}: {_choose(claims)}",
+        f"  found, in the frame {flange.name}: {_show_setting(found)}",
+    ]
+    for file, setting, comparison in claims:
+        lines.append(
+            f"  {file}: {comparison.verdict} (probability {comparison.probability:.2f}{_note_moments(comparison)}), "
+            f"{_show_setting(setting)}, "
+            f"largest error of torque {comparison.torque_error.max():.2g} N m"
+        )
+    return "\n".join(lines)
+
+
+def _choose(claims: Sequence[Claim]) -> str:
+    """Says which of several settings is right, as far as the run can tell."""
+    of = {verdict: [each.file for each in claims if each.comparison.verdict == verdict] for verdict in _VERDICTS}
+    if of["right"]:
+        verb = "is" if len(of["right"]) == 1 else "are"
+        return f"{' and '.join(of['right'])} {verb} right, of {len(claims)} settings"
+    if of["open"]:
+        left = f"of {len(claims)} settings; the run cannot tell more"
+        return f"only {' or '.join(of['open'])} may be right, {left}"
+    return f"none of {len(claims)} settings is right"
+
+
+def _note_moments(comparison: ClaimVerdict) -> str:
+    is_left_out = comparison.moments_compared is False
+    return "; its moments were not compared, as the run cannot check them" if is_left_out else ""
+
+
+def _show_setting(payload: PayloadSetting) -> str:
+    return f"{payload.mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in payload.centre_of_mass)}) m"
+
+
+def _list_errors(belief: PayloadBelief, claim: Claim) -> str:
+    errors = zip(belief.channel_names, claim.comparison.torque_error, strict=True)
+    return ", ".join(f"{name} {error:.2g}" for name, error in errors)
 
 
 def _write_lines(belief: PayloadBelief, flange: Flange | str, anyway: bool) -> str:

@@ -1,6 +1,6 @@
 """Comparison of the payload that is set on a controller with the one that a run shows."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -35,6 +35,9 @@ class ClaimVerdict(NamedTuple):
     # Largest error over the run of each joint's torque if the setting is used, by the mean of the belief, shape (C,),
     # [N m].
     torque_error: Array
+    # False if moments are set but could not be compared, as they cause less torque in the run than a right mass and
+    # first moment may be wrong by; True if they were compared; None if none are set.
+    moments_compared: bool | None = None
 
     @property
     def verdict(self) -> str:
@@ -47,6 +50,19 @@ class ClaimVerdict(NamedTuple):
         return "wrong" if self.plausibility < _WRONG else "open"
 
 
+class Claim(NamedTuple):
+    """Payload setting from a file, with its verdict."""
+
+    file: str
+    setting: PayloadSetting
+    comparison: ClaimVerdict
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns file, verdict and setting for JSON."""
+        verdict = {"file": self.file, "verdict": self.comparison.verdict}
+        return verdict | self.comparison._asdict() | self.setting._asdict()
+
+
 def judge_claim(
     belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE, X_FT: Array = _SAME
 ) -> ClaimVerdict:
@@ -54,7 +70,8 @@ def judge_claim(
 
     A setting is right if its mass is within the tolerance times the mass set, or times 1 kg for lighter ones, and its
     first moment within 0.2 m times that. Moments of inertia that are set count by their torques: they may be wrong by
-    no more than a right mass and first moment make them, which slow motions hardly ever show.
+    no more than a right mass and first moment make them, which slow motions hardly ever show. If those that are
+    set cause less than that, and so do 95 % of what is believed, the run cannot check them (``moments_compared``).
     The setting is in the frame F of the flange, in which the pose of the belief's frame T is X_FT, (4, 4); both
     payloads are whole. A tolerance that is not from 0.001 to 1 raises a BadArgumentError.
     """
@@ -66,19 +83,30 @@ def judge_claim(
     Y, weights = belief.fit.evidence.samples.Y @ to_tip, belief.bodies.weights
     torque = Y @ (to_flange @ belief.parameters - claimed.parameters)
     plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
+    moments_compared = None
     if claimed.inertia is not None:
         # Root mean squares over the run: of what a right mass and first moment may be off by, and of the moments.
         squares = np.einsum("nci,ncj->cij", Y, Y, optimize=True) / len(Y)
         allowed = mass * (
             np.sqrt(squares[:, 0, 0]) + _LEVER * np.sqrt(np.trace(squares[:, 1:4, 1:4], axis1=1, axis2=2))
         )
-        of_moments = np.sqrt(
-            np.maximum(np.einsum("si,cij,sj->sc", away[:, 4:], squares[:, 4:, 4:], away[:, 4:]), 0.0)
-        )
-        fits = (of_moments <= allowed).all(axis=1)
+        of_moments = squares[:, 4:, 4:]
+        fits = (_measure_torques(of_moments, away[:, 4:]) <= allowed).all(axis=1)
         right, plausibility = right & fits, min(plausibility, float(weights[fits].sum()))
+        all_set = _measure_torques(of_moments, claimed.inertia[None])
+        moments_compared = bool((all_set > allowed).any() or weights[~fits].sum() >= _WRONG)
     probability = float(np.clip(weights[right].sum(), 0.0, 1.0))
-    return ClaimVerdict(probability, plausibility, mass, _LEVER * mass, np.abs(torque).max(axis=0))
+    largest = np.abs(torque).max(axis=0)
+    return ClaimVerdict(probability, plausibility, mass, _LEVER * mass, largest, moments_compared)
+
+
+def _measure_torques(squares: Array, moments: Array) -> Array:
+    """Computes root mean squares over the run of what moments, (S, 6), cause at each joint, (S, C), [N m].
+
+    The mean products of the moments' columns of the regressor have the shape (C, 6, 6).
+    """
+    of_joints: Array = np.einsum("si,cij,sj->sc", moments, squares, moments, optimize=True)
+    return np.sqrt(np.maximum(of_joints, 0.0))
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:

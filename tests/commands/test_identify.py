@@ -352,6 +352,28 @@ def test_payload_of_the_controller_is_compared(folder, tmp_path):
     assert text.index("Claimed:") < text.index("Assumed:") < text.index("set_target_payload(")
 
 
+def test_of_several_settings_the_right_one_is_named(folder, tmp_path):
+    empty, heavy = _name(folder, "empty", "heavy")
+    x, y, z = PAYLOAD[1:4] / PAYLOAD[0]
+    right, wrong, other = (tmp_path / f"{name}.yaml" for name in ("right", "wrong", "other"))
+    right.write_text(f"mass: {2 * PAYLOAD[0]}\ncom: [{x}, {y}, {z}]\ninertia: [1.0e-4, 1.0e-4, 1.0e-4]\n")
+    wrong.write_text("mass: 0.73\ncom: [0, 0, 0.06]\n")
+    other.write_text("mass: 0\n")
+    words = ("--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0])
+    text = _run(folder, *words, "--claimed", wrong, right).out
+    assert f"Claimed: {right} is right, of 2 settings\n  found, in the frame flange: " in text
+    assert f"\n  {wrong}: wrong (probability 0.00), 0.730 kg at (0.0000, 0.0000, 0.0600) m, largest error" in text
+    assert re.search(rf"\n  {right}: right \(probability [01]\.\d\d; its moments were not compared, as", text)
+    found = _run(folder, *words, "--claimed", wrong, right, other, "--json").content
+    assert "claimed" not in found
+    assert [(each["file"], each["verdict"], each["moments_compared"]) for each in found["claims"]] == [
+        (str(wrong), "wrong", None),
+        (str(right), "right", False),
+        (str(other), "wrong", None),
+    ]
+    assert "Claimed: none of 2 settings is right\n" in _run(folder, *words, "--claimed", wrong, other).out
+
+
 def test_libraries_that_take_long_to_import_are_left_out(children):
     """Libraries that take longer to import than identification takes are not imported."""
     slow = {"cv2", "jinja2", "joblib", "matplotlib", "pandas", "xarray"}

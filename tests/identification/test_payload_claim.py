@@ -101,6 +101,24 @@ def test_moments_that_make_larger_torques_than_a_right_mass_may_are_wrong(belief
     assert judge_claim(belief, PayloadSetting(m, c, np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0]))).verdict == "wrong"
 
 
+def test_moments_are_compared_only_where_the_run_can_check_them(belief):
+    """Without moments set nothing is said; small ones cannot be seen, large ones can, and at rest none can."""
+    small, large = np.array([[1e-4] * 3 + [0.0] * 3, [1.0] * 3 + [0.0] * 3])
+    setting = PayloadSetting(PAYLOAD[0], _CENTRE)
+    sure = replace(belief, bodies=WeightedBodies(PAYLOAD[None], np.ones(1), np.arange(1)))
+    evidence = belief.fit.evidence
+    Y = evidence.samples.Y.copy()
+    Y[:, :, 4:] = 0.0
+    at_rest = replace(evidence, samples=evidence.samples._replace(Y=Y))
+    still = replace(sure, fit=belief.fit._replace(evidence=at_rest))
+    found = [
+        judge_claim(each, setting._replace(inertia=moments)).moments_compared
+        for each in (sure, still)
+        for moments in (None, small, large)
+    ]
+    assert found == [None, False, True, None, False, False]
+
+
 def test_a_setting_is_compared_in_the_frame_of_the_flange(belief):
     """Of a payload that is set in a frame half a metre away, Drake's shifted inertias give mass and first moment."""
     X_FT = RigidTransform(RotationMatrix(RollPitchYaw(0.4, -1.0, 2.0)), [0.5, -0.2, 0.1])
