@@ -31,6 +31,8 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
+from affordance.plant.serial_chain import SerialChain
+from affordance.robots.joint_limits import limit_joints
 from affordance.robots.kept import open_robot
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
@@ -66,8 +68,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--signal", choices=SIGNALS, default=SIGNALS[0], help="what will be recorded (default joint_torque)")
     add("--gains", type=Path, metavar="FILE", help="gains.yaml of identify, with gains and errors of this arm")
     add("--floor", type=float, default=10.0, metavar="G", help="error that no time averages out (default 10 g)")
-    what = "limit of all joints, or one for each, rad/s^2 (default 3)"
-    add("--acceleration", type=float, nargs="+", default=[USUAL_ACCELERATION], metavar="A", help=what)
+    what = "limit of all joints, or one for each, rad/s^2 (default: that of the robot's file, else 3)"
+    add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
+    add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml, as MoveIt has it")
     add("--tip-speed", type=float, default=1.0, metavar="V", help="limit of the tip's speed, m/s (default 1)")
     add("--reach", type=float, default=3.14, metavar="RAD", help="farthest from home, each joint (default 3.14)")
     add("--above", type=float, metavar="M", help="least height of the tip in the base frame (default: none)")
@@ -86,20 +89,22 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.robot = arguments.place
     robot = open_robot(*options.read_robot(arguments))
     given, num = np.array(arguments.acceleration), len(robot.joint_names)
-    if len(given) not in (1, num):
+    if len(given) not in (0, 1, num):
         raise BadValueError(
             "--acceleration", "", f"has {len(given)} numbers, must have 1 or one for each of {num} joints"
         )
+    chain = robot.chain if arguments.joint_limits is None else limit_joints(robot.chain, arguments.joint_limits)
+    acceleration = _limit_acceleration(chain, given)
     expectation, aim = _expect(arguments, robot), _find_aim(arguments)
     limits = MotionLimits.around(
         robot.home,
-        robot.limits,
+        robot.limits._replace(v_max=np.minimum(robot.limits.v_max, chain.velocity_limits)),
         reach=arguments.reach,
-        acceleration=given,
+        acceleration=acceleration,
         tip_speed=arguments.tip_speed,
         height=-np.inf if arguments.above is None else arguments.above,
     )
-    chain, seconds, postures = robot.chain, arguments.seconds, arguments.postures
+    seconds, postures = arguments.seconds, arguments.postures
     family: MotionFamily = (
         FourierFamily(chain, limits, seconds) if postures is None else PostureFamily(chain, limits, seconds, postures)
     )
@@ -108,7 +113,7 @@ def run(arguments: argparse.Namespace) -> int:
     except NoMotionError as error:
         raise _blame(arguments, error) from error
     way = plan_way(chain, limits, robot.home, design.motion.q[0])
-    text = "\n".join(_describe(arguments, robot, aim, design, spread, way))
+    text = "\n".join(_describe(arguments, robot, aim, design, spread, way, acceleration))
     content = {
         "for": arguments.aim,
         "predicted_sd": {"mass_g": 1e3 * spread.mass, "com_mm": 1e3 * spread.com, "inertia_kg_m2": spread.inertia},
@@ -116,6 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
         "floor_g": arguments.floor,
         "seconds": seconds,
         "postures": postures,
+        "acceleration_limits": dict(zip(robot.joint_names, acceleration.tolist(), strict=True)),
         "start": dict(zip(robot.joint_names, design.motion.q[0], strict=True)),
         "sentence": text,
     }
@@ -130,6 +136,12 @@ def run(arguments: argparse.Namespace) -> int:
         write_text(arguments.out / "back_home.yaml", format_trajectory(robot.joint_names, back))
     options.give_answer(arguments, _NAME, text, content)
     return 0
+
+
+def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
+    """Finds the limits of acceleration, (n,): given ones, never beyond the file's; the usual one without either."""
+    usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
+    return np.minimum(given, chain.acceleration_limits) if len(given) else usual
 
 
 def format_csv(motion: PreparedRun) -> str:
@@ -209,7 +221,13 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
 
 
 def _describe(
-    arguments: argparse.Namespace, robot: Robot, aim: Aim, design: MotionDesign, spread: Spread, way: PreparedRun
+    arguments: argparse.Namespace,
+    robot: Robot,
+    aim: Aim,
+    design: MotionDesign,
+    spread: Spread,
+    way: PreparedRun,
+    acceleration: Array,
 ) -> Iterator[str]:
     """Describes what the motion is predicted to show, a line each."""
     of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
@@ -233,6 +251,8 @@ def _describe(
         f"from home a straight way in joint angles takes {way.times[-1]:.1f} s, the tip no lower than {lowest:.2f} m "
         "(to_start.yaml and back_home.yaml of --out)"
     )
+    most = zip(robot.joint_names, acceleration, strict=True)
+    yield f"accelerations within {', '.join(f'{name} {limit:g}' for name, limit in most)} rad/s^2"
     yield "run it with an empty hand, then with the load; record from a second before to a second after"
     assumed = "assumed: errors as of arms with like limits of torque"
     yield assumed if arguments.gains is None else f"errors and gains by {arguments.gains}"

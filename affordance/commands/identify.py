@@ -36,6 +36,7 @@ from affordance.plant.arm import name_robot
 from affordance.plant.load import HAND_FRAME
 from affordance.plant.serial_chain import SerialChain
 from affordance.robots.flange import Flange, find_flange, find_imported_tip
+from affordance.robots.joint_limits import limit_joints
 from affordance.robots.recorded_arm import load_robot
 
 # Nuisances that can be switched off, named as in the settings.
@@ -78,6 +79,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
     add("--tolerance", type=float, default=0.05, help="of its mass and centre of mass, relative (default .05)")
     add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
+    what = "joint_limits.yaml, as MoveIt has it: no further motion beyond its accelerations is advised"
+    add("--joint-limits", type=Path, metavar="FILE", help=what)
     what = "parts of the uncertainty to leave out, to see their effect"
     add("--off", nargs="+", default=[], choices=NUISANCES, help=what)
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
@@ -261,7 +264,11 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
             raise BadValueError(loaded.source, "compensated_payload", f"{problem} of the robot's file")
     if not tip:
         raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
-    return load_robot(robot, tip, arguments.base or loaded.description.base or None)
+    found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
+    if arguments.joint_limits is None:
+        return found
+    # Velocities are those of the robot's file: a planner's may be lower than those of a recording.
+    return replace(found, acceleration_limits=limit_joints(found, arguments.joint_limits).acceleration_limits)
 
 
 def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:

@@ -64,6 +64,8 @@ class SerialChain:
     limits: Array
     # Velocity limit of each joint by the file, shape (num_joints,), [rad/s]; infinite without any.
     velocity_limits: Array
+    # Acceleration limit of each joint by the file, shape (num_joints,), [rad/s^2]; infinite without any.
+    acceleration_limits: Array
 
     def __repr__(self) -> str:
         return f"SerialChain({self.source} to {self.tip}: {', '.join(self.joint_names)})"
@@ -230,6 +232,7 @@ def read_chain(
     X_MT = tip.CalcPose(context, start)
     parameters = np.zeros((len(joints), NUM_PARAMETERS))
     speeds = np.array([joint.velocity_upper_limits()[0] for joint in joints])
+    accelerations = np.array([joint.acceleration_upper_limits()[0] for joint in joints])
     for joint, group, row in zip(joints, bodies, parameters, strict=True):
         if with_mass := [body for body in sorted(group) if plant.get_body(body).default_mass() > 0.0]:
             row[:] = parameters_from_spatial_inertia(
@@ -248,6 +251,7 @@ def read_chain(
         link_parameters=parameters,
         limits=np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in joints]).T,
         velocity_limits=np.where(speeds > 0.0, speeds, np.inf),  # some files have 0 where none is known
+        acceleration_limits=np.where(accelerations > 0.0, accelerations, np.inf),
     )
 
 

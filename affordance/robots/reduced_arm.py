@@ -98,6 +98,7 @@ class ReducedLink:
     lower: float  # position limit, [rad]
     upper: float  # position limit, [rad]
     velocity: float  # velocity limit, [rad/s]
+    acceleration: float | None  # acceleration limit, [rad/s^2]; None where the file gives none
     effort: float  # torque limit, [N m]
     damping: float  # [N m s/rad]
     rotor_inertia: float  # reflected inertia of rotor and gears at the joint, [kg m^2]
@@ -191,6 +192,7 @@ def reduce_arm(
                 lower=float(joint.position_lower_limits()[0]),
                 upper=float(joint.position_upper_limits()[0]),
                 velocity=limit.velocity,
+                acceleration=fastest if 0.0 < (fastest := joint.acceleration_upper_limits()[0]) < np.inf else None,
                 effort=limit.effort,
                 damping=limit.damping,
                 rotor_inertia=limit.rotor_inertia,

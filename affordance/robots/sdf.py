@@ -12,6 +12,7 @@ from affordance.robots.remarks import EARTH, read_gravity, remark_couplings, rem
 from affordance.robots.xml_reader import Numbers, find_text, list_new, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
+_ACCELERATION = f"{_DRAKE}acceleration"
 _NOT_OF_LINKS = ("visual", "collision", "sensor", "light", "audio_sink", "audio_source", "projector", "battery")
 _NOT_OF_MODELS = ("plugin", "gripper", f"{_DRAKE}collision_filter_group")
 _NO_PLACE = (0.0, 0.0, 0.0)
@@ -94,6 +95,10 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(find_text(mimic, "multiplier") or mimic.get("multiplier"), f"{key}.mimic", 1.0),
             numbers.parse_one(find_text(mimic, "offset") or mimic.get("offset"), f"{key}.mimic", 0.0),
         )
+    for limit in joint.findall("axis/limit"):
+        acceleration = numbers.parse_bound(find_text(limit, _ACCELERATION), f"{key}.axis.limit.acceleration")
+        if acceleration is not None and not 0.0 < acceleration < math.inf:
+            remove_children(limit, (_ACCELERATION,))
     lower, upper = take_bound("lower"), take_bound("upper")
     if joint.get("type") == "continuous":  # unlimited, whatever its limits say; Drake would insist on a range
         lower, upper = None, None

@@ -24,6 +24,8 @@ _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _WORLD = "world"  # which is there without a link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
+# Limits of acceleration: of URDF 1.2, as ROS 2 reads it, and of Drake, whose prefix may be declared or not.
+_ACCELERATION, _OF_DRAKE = ("acceleration", "deceleration"), "drake:acceleration"
 # Elements of which a link, its inertial or a joint has one; the first counts where a file has more.
 _SINGLE = ("inertial", "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "mass", "inertia")
 
@@ -114,6 +116,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     is_limited = velocity is None or velocity > 0.0
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
+        _keep_acceleration(limit, numbers, key)
         limit.attrib.pop("effort", None)  # kept in the notes
         for name, value in bounds.items():
             limit.attrib.pop(name, None)
@@ -132,6 +135,14 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         fault=fault,
         has_range=kind != "revolute" or lower is not None,
     )
+
+
+def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
+    """Leaves the least limit of acceleration of a joint where Drake reads it; one of 0 or less is none."""
+    names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
+    values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
+    if found := [value for value in values if value is not None and 0.0 < value < math.inf]:
+        limit.set(_OF_DRAKE, repr(min(found)))
 
 
 def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -63,12 +63,30 @@ def test_task_and_postures_as_json():
         ("--reach 9", "--reach: is 9"),
         ("--tip-speed 0", "--tip-speed: is 0"),
         ("--acceleration 0", "--acceleration: is 0"),
+        ("--joint-limits nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("--gains nowhere.yaml", "nowhere.yaml: cannot be read"),
     ],
 )
 def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("excite", *words.split())
+
+
+def test_accelerations_keep_the_least_of_file_and_option(tmp_path):
+    names = list(answer("excite", "--seconds", 4, "--json").content["acceleration_limits"])
+    entry = "    max_acceleration: {}\n    has_acceleration_limits: {}\n    max_velocity: 0.5\n"
+    limits = tmp_path / "joint_limits.yaml"
+    limits.write_text(
+        f"joint_limits:\n  {names[0]}:\n{entry.format(1.5, 'true')}  {names[1]}:\n{entry.format(0.5, 'false')}"
+        "  finger:\n    has_velocity_limits: false\n    max_velocity: 0\n"
+    )
+    for options, expected in (((), [1.5, 3.0]), (("--acceleration", 2), [1.5, 2.0])):
+        words = ("--seconds", 4, "--joint-limits", limits, *options, "--out", tmp_path / "out")
+        content = answer("excite", *words, "--json").content
+        assert list(content["acceleration_limits"].values())[:2] == expected
+        table = np.genfromtxt(tmp_path / "out" / "motion.csv", delimiter=",", names=True)
+        assert (np.abs([table["vdot_1"], table["vdot_2"]]).max(axis=1) <= expected).all()
+        assert np.abs(table["v_1"]).max() <= 0.5
 
 
 def test_a_robot_without_an_option_is_taken_and_limits_of_acceleration_are_counted(tmp_path):

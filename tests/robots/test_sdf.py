@@ -110,6 +110,12 @@ def test_limits_are_those_of_the_file(tmp_path: Path, old: str, new: str, limits
     assert (last.lower, last.upper, last.velocity, last.effort) == limits
 
 
+@pytest.mark.parametrize(("value", "limit"), [("6", 6.0), ("0", None), ("-1", None), ("inf", None)])
+def test_limit_of_acceleration_is_that_of_drake(tmp_path: Path, value: str, limit: float | None) -> None:
+    given = f'<drake:acceleration xmlns:drake="http://drake.mit.edu">{value}</drake:acceleration>'
+    assert read(tmp_path, LIMIT, LIMIT + given).links[-1].acceleration == limit
+
+
 def test_position_limits_of_a_continuous_joint_do_not_matter(tmp_path: Path) -> None:
     path = write(tmp_path, BEND, BEND.replace("revolute", "continuous"))
     path.write_text(path.read_text().replace(LIMIT, LIMIT.replace("-2", "7")))

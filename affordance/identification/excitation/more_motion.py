@@ -27,7 +27,7 @@ _PACES = {
     "as fast as before, elsewhere": (1.0, 1.0),
     "faster": (2.0, 4.0),
 }
-# Acceleration of joints that arms of any size reach, [rad/s^2]; a motion that was recorded may have been faster.
+# Acceleration of joints that arms of any size reach, [rad/s^2], where the robot's file has no limit.
 USUAL_ACCELERATION = 3.0
 _HELPS = 0.8  # share of the standard deviation that is left, below which a motion is worth a line
 # Words for each aim, its place among the quantities, and the unit in which it is said, with the factor to it.
@@ -128,12 +128,15 @@ def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[
     low, high = robot.limits
     fastest = np.maximum(np.abs(run.v).max(axis=0), 0.1)
     hardest = np.maximum(np.abs(run.vdot).max(axis=0), 0.1)
+    # Without a limit in the file, what the run itself showed is possible.
+    known = np.isfinite(robot.acceleration_limits)
+    hardest_allowed = np.where(known, robot.acceleration_limits, np.maximum(USUAL_ACCELERATION, hardest))
     for words, (speed, acceleration) in _PACES.items():
         limits = MotionLimits(
             np.minimum(np.maximum(low, middle - quarter), run.q.min(axis=0)),
             np.maximum(np.minimum(high, middle + quarter), run.q.max(axis=0)),
-            np.minimum(speed * fastest, np.maximum(robot.velocity_limits, fastest)),
-            np.minimum(acceleration * hardest, np.maximum(USUAL_ACCELERATION, hardest)),
+            np.minimum(speed * fastest, robot.velocity_limits),
+            np.minimum(acceleration * hardest, hardest_allowed),
             np.full(robot.num_joints, np.inf),
         )
         yield (

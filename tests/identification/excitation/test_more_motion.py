@@ -101,9 +101,16 @@ def test_the_run_that_would_show_an_unseen_mass_depends_on_how_the_arm_was_treat
 
 
 def test_motion_elsewhere_keeps_the_limits_of_the_robot(robot):
-    """A slow run asks for no more than its file's velocities and 3 rad/s^2; a fast one for what it showed itself."""
-    slow = replace(robot, velocity_limits=np.full(6, 0.3))
-    for factor, v_max, vdot_max in ((1.0, 0.3, 3.0), (5.0, 1.25, 10.0)):
+    """Limits of the file are never exceeded; where it has none, a run may do again what it showed itself."""
+    inf = np.inf
+    for factor, limit, v_limit, v_max, vdot_max in (
+        (1.0, inf, 0.3, 0.3, 3.0),
+        (5.0, inf, 0.3, 0.3, 10.0),
+        (5.0, inf, inf, 2.5, 10.0),
+        (1.0, 5.0, inf, 0.5, 5.0),
+        (5.0, 5.0, inf, 2.5, 5.0),
+    ):
+        slow = replace(robot, velocity_limits=np.full(6, v_limit), acceleration_limits=np.full(6, limit))
         run = SimpleNamespace(
             q=np.zeros((2, 6)), v=np.full((2, 6), 0.25 * factor), vdot=np.full((2, 6), 2.0 * factor)
         )
