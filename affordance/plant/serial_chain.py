@@ -39,6 +39,34 @@ class ChainMotion(NamedTuple):
     Jv_V_WT: Array  # (N, 6, num_joints), rotation first
 
 
+class ChainDynamics(NamedTuple):
+    """Motion of T along a trajectory of N samples, and torques of the arm and of a payload at T."""
+
+    motion: ChainMotion
+    arm_torques: Array  # torques of the arm alone, shape (N, num_joints), [N m]
+    Y: Array  # payload regressors, shape (N, num_joints, 10)
+
+
+class _LinkMotion(NamedTuple):
+    """Motion of a link's frame M, and what its Jacobian is made of: axes and origins of the joints up to it."""
+
+    R: Array  # (N, 3, 3)
+    p: Array  # (N, 3)
+    w: Array  # (N, 3)
+    alpha: Array  # (N, 3)
+    a: Array  # (N, 3)
+    axes_W: Array  # (joints up to the link, N, 3)
+    origins_W: Array  # (joints up to the link, N, 3)
+
+    def build(self) -> ChainMotion:
+        """Builds the motion with its Jacobian."""
+        joints, num_samples, _ = self.axes_W.shape
+        J = np.empty((num_samples, 6, joints))
+        J[:, :3] = self.axes_W.transpose(1, 2, 0)
+        J[:, 3:] = cross(self.axes_W, self.p - self.origins_W).transpose(1, 2, 0)
+        return ChainMotion(*self[:5], J)
+
+
 @dataclass(frozen=True)
 class SerialChain:
     """Revolute joints and links in series from W to T.
@@ -89,7 +117,19 @@ class SerialChain:
 
     def compute_motion(self, q: Array, v: Array, vdot: Array) -> ChainMotion:
         """Computes pose, velocity, acceleration and Jacobian of T by outward recursion."""
-        *_, last = self.compute_link_motions(q, v, vdot)
+        *_, last = self._follow_links(q, v, vdot)
+        return self._move_to_tip(last.build())
+
+    def compute_dynamics(self, q: Array, v: Array, vdot: Array) -> ChainDynamics:
+        """Computes motion, torques of the arm and payload regressors in one recursion along the arm."""
+        torques = np.zeros_like(q)
+        for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
+            self._add_torques(torques, link, motion)
+        at_tip = self._move_to_tip(motion)
+        return ChainDynamics(at_tip, torques, self._compute_regressors(at_tip))
+
+    def _move_to_tip(self, last: ChainMotion) -> ChainMotion:
+        """Returns the motion of T by that of the last link."""
         p, a = _step_along(*last[:5], self.p_MT)
         J = np.array(last.Jv_V_WT)
         J[:, 3:] += cross(J[:, :3].transpose(0, 2, 1), (p - last.p_WT)[:, None]).transpose(0, 2, 1)
@@ -97,6 +137,11 @@ class SerialChain:
 
     def compute_link_motions(self, q: Array, v: Array, vdot: Array) -> Iterator[ChainMotion]:
         """Computes the motion of each link's frame M, the Jacobian by the joints up to it."""
+        for link in self._follow_links(q, v, vdot):
+            yield link.build()
+
+    def _follow_links(self, q: Array, v: Array, vdot: Array) -> Iterator[_LinkMotion]:
+        """Computes the motion of each link's frame M by outward recursion."""
         num_samples = len(q)
         R = np.broadcast_to(np.eye(3), (num_samples, 3, 3))
         p, w, alpha, a = (np.zeros((num_samples, 3)) for _ in range(4))
@@ -111,10 +156,7 @@ class SerialChain:
             w = w + rate
             R = R_WF @ _rotation_about(self.axes[j], q[:, j])
             axes_W[j], origins_W[j] = axis, p
-            J = np.empty((num_samples, 6, j + 1))
-            J[:, :3] = axes_W[: j + 1].transpose(1, 2, 0)
-            J[:, 3:] = cross(axes_W[: j + 1], p - origins_W[: j + 1]).transpose(1, 2, 0)
-            yield ChainMotion(R, p, w, alpha, a, J)
+            yield _LinkMotion(R, p, w, alpha, a, axes_W[: j + 1], origins_W[: j + 1])
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
         """Computes the positions in W of a point Q fixed to T, p_TQ of shape (3,), [m]; shape (N, 3), [m]."""
@@ -144,9 +186,13 @@ class SerialChain:
         """Computes the torques of the arm alone from its link parameters, shape (N, num_joints), [N m]."""
         torques = np.zeros_like(q)
         for link, motion in enumerate(self.compute_link_motions(q, v, vdot)):
-            column = self.link_parameters[link, :, None]
-            torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
+            self._add_torques(torques, link, motion)
         return torques
+
+    def _add_torques(self, torques: Array, link: int, motion: ChainMotion) -> None:
+        """Adds the torques of a link to those of the joints up to it."""
+        column = self.link_parameters[link, :, None]
+        torques[:, : link + 1] += self._compute_regressors(motion, column)[..., 0]
 
     def _compute_regressors(self, motion: ChainMotion, columns: Array = _ALL) -> Array:
         """Computes Y of a body at a moving frame, times a matrix of columns, shape (10, K); shape (N, joints, K)."""

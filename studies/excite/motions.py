@@ -36,7 +36,7 @@ from affordance.identification.posterior.payload_fit import build_channel_prior,
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.serial_chain import ChainDynamics, SerialChain
 from studies.excite.posewise import score_condition
 from studies.recorded.clones import UR10E_LOAD, load_panda, load_ur10e
 from studies.recorded.peers import TO_90
@@ -167,14 +167,14 @@ def _design(config: MotionConfig, world: World, seconds: float, rng: np.random.G
     if config.rule.startswith("random"):
         seeds = rng.integers(2**31, size=_RANDOM)
         return [
-            search(lambda _: 0.0, family, bodies, num_draws=_TRIED, num_changes=0, seed=int(seed)).motion
+            search(lambda *_: 0.0, family, bodies, num_draws=_TRIED, num_changes=0, seed=int(seed)).motion
             for seed in seeds
         ]
 
-    def score(motion: PreparedRun) -> float:
+    def score(motion: PreparedRun, dynamics: ChainDynamics) -> float:
         if config.rule.startswith("stated"):
-            return expectation.predict(motion).get(Aim.MASS)
-        Y = expectation.robot.compute_payload_regressors(*motion.motion)
+            return expectation.predict(motion, dynamics).get(Aim.MASS)
+        Y = dynamics.Y
         weights = expectation.gains.mean[:, 0] / np.sqrt(expectation.error_density * motion.rate)
         rows = (Y * weights[:, None]).reshape(-1, 10)
         if config.rule == "condition":

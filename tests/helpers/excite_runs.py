@@ -82,7 +82,7 @@ _DESIGN, _PREDICT, _PREPARE = motions._design, Expectation.predict, posewise.pre
 
 def _design_worst(config, world, seconds, rng):  # type: ignore[no-untyped-def]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Expectation, "predict", lambda self, m: Spread(*(-each for each in _PREDICT(self, m))))
+        patch.setattr(Expectation, "predict", lambda self, *m: Spread(*(-each for each in _PREDICT(self, *m))))
         return _DESIGN(config, world, seconds, rng)
 
 

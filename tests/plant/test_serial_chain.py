@@ -13,6 +13,15 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain, recognise_arm
 
 
+def test_dynamics_are_motion_torques_and_regressors_to_the_last_bit(chain, rng):
+    q, v, vdot = rng.normal(size=(3, 25, 7))
+    found = chain.compute_dynamics(q, v, vdot)
+    for one, other in zip(found.motion, chain.compute_motion(q, v, vdot), strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(found.arm_torques, chain.compute_arm_torques(q, v, vdot))
+    np.testing.assert_array_equal(found.Y, chain.compute_payload_regressors(q, v, vdot))
+
+
 def test_motion_of_the_tool_agrees_with_drake(arm, chain, rng):
     q, v, vdot = rng.normal(size=(3, 25, 7))
     motion = chain.compute_motion(q, v, vdot)

@@ -21,7 +21,7 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
 # Degrees of freedom that the fit takes from the residual: ten, shared by the channels, and friction of each.
 _SHARED, _OWN = 10.0, 3.0
@@ -192,10 +192,12 @@ def build_evidence(
     *,
     analysis: str,
     is_difference: bool,
+    dynamics: ChainDynamics | None = None,
 ) -> Evidence:
     """Builds the evidence of all channels of a run, without errors of the arm's model, which each analysis adds.
 
     The signal is that before a controller's compensation; fields of the evidence that are given have the same names.
+    The dynamics of the motion are computed for signals of joints if not given.
     """
     zero = np.zeros_like(prepared.signal)
     if kind is SignalKind.WRENCH:
@@ -205,9 +207,10 @@ def build_evidence(
         W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
         samples = ChannelSamples(W, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
     else:
-        names, arm_torque = robot.joint_names, robot.compute_arm_torques(*prepared.motion)
+        _, arm_torque, Y = dynamics or robot.compute_dynamics(*prepared.motion)
+        names = robot.joint_names
         samples = ChannelSamples.of_joints(
-            robot.compute_payload_regressors(*prepared.motion),
+            Y,
             prepared.v,
             prepared.signal,
             arm_torque=arm_torque,

@@ -9,6 +9,7 @@ on white noise leave these out, choose postures of the greatest leverage, and cl
 import enum
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -29,7 +30,7 @@ from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
 # Errors of joint torques that nobody measured: root of the long-run density over the limit of torque, [sqrt(s)]. A
 # Panda's joints have .0015 to .006, those of a UR10e .0008 to .0013.
@@ -101,10 +102,10 @@ class Expectation:
             slope = (cost[:10] - cost[10:]) / (2.0 * step)
         return replace(self, bodies=theta_from_parameters(pi)[None], slope=slope)
 
-    def build_evidence(self, motion: PreparedRun) -> Evidence:
+    def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
         """Builds the evidence of a motion, less an empty run of it; its signal is the load's, as far as it is known.
 
-        Load friction has the sign of the mean body's load.
+        Load friction has the sign of the mean body's load. The dynamics of the motion are computed if not given.
         """
         evidence = build_evidence(
             self.robot,
@@ -114,6 +115,7 @@ class Expectation:
             self.settings,
             analysis="planned",
             is_difference=True,
+            dynamics=dynamics,
         )
         known = replace(
             evidence,
@@ -123,25 +125,41 @@ class Expectation:
         )
         return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
 
-    def predict(self, motion: PreparedRun) -> Spread:
+    def predict(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Spread:
         """Predicts the standard deviations after a motion, whose signal counts for nothing."""
-        evidence = self.build_evidence(motion)
+        evidence = self.build_evidence(motion, dynamics)
         return self.measure(evidence, evidence.compute_statistics(self.settings))
+
+    @cached_property
+    def _precision(self) -> Array:
+        """Inverse covariance of the prior of a body whose torques share the gains' common factor, (10, 10)."""
+        return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
+
+    @cached_property
+    def _derivatives(self) -> list[tuple[Array, Array, Array]]:
+        """Parameters of each body, (10,), their derivatives by theta, (10, 10), and those of its moments, (3, 10).
+
+        Moments are about the centre of mass.
+        """
+        return [
+            (
+                parameters_from_theta(theta),
+                compute_jacobian(theta),
+                compute_jacobian(np.where(_IS_COM, 0.0, theta))[4:7],
+            )
+            for theta in self.bodies
+        ]
 
     def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
         """Computes the standard deviations by the sums over a motion, root mean squares over the bodies."""
         prior = build_channel_prior(evidence, self.gains, self.settings)
-        solid = SolidPrior.for_hand().with_common_factor(self.gains.common_sd)
         squares = []
-        for theta in self.bodies:
-            pi = parameters_from_theta(theta)
+        for pi, D, about in self._derivatives:
             filled = fill_signal(statistics, self.gains.mean, pi, has_arm=prior.has_arm)
             likelihood = PayloadLikelihood(filled, prior, evidence.least_variance)
             H = likelihood.linearise(pi).widen(self.floor).precision
-            D = compute_jacobian(theta)
-            C = np.linalg.inv(D.T @ H @ D + solid.precision)
+            C = np.linalg.inv(D.T @ H @ D + self._precision)
             C[0, 0] += self.gains.common_sd**2
-            about = compute_jacobian(np.where(_IS_COM, 0.0, theta))[4:7]  # moments about the centre of mass
             squares.append(
                 [
                     C[0, 0] * pi[0] ** 2,

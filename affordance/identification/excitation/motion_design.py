@@ -12,6 +12,7 @@ from affordance.identification.excitation.expectation import Aim, Expectation, S
 from affordance.identification.excitation.planned_motion import Limit, LimitPlace, MotionFamily, list_times
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 from affordance.identification.recording.preparation import PreparedRun
+from affordance.plant.serial_chain import ChainDynamics
 
 # Motions that are drawn, the best of them that are changed, and changes that are tried of each: one alone often ends
 # a fifth above the best of three.
@@ -22,8 +23,8 @@ _LEAST_STEP = 0.02
 _USED = 0.97  # share of each limit that may be taken up, as motions are compared at few samples
 _OUTPUT_RATE = 50.0  # [Hz]
 
-# Function of a motion that is to be small.
-type Score = Callable[[PreparedRun], float]
+# Function of a motion and its dynamics that is to be small.
+type Score = Callable[[PreparedRun, ChainDynamics], float]
 
 
 class MotionDesign(NamedTuple):
@@ -62,8 +63,8 @@ def design_motion(
     """
     bodies = parameters_from_theta(expectation.bodies)
 
-    def score(motion: PreparedRun) -> float:
-        return expectation.predict(motion).get(aim)
+    def score(motion: PreparedRun, dynamics: ChainDynamics) -> float:
+        return expectation.predict(motion, dynamics).get(aim)
 
     design = search(score, family, bodies, num_draws=num_draws, num_changes=num_changes, seed=seed)
     return design, expectation.predict(design.motion)
@@ -87,9 +88,12 @@ def search(
 
     def judge(numbers: Array) -> float:
         motion = family.build(numbers, times)
-        if motion is None or family.limits.find_excess(family.robot, motion, bodies) > _USED:
+        if motion is None:
             return np.inf
-        return score(motion)
+        dynamics = family.robot.compute_dynamics(*motion.motion)
+        if family.limits.find_excess(family.robot, motion, bodies, dynamics) > _USED:
+            return np.inf
+        return score(motion, dynamics)
 
     drawn = [family.draw(rng) for _ in range(num_draws)]
     scores = np.array([judge(numbers) for numbers in drawn])

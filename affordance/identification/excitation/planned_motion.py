@@ -18,7 +18,7 @@ from scipy.linalg import null_space
 from affordance.arrays import Array
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.plant.arm import JointLimits
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.serial_chain import ChainDynamics, ChainMotion, SerialChain
 
 # Share of each limit that is used, as limits are checked at samples.
 _USED = 0.95
@@ -83,15 +83,17 @@ class MotionLimits(NamedTuple):
             height,
         )
 
-    def measure_shares(self, robot: SerialChain, motion: PreparedRun, bodies: Array) -> Mapping[LimitPlace, float]:
+    def measure_shares(
+        self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
+    ) -> Mapping[LimitPlace, float]:
         """Measures the share of each limit that a motion takes up with one of some bodies, shape (K, 10).
 
-        More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre.
+        More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre. The dynamics
+        of the motion are computed if not given.
         """
         q, v, vdot = motion.motion
-        tip = robot.compute_motion(q, v, vdot)
+        tip, arm, Y = dynamics or robot.compute_dynamics(q, v, vdot)
         middle, half = 0.5 * (self.q_upper + self.q_lower), 0.5 * (self.q_upper - self.q_lower)
-        arm, Y = robot.compute_arm_torques(q, v, vdot), robot.compute_payload_regressors(q, v, vdot)
         of_joints = {
             Limit.ANGLE: np.abs(q - middle) / half,
             Limit.VELOCITY: np.abs(v) / self.v_max,
@@ -103,19 +105,24 @@ class MotionLimits(NamedTuple):
             for limit, each in of_joints.items()
             for name, share in zip(robot.joint_names, each.max(axis=0), strict=True)
         }
-        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = find_tip_speed(robot, motion) / self.tip_speed
+        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _find_speed(tip, v) / self.tip_speed
         shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
         return shares
 
-    def find_excess(self, robot: SerialChain, motion: PreparedRun, bodies: Array) -> float:
-        """Finds the largest share of a limit that a motion takes up with one of some bodies, shape (K, 10)."""
-        return max(self.measure_shares(robot, motion, bodies).values())
+    def find_excess(
+        self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
+    ) -> float:
+        """Finds the largest share of a limit that a motion takes up; arguments as of ``measure_shares``."""
+        return max(self.measure_shares(robot, motion, bodies, dynamics).values())
 
 
 def find_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
     """Finds the largest speed of the tip along a motion, [m/s]."""
-    J = robot.compute_motion(*motion.motion).Jv_V_WT[:, 3:]
-    return float(np.linalg.norm(np.einsum("nij,nj->ni", J, motion.v), axis=1).max())
+    return _find_speed(robot.compute_motion(*motion.motion), motion.v)
+
+
+def _find_speed(tip: ChainMotion, v: Array) -> float:
+    return float(np.linalg.norm(np.einsum("nij,nj->ni", tip.Jv_V_WT[:, 3:], v), axis=1).max())
 
 
 @dataclass(frozen=True)
