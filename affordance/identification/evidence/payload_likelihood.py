@@ -6,17 +6,11 @@ linearised), and costs a few products of small matrices, for a thousand loads at
 
 Where the arm was subtracted, its torque is part of the signal still, as gains differ from run to run: by a factor of
 each channel, which is one more term of friction, and by a factor that all channels share, which is integrated last.
-
-Errors of the arm's model are a phantom payload delta, delta ~ N(0, C), and the load is the sum of body pi and delta.
-With Q the quadratic approximation of log L near the most probable load, and Q_C that with delta integrated out,
-
-    log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],    delta ~ N(0, C) exp Q(pi + .)
-
-and the expectation is estimated by one draw: exact without a phantom, and unbiased with one.
 """
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,6 +50,16 @@ class ChannelPrior:
     # [unit of the signal per N m]: that which all channels share in proportion, and each channel's own.
     shared_change_sd: Array | float = 0.0
     own_change_sd: Array | float = 0.0
+
+
+class _AtLoad(NamedTuple):
+    """What gains and their change depend on at a load, with A = d x / d (g, h)."""
+
+    load: Array  # coefficients of the load, shape (11,)
+    residual: Array  # A^T K (x - A g), shape (C, 2)
+    c: Array  # L^T times the residual, shape (C, 2)
+    inverse: Array  # inverse of I + L^T A^T K A L, shape (C, 2, 2)
+    q: Array  # t^T K A, shape (C, 2)
 
 
 class PayloadLikelihood:
@@ -176,40 +180,34 @@ class PayloadLikelihood:
 
         The last unknown is u, the change of gains that all channels share, about 0.
         """
-        gain, _ = self.estimate_gains(pi)
-        g, L = self.prior.gain, self._L
-        load = self._extend(pi[None])[0]
-        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        at = self._condition(pi)
+        gain, _ = self._estimate_gains(at)
+        g, L, load, inverse = self.prior.gain, self._L, at.load, at.inverse
         # T = g Y + h s Y at the gains that fit this load.
         TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
         TKA = TK @ load  # (C, 10, 2)
         TKT = np.einsum("cibj,cb->cij", TK[..., 1:], gain)
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
-        c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
-        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
         # Rows of u below those of the load: t in place of T.
-        q = self._t_load @ load
         tT = np.einsum("ca,cai->ci", gain, self._t_load[:, :, 1:])
         TKT = np.concatenate([TKT, tT[:, None]], axis=1)
         TKT = np.concatenate([TKT, np.append(tT, self._tt[:, None], axis=1)[..., None]], axis=2)
-        TKA = np.concatenate([TKA, q[:, None]], axis=1)
+        TKA = np.concatenate([TKA, at.q[:, None]], axis=1)
         TKx = np.append(TKx, self._tx[:, None], axis=1)
         D = TKA @ L
         H = TKT - D @ inverse @ D.transpose(0, 2, 1)
-        return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]
+        return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ at.c[..., None])[..., 0]
 
     def estimate_change(self, pi: Array) -> float:
         """Computes the most probable u given a load, shape (10,): the shared change of gains over its SD."""
+        return self._estimate_change(self._condition(pi))
+
+    def _estimate_change(self, at: _AtLoad) -> float:
         if not self._has_shared:
             return 0.0
-        g, L = self.prior.gain, self._L
-        AKA, AKx = (each[0] for each in self._project(pi[None]))
-        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
-        q = self._t_load @ self._extend(pi[None])[0]
-        p = (q[:, None] @ L)[:, 0]
-        c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
-        along = (p[:, None] @ inverse)[:, 0]
-        f = self._tx - (q * g).sum(axis=1) - (along * c).sum(axis=1)
+        p = (at.q[:, None] @ self._L)[:, 0]
+        along = (p[:, None] @ at.inverse)[:, 0]
+        f = self._tx - (at.q * self.prior.gain).sum(axis=1) - (along * at.c).sum(axis=1)
         precision = 1.0 + float((self._tt - (along * p).sum(axis=1)).sum())
         return float(f.sum()) / precision
 
@@ -226,23 +224,24 @@ class PayloadLikelihood:
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
         """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
-        g, L = self.prior.gain, self._L
-        AKA, AKx = (each[0] for each in self._project(pi[None]))
-        inverse, _ = _invert_with_identity(L.transpose(0, 2, 1) @ AKA @ L)
-        covariance = L @ inverse @ L.transpose(0, 2, 1)
-        residual = AKx - (AKA @ g[:, :, None])[..., 0]
+        return self._estimate_gains(self._condition(pi))
+
+    def _estimate_gains(self, at: _AtLoad) -> tuple[Array, Array]:
+        covariance = self._L @ at.inverse @ self._L.transpose(0, 2, 1)
+        residual = at.residual
         if self._has_shared:
-            residual -= self.estimate_change(pi) * (self._t_load @ self._extend(pi[None])[0])
-        return g + (covariance @ residual[..., None])[..., 0], covariance
+            residual = residual - self._estimate_change(at) * at.q
+        return self.prior.gain + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
         """Builds w, (C, 26), with w^T z the residual at the most probable unknowns given a load, shape (10,)."""
-        gain, _ = self.estimate_gains(pi)
-        load = self._extend(pi[None])[0]
+        at = self._condition(pi)
+        gain, _ = self._estimate_gains(at)
+        load = at.load.copy()
         w = np.zeros((len(gain), NUM_COLUMNS))
         load[0] = float(self.prior.has_arm)
         w[:, LOAD] = -(gain[:, :, None] * load).reshape(len(gain), -1)
-        w[:, ARM] -= self.estimate_change(pi) * self._shared_sd
+        w[:, ARM] -= self._estimate_change(at) * self._shared_sd
         w[:, SIGNAL] = 1.0
         nuisances = (self._friction @ w[:, _KEPT, None])[..., 0]
         w[:, FRICTION] = -self.prior.friction - nuisances[:, :3]
@@ -280,47 +279,14 @@ class PayloadLikelihood:
         p = np.einsum("cap,cai->ipc", self._L, t_load)
         return np.concatenate([f[:, None], p], axis=1).reshape(_HALF, -1)
 
-    def _project(self, pi: Array) -> tuple[Array, Array]:
-        """Computes A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2), with A = d x / d (g, h)."""
-        load = self._extend(pi)
-        num, channels = len(pi), len(self._xx)
-        pairs = (load[:, :, None] * load[:, None, :]).reshape(num, -1)
-        return (pairs @ self._K_of_pairs).reshape(num, channels, 2, 2), (load @ self._Kx_of_load).reshape(
-            num, channels, 2
-        )
-
-
-class BodyLikelihood:
-    """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out."""
-
-    def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
-        """Prepares the quadratics about a load of high likelihood, shape (10,)."""
-        self._likelihood = likelihood
-        self.of_load = likelihood.linearise(load)
-        covariance = likelihood.prior.phantom_covariance
-        self.of_body = self.of_load.widen(covariance)
-        root = factor(covariance)
-        self._has_phantom = bool(root.any())
-        inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ self.of_load.precision @ root)
-        self._share = root @ inner @ root.T
-        self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
-
-    def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
-        """Draws the standard normal numbers from which phantoms of N bodies follow, (N, 10); zeros without one."""
-        shape = num_bodies, NUM_PARAMETERS
-        return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)
-
-    def compute(self, pi: Array, normals: Array) -> Array:
-        """Computes the log likelihood at N bodies, (N, 10), with a phantom by normal numbers, (N, 10); shape (N,).
-
-        It is known up to one constant for all, and without bias if the normal numbers are independent.
-        """
-        if not self._has_phantom:
-            return self._likelihood.compute_log_likelihood(pi)
-        delta = (self.of_load.information - pi @ self.of_load.precision) @ self._share
-        load = pi + delta + normals @ self._spread.T
-        rest = self._likelihood.compute_log_likelihood(load) - self.of_load.evaluate(load)
-        return self.of_body.evaluate(pi) + rest
+    def _condition(self, pi: Array) -> _AtLoad:
+        """Computes what the unknowns depend on at a load, shape (10,)."""
+        load, channels = self._extend(pi[None]), len(self._xx)
+        pairs = (load[:, :, None] * load[:, None, :]).reshape(1, -1)
+        AKA = (pairs @ self._K_of_pairs).reshape(channels, 2, 2)
+        residual = (load @ self._Kx_of_load).reshape(channels, 2) - (AKA @ self.prior.gain[:, :, None])[..., 0]
+        inverse = _invert_with_identity(self._L.transpose(0, 2, 1) @ AKA @ self._L)
+        return _AtLoad(load[0], residual, (residual[:, None] @ self._L)[:, 0], inverse, self._t_load @ load[0])
 
 
 def factor(covariance: Array) -> Array:
@@ -330,8 +296,8 @@ def factor(covariance: Array) -> Array:
     return root
 
 
-def _invert_with_identity(M: Array) -> tuple[Array, Array]:
-    """Computes inverses and determinants of many I + M, several times faster than a solver.
+def _invert_with_identity(M: Array) -> Array:
+    """Computes inverses of many I + M, several times faster than a solver.
 
     M is positive semidefinite, shape (..., 2, 2), so that the determinant is at least one, however large M is.
     """
@@ -339,7 +305,7 @@ def _invert_with_identity(M: Array) -> tuple[Array, Array]:
     of_M = np.maximum(M[..., 0, 0] * M[..., 1, 1] - b * c, 0.0)
     determinant = 1.0 + M[..., 0, 0] + M[..., 1, 1] + of_M
     a, d = 1.0 + M[..., 0, 0], 1.0 + M[..., 1, 1]
-    inverse = (
-        np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2) / determinant[..., None, None]
-    )
-    return inverse, determinant
+    adjugate = np.empty(M.shape)
+    adjugate[..., 0, 0], adjugate[..., 0, 1], adjugate[..., 1, 0], adjugate[..., 1, 1] = d, -b, -c, a
+    inverse: Array = adjugate / determinant[..., None, None]
+    return inverse

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Quadratic
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
+from affordance.identification.evidence.body_likelihood import BodyLikelihood
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.posterior.body_proposal import Proposal
 from affordance.identification.posterior.log_cholesky import (
     compute_jacobian,

@@ -17,7 +17,8 @@ from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood, Quadratic
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, factor
+from affordance.identification.evidence.body_likelihood import BodyLikelihood
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood, factor
 from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters

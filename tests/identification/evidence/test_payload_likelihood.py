@@ -10,8 +10,9 @@ from scipy.stats import chi2, f, multivariate_normal
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Quadratic
+from affordance.identification.evidence.body_likelihood import BodyLikelihood
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, ChannelPrior, PayloadLikelihood
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 
 _CHANNELS = 3
 

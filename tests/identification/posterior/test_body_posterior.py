@@ -3,8 +3,9 @@ import pytest
 from helpers.generated_runs import build_likelihood
 from numpy.testing import assert_allclose
 
+from affordance.identification.evidence.body_likelihood import BodyLikelihood
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters
