@@ -2,6 +2,7 @@
 
 joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
 signal: current                        # or joint_torque, motor_torque, wrench; by the columns if omitted
+files: [run_1.csv, run_2.csv]          # parts of one recording with one clock, where this file is given as the run
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
@@ -39,6 +40,7 @@ from affordance.objects.inertia import build_transform_map
 
 type _Triple = tuple[float, float, float]
 _LENGTHS = Vector(3, Within(-2.0, 2.0))  # [m]
+_MOST_FILES = 1000  # parts of a recording
 _MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
 
 
@@ -214,6 +216,10 @@ class RunEntry(DataModel):
     signal: Annotated[
         SignalKind | None, OneOf(SignalKind), Field(description="What was recorded; by the columns if left out.")
     ] = None
+    files: Annotated[
+        list[Name],
+        Field(max_length=_MOST_FILES, description="Parts of one recording, in order, in the folder of this file."),
+    ] = Field(default_factory=list)
     tip: Annotated[Name, Field(description="Link that carries the payload, or the wrist sensor.")] = ""
     base: Annotated[Name, Field(description="Link in which gravity is given.")] = ""
     gravity: Annotated[

@@ -28,9 +28,11 @@ from affordance.identification.recording.run_entry import (
     build_column_map,
     name_columns,
 )
+from affordance.identification.recording.run_parts import check_clock, join_tables, list_parts
 from affordance.identification.recording.run_table import RunTable, read_netcdf, read_text
 from affordance.identification.settings import SignalKind
 
+_DESCRIPTIONS = (".yaml", ".yml")
 _BAGS = (".mcap", ".db3", ".bag")
 _TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # names that a column of times may have
 
@@ -39,7 +41,8 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run from its table and description.
 
     Args:
-        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, or folder of LeRobot.
+        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, folder of LeRobot, or a description
+            (.yaml) whose ``files`` are the parts of the recording.
         description: YAML file that describes the table; None for the one next to it, of the same name.
 
     Raises:
@@ -56,29 +59,55 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         )
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
+    is_split = path.suffix in _DESCRIPTIONS
+    if is_split and description is not None:
+        raise BadValueError(path, "", "is a description already, must come without another")
+    if bool(entry.files) != is_split:
+        problem = "is missing: must name the parts of the recording, or give the recording itself"
+        if entry.files:
+            problem = (
+                f"names the parts of a recording: give {description_file.name} as the run, in place of {path.name}"
+            )
+        raise BadValueError(description_file, "files", problem)
+    parts = list_parts(path, entry.files) if is_split else [path]
+    tables = [_read_table(part, description_file, entry) for part in parts]
+    table = join_tables(parts, tables)
+    if _is_bag(parts[0]):
+        entry = entry.model_copy(update={"joints": entry.joints or table.joint_names, "columns": "standard"})
+    if not entry.joints:
+        raise BadValueError(
+            description_file, "joints", "is missing: must list the joints in the order of the columns"
+        )
+    columns = _find_columns(parts[0], description_file, table, entry)
+    if "time" in columns:
+        check_clock(parts, tables, columns["time"])
+    kind = entry.signal or _guess_kind(path, columns)
+    held = entry.postures is True or "time" not in columns
+    return _build_run(path, table, columns, entry.build(entry.joints, kind, postures=held), entry)
+
+
+def _is_bag(path: Path) -> bool:
+    is_other = is_lerobot(path) or path.suffix in SUFFIXES
+    return not is_other and (path.is_dir() or path.suffix in _BAGS)
+
+
+def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable:
+    """Reads the table of a recording, or of a part of one."""
     if is_lerobot(path):
         table = read_lerobot(path)
     elif path.suffix in SUFFIXES:
         table = read_arrays(path)
-    elif path.is_dir() or path.suffix in _BAGS:
+    elif _is_bag(path):
         table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
         if entry.signal is None:
             problem = "is missing: efforts of a bag may be joint_torque, motor_torque or current"
             raise BadValueError(description_file, "signal", problem)
-        entry = entry.model_copy(update={"joints": entry.joints or table.joint_names, "columns": "standard"})
     elif path.suffix == ".nc":
         table = read_netcdf(path)
     else:
         table = read_text(path, entry.drop_torn_rows, entry.skip_rows)
     check_names(path, "columns", (*table.names, *table.joint_names))
-    if not entry.joints:
-        raise BadValueError(
-            description_file, "joints", "is missing: must list the joints in the order of the columns"
-        )
-    columns = _find_columns(path, description_file, table, entry)
-    kind = entry.signal or _guess_kind(path, columns)
-    held = entry.postures is True or "time" not in columns
-    return _build_run(path, table, columns, entry.build(entry.joints, kind, postures=held), entry)
+    return table
 
 
 def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
