@@ -1,4 +1,4 @@
-"""``affordance study payload``: coverage on simulated payloads; mistakes and other methods on recordings.
+"""``affordance study payload``: coverage and mistakes on simulated payloads; mistakes and methods on recordings.
 
 With ``--data`` it compares other methods on the development recordings, and measures what size of a mistake passes.
 """
@@ -10,7 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from affordance.arguments import check_whole
 from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.files.constraints import Whole
 from affordance.identification.identify import Runs, identify
 from affordance.identification.settings import DEFAULT_SETTINGS
 from studies.payload.coverage import GROUPS, SHARES, CoverageConfig, run_load, tabulate
@@ -19,17 +21,21 @@ from studies.payload.mistakes import list_rows as list_mistakes
 from studies.payload.mistakes import measure_blind_bands
 from studies.payload.peers import compare
 from studies.payload.peers import list_rows as list_peers
+from studies.payload.simulated_mistakes import MistakesConfig, list_mistake_rows, run_mistakes, tabulate_mistakes
 from studies.recorded.clones import UR10E_LOAD, load_ur10e
 from studies.recorded.mistake_outcomes import Case
 from studies.study import Findings, Study, Work, add_only, print_table, run_kept
 
 _NUM_WINDOWS = 100  # payloads put into windows of the Panda's recording
+_MOST_PAIRS = Whole(0, 10_000)
 _FEW = 2000  # samples that suffice for a verdict
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_repeats(parser, 400, "simulated loads of each robot; none with --data")
+    what = "simulated pairs of each robot in which mistakes are made, without --data (default 8)"
+    parser.add_argument("--mistakes", type=int, default=8, metavar="N", help=what)
     what = "folder with the clones, as of study recorded: compare methods and mistakes there instead"
     parser.add_argument("--data", type=Path, metavar="DIR", help=what)
     add_only(parser, ARMS, "robots")
@@ -40,6 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def plan(arguments: argparse.Namespace) -> Work:
     """Plans the loads of each robot, or the comparison on recordings."""
+    check_whole("--mistakes", arguments.mistakes, _MOST_PAIRS)
     return partial(_work if arguments.data is None else _compare, arguments)
 
 
@@ -74,6 +81,19 @@ def _work(arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
         )
         numbers[arm] = tabulate(found)
         _print_coverage(arm, numbers[arm])
+        if arguments.mistakes:
+            made = run_kept(
+                MistakesConfig(arm, arguments.seed),
+                run_mistakes,
+                folder,
+                [ARMS[arm].robot],
+                repeats=arguments.mistakes,
+                jobs=arguments.jobs,
+                description=f"payload: mistakes, {arm}",
+            )
+            numbers[arm]["mistakes"] = tabulate_mistakes(made)
+            header = ["mistake", "size", "passes", "median move of the mass where it passes"]
+            print_table(header, list_mistake_rows(numbers[arm]["mistakes"]))
         yield Findings(numbers, details=numbers)
 
 
