@@ -15,7 +15,8 @@ def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
 
     save_figure(draw_fit(belief.fit), folder, "fit")
     save_figure(draw_posteriors(belief), folder, "posteriors")
-    save_figure(draw_whiteness(belief.fit), folder, "whiteness")
+    if not belief.fit.evidence.is_at_rest:  # postures have no time over which their errors agree
+        save_figure(draw_whiteness(belief.fit), folder, "whiteness")
     if belief.calibration is not None and is_used:
         write_gains(folder / "gains.yaml", belief.calibration)
     meaning = "mass, first moment, moments and products of inertia about the tip"

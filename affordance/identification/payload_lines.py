@@ -1,15 +1,17 @@
 """Lines that set a payload on the controllers of robots, each in the units and the order of its maker.
 
-Checked against the makers' documentation:
+Form and units by the documents named. None was tried on a controller, and other versions may differ:
 
 - Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes
   of the flange; kg, m, kg m^2, and a transition time, s.
 - Franka: libfranka, franka::Robot::setLoad: in the flange frame, the matrix by columns; kg, m, kg m^2.
 - UFACTORY: xArm-Python-SDK, doc/api/xarm_api.md, set_tcp_load: kg, mm; no moments.
 - Doosan: Doosan Robotics API manual, set_workpiece_weight: kg, mm, and the frame; no moments.
-- KUKA: System Variables for KSS 8.1 to 8.4, $LOAD, and operating instructions of KR IONTEC, load: kg, mm, deg and
-  kg m^2, moments about principal axes.
-- ROS 2: ur_msgs/srv/SetPayload of ur_robot_driver, franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
+- KUKA: units and axes by the operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
+  inertia": kg, mm, deg about z, the new y, the new x, and kg m^2 about principal axes; the form of $LOAD is that of
+  System Variables for KSS 8.1 to 8.4.
+- ROS 2: ur_msgs/srv/SetPayload with mass and center_of_gravity (its newest version has geometry_msgs/Inertia and a
+  time of transition in their place), franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
 """
 
 import numpy as np

@@ -30,7 +30,7 @@ _LONGEST_LAG = 3.0
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Draws the load's contribution to each channel, the fit, and the residual over time."""
+    """Draws the load's contribution to each channel, the fit, and the residual over time, or posture by posture."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 26)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
@@ -38,14 +38,33 @@ def draw_fit(fit: PayloadFit) -> Figure:
     num = len(evidence.channel_names)
     figure = Figure(figsize=(12.0, 1.5 + 1.25 * num))
     axes = figure.subplots(num, 2, sharex=True, squeeze=False, width_ratios=(2, 1))
-    times = evidence.prepared.times - evidence.prepared.times[0]
+    times, along = evidence.prepared.times - evidence.prepared.times[0], "time (s)"
+    line, mark = "-", ""
+    if evidence.is_at_rest:  # a posture is one sample, and they have no time between them
+        times, along, line, mark = np.arange(1.0, len(times) + 1.0), "posture", "", "o"
     for j, name in enumerate(evidence.channel_names):
         used = evidence.samples.used[:, j]
         gaps = np.where(used, 1.0, np.nan)
         left, right = axes[j]
-        left.plot(times, gaps * measured[:, j], color=_MEASURED, linewidth=2.2, label="measured")
-        left.plot(times, gaps * (measured - residual)[:, j], color=_MODEL, linewidth=1.0, label="payload fitted")
-        right.plot(times, gaps * residual[:, j], color=_RESIDUAL, linewidth=0.8)
+        left.plot(
+            times,
+            gaps * measured[:, j],
+            color=_MEASURED,
+            linestyle=line,
+            marker=mark,
+            linewidth=2.2,
+            label="measured",
+        )
+        left.plot(
+            times,
+            gaps * (measured - residual)[:, j],
+            color=_MODEL,
+            linestyle=line,
+            marker=mark and "x",
+            linewidth=1.0,
+            label="payload fitted",
+        )
+        right.plot(times, gaps * residual[:, j], color=_RESIDUAL, linestyle=line, marker=mark, linewidth=0.8)
         right.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
         left.set_ylabel(f"{label(name)}\n({evidence.kind.unit})", fontsize=8)
         right.set_ylim(*(np.array([-1.1, 1.1]) * max(np.abs(residual[used, j]).max(initial=0.0), 1e-9)))
@@ -53,7 +72,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
     axes[0, 0].set_title("What the load adds to the signal, and the fit", fontsize=FONT_SIZE)
     axes[0, 1].set_title("What is left", fontsize=FONT_SIZE)
     for column in axes[-1]:
-        column.set_xlabel("time (s)")
+        column.set_xlabel(along)
     tidy(*axes.ravel())
     return figure
 

@@ -6,9 +6,11 @@ from helpers.generated_runs import PAYLOAD
 from helpers.held_postures import draw_postures, generate_torques, generate_wrench
 from helpers.refusals import refuse
 
+from affordance.commands.payload_files import write_belief
 from affordance.identification.identify import Runs, identify
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.reporting.payload_figures import draw_fit
 
 _FAST = IdentificationSettings(num_samples=1000)
 _TRUTH = np.array([PAYLOAD[0], *(PAYLOAD[1:4] / PAYLOAD[0])])
@@ -54,6 +56,17 @@ def test_moments_are_not_seen_at_rest_and_no_motion_is_advised(robot, rng):
     assert any("one more posture" in note for note in belief.notes)
     assert not any("4 s more" in note for note in belief.notes)
     assert any("6 postures held at rest" in each for each in belief.assumptions)
+
+
+def test_figures_of_postures_have_no_time(robot, rng, tmp_path):
+    """The fit is drawn posture by posture, and no picture shows over which time errors agree."""
+    belief = identify(robot, _hold_pair(robot, rng, 6), settings=_FAST)
+    left, right = draw_fit(belief.fit).axes[-2:]
+    assert (left.get_xlabel(), right.get_xlabel()) == ("posture", "posture")
+    np.testing.assert_array_equal(left.lines[0].get_xdata(), np.arange(1, 7))
+    assert {(line.get_linestyle(), line.get_marker()) for line in left.lines} == {("None", "o"), ("None", "x")}
+    write_belief(tmp_path, belief, is_used=True)
+    assert {path.stem for path in tmp_path.glob("*.png")} == {"fit", "posteriors"}
 
 
 def test_a_direction_along_gravity_in_all_postures_is_named_and_a_posture_advised(robot, rng):
