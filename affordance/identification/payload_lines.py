@@ -7,7 +7,7 @@ Form and units by the documents named. None was tried on a controller, and other
 - Franka: libfranka, franka::Robot::setLoad: in the flange frame, the matrix by columns; kg, m, kg m^2.
 - UFACTORY: xArm-Python-SDK, doc/api/xarm_api.md, set_tcp_load: kg, mm; no moments.
 - Doosan: Doosan Robotics API manual, set_workpiece_weight: kg, mm, and the frame; no moments.
-- KUKA: units and axes by the operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
+- KUKA: units and axes by operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
   inertia": kg, mm, deg about z, the new y, the new x, and kg m^2 about principal axes; the form of $LOAD is that of
   System Variables for KSS 8.1 to 8.4.
 - ROS 2: ur_msgs/srv/SetPayload with mass and center_of_gravity (its newest version has geometry_msgs/Inertia and a
