@@ -17,6 +17,7 @@ from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner, check_learner
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
+from affordance.control.push import Participant
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Checked, OneOf, Setting, Within, check_fields
 from affordance.plant.arm import ARM
@@ -103,6 +104,7 @@ class Settings:
         prior: Prior of the density of a material that was never held.
         learner: Learner of all observers, or its name: "density", "kinds_map" or "kinds_drawn". The paper's has one
             density for each colour, and ``ARM_LEARNER`` of ``belief.learners`` is recommended for robots.
+        participant: How simulated people push, and how they differ, in lifts in closed form.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
             paper.
@@ -129,6 +131,7 @@ class Settings:
     learner: Annotated[Learner, Checked(check_learner), Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = (
         "density"  # type: ignore[assignment]  # replaced by the learner of this name
     )
+    participant: Participant = Participant()
     noise: NoiseModel = WeberNoise()
     acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0
     cost_measure: Annotated[CostMeasure, Setting("", "paper, eq. 4")] = CostMeasure.WORK

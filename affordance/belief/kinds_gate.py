@@ -109,7 +109,8 @@ def predict_densities(
 ) -> Normals:
     """Predicts m densities of an object of given kinds, S rho + delta, or its own densities where it has these.
 
-    Kinds are of N observers, (N, m), and so is the SD of delta, (N, m), [kg/m^3].
+    An object's own densities have drifted since its last lift. Kinds are of N observers, (N, m), and so is the SD of
+    delta, (N, m), [kg/m^3].
     """
     believed, m = believe_kinds(state), len(seen.colours)
     rows = observers[:, None]
@@ -118,7 +119,9 @@ def predict_densities(
     thing = observers, seen.things[observers]
     stays = state["is_own"][thing][:, :m] & (state["thing_kind"][thing][:, :m] == kinds)
     mean = np.where(stays, state["own_mean"][thing][:, :m], believed.mean[rows, kinds])
-    own = np.where(stays[:, :, None] & stays[:, None, :], state["own_covariance"][thing][:, :m, :m], 0.0)
+    drift = (state["own_drift"][observers, None] * mean) ** 2
+    drifted = state["own_covariance"][thing][:, :m, :m] + np.eye(m) * drift[:, None, :]
+    own = np.where(stays[:, :, None] & stays[:, None, :], drifted, 0.0)
     return Normals(mean, np.where(stays[:, :, None] | stays[:, None, :], own, covariance))
 
 

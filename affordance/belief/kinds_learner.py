@@ -63,6 +63,8 @@ class Kinds(Learner):
             kappa: Breadth of a category over its mean density.
             concentration: Concentration alpha of new kinds, in objects.
             switching: How many lifts of evidence an object needs before it changes its kind (c).
+            own_drift: Standard deviation of the change of an object's own density from one of its lifts to the next,
+                over its mean; for objects that have a density of their own.
             spread: Ratio s of the SD of a further kind's density to the root mean square of the most populous kind's.
         """
 
@@ -77,6 +79,13 @@ class Kinds(Learner):
         switching: Annotated[
             float, _POSITIVE, Setting("1", "Laplace's rule of succession: as if one more lift had been seen")
         ] = 1.0
+        own_drift: Annotated[
+            float,
+            Within(0.0, 10.0),
+            Setting(
+                "1", "none; .07, that of a felt weight, was proposed after groups that are now held out had been seen"
+            ),
+        ] = 0.0
         spread: Annotated[
             float, _POSITIVE, Setting("1", "not fitted; kappa was fitted with it (docs/decisions/0026-kinds.md)")
         ] = 2.0

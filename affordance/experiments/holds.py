@@ -23,8 +23,12 @@ _LEAST_P_VALUE = 1e-300
 # Columns of lifts.csv.
 COLUMNS = (
     *("observer", "learner", "block", "cycle", "lift", "object", "mass", "size", "force", "expected"),
-    *("believed_density", "kind", "surprise"),
+    *("believed_density", "kind", "surprise", "felt", "expected_by_look", "heaviness"),
 )
+
+
+# How names of columns with parameters of each observer begin; they are those of settings.
+OWN_VALUES = ("participant.", "learner.")
 
 
 def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:
@@ -99,8 +103,14 @@ def tabulate_holds(
             "believed_density": data.believed_density.values.ravel(),
             "kind": show_kinds(data.kind.values.ravel()),
             "surprise": compute_surprise(data.p_value.values.ravel()),
+            **dict.fromkeys(("felt", "expected_by_look", "heaviness"), np.nan),
         }
     )
+
+
+def select_columns(lifts: pd.DataFrame) -> pd.DataFrame:
+    """Returns the columns of lifts.csv, and those of parameters of observers, if these differ."""
+    return lifts[[*COLUMNS, *(name for name in lifts if str(name).startswith(OWN_VALUES))]]
 
 
 def show_kinds(kinds: NDArray[np.intp]) -> pd.Series:

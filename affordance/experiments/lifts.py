@@ -17,8 +17,9 @@ from affordance.arguments import check_number
 from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
+from affordance.control.push import Participant, compute_heaviness, draw_participants, list_own_values
 from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds
+from affordance.experiments.holds import compute_surprise, compute_volume, select_columns, show_kinds
 from affordance.experiments.objects import check_can_be_held
 from affordance.experiments.observers import Setup, run_observers
 from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
@@ -28,7 +29,7 @@ from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.claims import with_interval
-from affordance.runs.random_streams import Stream
+from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import NOTHING, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
@@ -149,8 +150,8 @@ def run_lifts(
         design: Function that draws the trials of an observer.
         learners: Learners; those of the program and that of the settings if there are none.
 
-    Returns: Table with ``COLUMNS`` and ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3, ``force``,
-        the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
+    Returns: Table of ``select_columns`` with ``weight``, [N]; ``mass`` is in kg, ``size``, the volume, in m^3,
+        ``force``, the upward force before release, in N, ``expected`` in kg, ``believed_density`` in kg/m^3.
     """
     check_can_be_lifted(name, tools, setup.settings)
     learners = learners or list_learners(setup.settings.learner)
@@ -169,7 +170,7 @@ def run_lifts(
         table["mass"], table["size"] = table["object"].map(mass), table["object"].map(size)
         table["kind"] = show_kinds(data.kind.values.ravel())
         table["surprise"] = compute_surprise(data.p_value.values.ravel())
-        tables.append(table[[*COLUMNS, "weight"]])
+        tables.append(select_columns(table).assign(weight=table["weight"]))
     return pd.concat(tables, ignore_index=True)
 
 
@@ -198,12 +199,16 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
     objects = np.full((num_lifts, len(observers)), NOTHING)
     for row, table in enumerate(trials):
         objects[: len(table), row] = [names.index(each) for each in table["object"]]
-    learner = setup.settings.learner.of_observers(observers)
-    lifter = StaticLifter(tools, setup.change(learner=learner).settings)
-    drawn, felt = (
-        [(setup.seed, observer, stream) for observer in observers] for stream in (Stream.KINDS, Stream.LIFT)
+    drawn, felt, who = (
+        [(setup.seed, observer, stream) for observer in observers]
+        for stream in (Stream.KINDS, Stream.LIFT, Stream.PERSON)
     )
-    record = lifter.run(objects, lifter.start(drawn), lifter.draw_errors(felt, num_lifts), drawn)
+    settings = setup.settings
+    pushes, learner = draw_participants(settings.participant, settings.learner, observers, ObserverDraws(who))
+    lifter = StaticLifter(tools, setup.change(learner=learner).settings)
+    record = lifter.run(objects, lifter.start(drawn), lifter.draw_errors(felt, num_lifts), drawn, pushes=pushes)
+    heaviness = compute_heaviness(record.felt, record.expected_by_look, settings.participant.heaviness_exponent)
+    own = list_own_values(pushes, learner) if do_differ(settings) else {}
     found = []
     for row, table in enumerate(trials):
         variables = (
@@ -216,6 +221,10 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
             ("believed_density", record.believed_density, "kg/m^3", "most probable density of the colour, before"),
             ("kind", record.kind, "1", "kind of the object after the lift; 0 without kinds"),
             ("p_value", record.p_value, "1", "p-value of what was felt, by the belief before the lift"),
+            ("felt", record.felt, "N", "weight that is believed once it was felt"),
+            ("expected_by_look", record.expected_by_look, "N", "weight that the look predicts, before the lift"),
+            ("heaviness", heaviness, "N", "judged heaviness"),
+            *((name, np.tile(values, (num_lifts, 1)), "", "of the observer") for name, values in own.items()),
         )
         found.append(
             xr.Dataset(
@@ -226,6 +235,12 @@ def lift(setup: Setup, tools: Sequence[Tool], design: Design, observers: Sequenc
             )
         )
     return found
+
+
+def do_differ(settings: Settings) -> bool:
+    """Says whether parameters of participants are set, or any of their learner has a value for each observer."""
+    values = vars(settings.learner.parameters).values()
+    return settings.participant != Participant() or any(isinstance(each, tuple) for each in values)
 
 
 def summarise_lifts(

@@ -17,7 +17,7 @@ import pandas as pd
 
 from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces, predict_by_size
-from affordance.experiments.holds import COLUMNS
+from affordance.experiments.holds import select_columns
 from affordance.experiments.lifts import (
     check_can_be_lifted,
     cylinder,
@@ -133,7 +133,7 @@ def run(name: str, setup: Setup) -> Results:
                 " for it."
             ),
         ],
-        lifts=lifts[[*COLUMNS]],
+        lifts=select_columns(lifts),
         learners=[*numbers["learners"]],
     )
 

@@ -16,7 +16,7 @@ import pandas as pd
 
 from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces
-from affordance.experiments.holds import COLUMNS
+from affordance.experiments.holds import select_columns
 from affordance.experiments.lifts import (
     check_can_be_lifted,
     cylinder,
@@ -86,7 +86,7 @@ def run(setup: Setup) -> Results:
                 partial(draw_forces, lifts, [*FAMILY], title="Its family, the last four lifts after the odd one"),
             ),
         },
-        lifts=lifts[[*COLUMNS]],
+        lifts=select_columns(lifts),
         learners=[*numbers["learners"]],
     )
 

@@ -14,6 +14,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
+from affordance.control.push import Participant
 from affordance.exceptions import (
     AffordanceError,
     BadArgumentError,
@@ -72,6 +73,8 @@ class Experiment(NamedTuple):
 # Experiments of `affordance run all`, in order, and the others; each is a module here.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift")
+# Experiments whose objects are held by a simulated arm, which pushes with what it believes in.
+_HELD = (*OF_THE_PAPER, "next_lift")
 # Folders of what compares finished runs; it holds no longer once there is another run.
 COMPARISONS = ("agreement", "vision_comparison")
 # Folders of results that no table, and no experiment of a user, may write to.
@@ -206,6 +209,9 @@ def _read(name: str, experiment: Experiment, setup: Setup) -> None:
             raise InfeasibleError(setup.settings.arm, need, problem)
     if setup.known and experiment.no_memory:
         raise BadValueError("--memory", "", f"has no effect on {name}, {experiment.no_memory}")
+    if name in _HELD and setup.settings.participant != Participant():
+        problem = f"changes nothing in {name}, whose objects are held in simulations; it is for lifts"
+        raise BadValueError("--set", "participant", problem)
     experiment.read(setup)
 
 

@@ -23,10 +23,11 @@ from affordance.belief.learners import LEARNERS
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, TaskCostModel
 from affordance.choice.picking import NO_OPTION
+from affordance.control.push import compute_heaviness, draw_participants, list_own_values
 from affordance.exceptions import InfeasibleError
 from affordance.experiments.grips import choose_by_expectation, plan_grips
-from affordance.experiments.holds import compute_surprise, compute_volume, expect, show_kinds
-from affordance.experiments.lifts import check_can_be_lifted
+from affordance.experiments.holds import OWN_VALUES, compute_surprise, compute_volume, expect, show_kinds
+from affordance.experiments.lifts import check_can_be_lifted, do_differ
 from affordance.experiments.observers import Setup, run_observers
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
@@ -35,7 +36,7 @@ from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers
 from affordance.reporting.lift_figures import draw_by_object
 from affordance.reporting.lift_means import PEOPLE, average, list_numbers, tabulate_means
-from affordance.runs.random_streams import Stream
+from affordance.runs.random_streams import ObserverDraws, Stream
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import StaticLifter
 from affordance.simulation.trial import get_runner
@@ -46,6 +47,8 @@ MEASURED = {
     "expected": ("kg", "mass at the most probable densities, before the trial"),
     "believed_density": ("kg/m^3", "most probable density of the first part's colour, before the trial"),
     "felt": ("N", "weight believed of the object once it was felt, of a lift"),
+    "expected_by_look": ("N", "weight that the object's look predicts, before a lift or look"),
+    "heaviness": ("N", "judged heaviness, of a lift that teaches"),
     "kind": ("1", "kind of the object after the trial; 0 without kinds"),
     "p_value": ("1", "p-value of what was felt, by the belief before the trial"),
     "moved": ("m", "largest movement of the object's centre from where it was given, upward, of a hold"),
@@ -116,6 +119,8 @@ class TableExperiment:
             kept = np.concatenate([np.arange(len(each)) for each in places * self.repeats])
             for each in MEASURED:
                 rows[each] = data[each].values[rows["observer"], kept]
+            for name in [str(each) for each in data if str(each).startswith(OWN_VALUES)]:
+                rows[name] = data[name].values[rows["observer"]]
             tables.append(rows.assign(learner=learner.name, chosen=_name_grips(self.table, rows)))
         lifts = pd.concat(tables, ignore_index=True)
         lifts["force"] = lifts["force"].where(lifts["do"] == "lift")
@@ -208,7 +213,9 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
     found = {name: np.full(counts.max(), np.nan) for name in MEASURED}
     presented, lifted = np.unique(trials.tool[own], return_inverse=True)
     tools = [trials.tools[each] for each in presented]
-    settings = setup.change(learner=setup.settings.learner.of_observers([place])).settings
+    participant, person = setup.settings.participant, ObserverDraws([(setup.seed, *who, Stream.PERSON)])
+    pushes, learner = draw_participants(participant, setup.settings.learner, [place], person)
+    settings = setup.change(learner=learner).settings
     lifter, drawn = StaticLifter(tools, settings), (setup.seed, *who, Stream.KINDS)
     knows, num_learned, teaches = lifter.start([drawn]), 0, trials.teaches[own]
     errors = lifter.draw_errors([(setup.seed, *who, Stream.LIFT)], len(own))
@@ -218,7 +225,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
         if is_closed:
             later = (0, numbers[0]) if numbers[0] else ()  # a number of a lift is never 0
             record = lifter.run(
-                lifted[numbers, None], knows, errors[numbers], [(*drawn, *later)], teaches[numbers, None]
+                lifted[numbers, None], knows, errors[numbers], [(*drawn, *later)], teaches[numbers, None], pushes
             )
             knows, num_learned = record.after, num_learned + int(teaches[numbers].sum())
             for name in found.keys() & set(record._fields):
@@ -241,7 +248,10 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
                     knows, num_learned = noted._replace(state=after.state), num_learned + 1
             for name, value in expect(tool, memory, after, settings).items():
                 found[name][number] = value
-    return xr.Dataset({name: ("lift", found[name], about(*MEASURED[name])) for name in MEASURED})
+    found["heaviness"] = compute_heaviness(found["felt"], found["expected_by_look"], participant.heaviness_exponent)
+    measured = xr.Dataset({name: ("lift", found[name], about(*MEASURED[name])) for name in MEASURED})
+    values = list_own_values(pushes, learner) if do_differ(setup.settings) else {}
+    return measured.assign({name: float(value[0]) for name, value in values.items()})
 
 
 def _repeat(table: TrialTable, places: Sequence[NDArray[np.intp]], repeats: int) -> pd.DataFrame:
@@ -293,6 +303,7 @@ def _finish(lifts: pd.DataFrame, table: TrialTable, gravity: float) -> pd.DataFr
         "expected",
         "believed_density",
     ]
-    first += ["weight", "felt", "kind", "surprise", "moved", "chosen"]
+    first += ["weight", "felt", "expected_by_look", "heaviness", "kind", "surprise", "moved", "chosen"]
     further = [name for name in table.rows if name not in (*first, "place", "tool")]
-    return lifts[[*first, *further]]
+    own = [name for name in lifts if str(name).startswith(OWN_VALUES)]
+    return lifts[[*first, *further, *own]]

@@ -38,7 +38,7 @@ _MOST_LIFTS, _MOST_SECONDS = 1_000_000, 200_000.0
 # Columns that are added to the table when it is lifted.
 WRITTEN = (
     *("observer", "learner", "lift", "repeat", "size", "expected", "believed_density", "weight", "felt", "kind"),
-    *("surprise", "moved", "chosen", "tool", "place", "block"),
+    *("surprise", "moved", "chosen", "tool", "place", "block", "expected_by_look", "heaviness"),
 )
 _LONGEST_CELL = 200  # of a column that is carried along
 
@@ -152,7 +152,8 @@ def _check(
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
     further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
-    carried = [name for name in further if all(map(_is_carried, cells[name])) and name not in WRITTEN]
+    taken = (*WRITTEN, *(name for name in further if name.startswith(("participant.", "learner."))))
+    carried = [name for name in further if all(map(_is_carried, cells[name])) and name not in taken]
     rows = rows.assign(**{name: cells[name] for name in carried})
     unused = tuple(name for name in further if name not in carried)
     return TrialTable(rows, presented, unused, cells.path, tuple(cells.numbers))

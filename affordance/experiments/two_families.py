@@ -14,7 +14,7 @@ import pandas as pd
 
 from affordance.belief.learners import label_learner
 from affordance.experiments.drawings import draw_forces
-from affordance.experiments.holds import COLUMNS
+from affordance.experiments.holds import select_columns
 from affordance.experiments.lifts import (
     check_can_be_lifted,
     cylinder,
@@ -81,7 +81,7 @@ def run(setup: Setup) -> Results:
                 partial(draw_forces, lifts, [*LARGE], title="Large ones, 5 kg/m"),
             ),
         },
-        lifts=lifts[[*COLUMNS]],
+        lifts=select_columns(lifts),
         learners=[*numbers["learners"]],
     )
 

@@ -30,6 +30,7 @@ class Stream(enum.IntEnum):
     LIFT = 10**6 + 22  # measurement errors in these lifts
     CHOSEN = 10**6 + 24  # samples by which observers choose what they hold next
     KINDS = 10**6 + 23  # hypotheses about kinds that are drawn
+    PERSON = 10**6 + 26  # how a participant differs from others (lifts in closed form)
     REPEAT = 10**6 + 25  # after the place of a participant: repeats after the first, with their number
 
 

@@ -16,9 +16,10 @@ from affordance.arrays import Array, Mask
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
 from affordance.belief.felt_object import Thing
-from affordance.belief.learner import Seen, State
+from affordance.belief.learner import Draws, Lesson, Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import put_rows, take_rows
+from affordance.control.push import Pushes
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import Appearance, is_same_object
 from affordance.objects.colour import Colour
@@ -54,6 +55,7 @@ class LiftRecord(NamedTuple):
     kind: NDArray[np.intp]  # number of the object's kind in that colour after the lift, 1 for the oldest; 0 without
     p_value: Array  # of what was felt, by the belief before; NaN if nothing is learned
     felt: Array  # weight at the most probable densities after the lift, [N]; NaN if nothing is learned
+    expected_by_look: Array  # weight that the look predicts of a new object, before each lift, [N]
     after: LiftedObservers
 
 
@@ -89,7 +91,7 @@ class StaticLifter:
         self.settings = settings
         self._learner = settings.learner
         self._hold = StaticHold(arm)
-        self._gravity = float(np.linalg.norm(ArmModel(arm).gravity))
+        self.gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self.colours: list[Colour] = []
         self._tools = [self._see(tool) for tool in tools]
         self._same = np.array([[_is_same_thing(one, other) for other in self._tools] for one in self._tools])
@@ -132,6 +134,7 @@ class StaticLifter:
         errors: Array,
         seeds: Sequence[tuple[int, ...]],
         teaches: Mask | None = None,
+        pushes: Pushes | None = None,
     ) -> LiftRecord:
         """Computes the lifts of observers.
 
@@ -141,11 +144,13 @@ class StaticLifter:
             errors: Errors of measurement; see ``draw_errors``.
             seeds: Seed of each observer, for what its learner draws in a lift, together with the lift's number.
             teaches: True where an observer learns from a lift, (N, B); None for all of them.
+            pushes: How observers push; None for exactly the weight that they believe in.
 
         The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
         """
         state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
-        force, expected, believed, p_value, felt = (np.full(objects.shape, np.nan) for _ in range(5))
+        force, expected, believed, p_value, felt, by_look = (np.full(objects.shape, np.nan) for _ in range(6))
+        last = np.full(len(everyone), np.nan)  # weight that was believed at the lift before, [N]
         kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
         is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
         for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
@@ -155,28 +160,42 @@ class StaticLifter:
             for rows, colours in self._group(chosen, things, taught):
                 seen, lifted, learns = Seen(colours, things[rows]), chosen[rows], bool(taught[rows[0]])
                 own = state if len(rows) == len(everyone) else take_rows(state, rows)
-                Phi = self._gather(lifted, colours)
+                Phi = self.gather(lifted, colours)
                 before = self._learner.expect(own, seen)
                 mode = before.compute_mode(DENSITY_FLOOR)
                 expected[number, rows] = np.vecdot(Phi[:, 0], mode)
                 rho = self._estimate(before, mode, [(*seeds[row], number + 1, 1) for row in rows])
-                force[number, rows] = np.vecdot(Phi[:, 0], rho) * self._gravity
+                weight = np.vecdot(Phi[:, 0], rho) * self.gravity
+                if pushes is None:
+                    force[number, rows] = weight
+                else:
+                    draws = ObserverDraws([(*seeds[row], number + 1, 2) for row in rows])
+                    force[number, rows] = pushes.take(rows).draw(weight, last[rows], draws)
+                last[rows] = weight
                 first = self._first[lifted]
                 modes = self._learner.believe(own).compute_mode(DENSITY_FLOOR)
                 believed[number, rows] = modes[np.arange(len(rows)), first]
+                by_look[number, rows] = np.vecdot(Phi[:, 0], modes[:, list(colours)]) * self.gravity
                 if learns:
-                    gain, offset = np.moveaxis(errors[number, rows], 1, 0)
-                    residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
-                    percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
                     draws = ObserverDraws([(*seeds[row], int(learned[row])) for row in rows])
-                    own, densities, likelihood = self._learner.learn(own, seen, percept.find_likelihood, draws)
+                    own, densities, likelihood = self.feel(own, seen, lifted, Phi, errors[number, rows], draws)
                     p_value[number, rows] = before.compute_p_value(likelihood)
-                    felt[number, rows] = np.vecdot(Phi[:, 0], densities.compute_mode(DENSITY_FLOOR)) * self._gravity
+                    felt[number, rows] = np.vecdot(Phi[:, 0], densities.compute_mode(DENSITY_FLOOR)) * self.gravity
                     state = own if len(rows) == len(everyone) else put_rows(state, rows, own)
                 known = np.isfinite(order[rows, things[rows]])
                 kind[number, rows] = np.where(known, self._number_kinds(own, seen, first), 0)
         weight = np.where(objects == NOTHING, np.nan, self._weights[objects])
-        return LiftRecord(force, weight, expected, believed, kind, p_value, felt, LiftedObservers(state, order))
+        after = LiftedObservers(state, order)
+        return LiftRecord(force, weight, expected, believed, kind, p_value, felt, by_look, after)
+
+    def feel(
+        self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
+    ) -> Lesson:
+        """Lets B observers learn from what they feel of an object each, with errors of shape (B, 2, num_joints)."""
+        gain, offset = np.moveaxis(errors, 1, 0)
+        residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
+        percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
+        return self._learner.learn(state, seen, percept.find_likelihood, draws)
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, VisionError(), np.random.default_rng(0))  # exact
@@ -196,10 +215,10 @@ class StaticLifter:
             tuple(colours),
             Phi,
             self._hold.tau_arm + self._hold.Y @ tool.parameters,
-            self._gravity * tool.mass,
+            self.gravity * tool.mass,
         )
 
-    def _gather(self, lifted: NDArray[np.intp], colours: tuple[int, ...]) -> Array:
+    def gather(self, lifted: NDArray[np.intp], colours: tuple[int, ...]) -> Array:
         """Builds the inertia maps of objects, (n,), with a column for each of their m colours, (n, 10, m)."""
         numbers, places = np.unique(lifted, return_inverse=True)
         maps = []

@@ -347,6 +347,24 @@ def test_a_thing_of_its_own_is_recalled_as_it_was_left():
     np.testing.assert_allclose(again.covariance, lesson.densities.covariance, rtol=1e-9)
 
 
+def test_density_of_a_thing_of_its_own_drifts_between_its_lifts():
+    """Its variance before a lift is that after the last one and the square of the drift, once however often asked."""
+    memory = teach_family(start())
+    for _ in range(3):
+        recalled = memory.recall(show("hollow rod"), PRIOR)
+        memory = recalled.memory.learn(weigh_alone(700.0), PRIOR.deviation_sd).memory
+    still = memory.recall(show("hollow rod"), PRIOR).densities
+    rod = memory.recall(show("rod"), PRIOR).densities
+    drifting = replace(memory, state={**memory.state, "own_drift": np.array([0.07])})
+    for _ in range(2):
+        recalled = drifting.recall(show("hollow rod"), PRIOR)
+        drifting, drifted = recalled.memory, recalled.densities
+        np.testing.assert_allclose(drifted.untruncated_mean, still.untruncated_mean, rtol=1e-12)
+        added = (0.07 * still.untruncated_mean[0]) ** 2
+        np.testing.assert_allclose(drifted.covariance, still.covariance + added, rtol=1e-9)
+    np.testing.assert_allclose(drifting.recall(show("rod"), PRIOR).densities.covariance, rod.covariance, rtol=1e-12)
+
+
 def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
     """Probabilities of a colour's kinds, each summed over the kinds of the object's other colour, add up to one."""
     memory = start()

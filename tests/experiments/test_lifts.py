@@ -11,6 +11,7 @@ from helpers.refusals import refuse, refuse_command
 from pydrake.multibody.tree import SpatialInertia
 
 from affordance.belief.learners import KINDS_DRAWN
+from affordance.control.push import Participant
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds, tabulate_holds
 from affordance.experiments.lifts import (
@@ -280,6 +281,46 @@ def test_object_that_is_too_heavy_for_the_arm_is_refused():
     heavy = cylinder("anvil", radius=0.2, height=0.2, mass=80.0)
     said = refuse(check_can_be_lifted, "mine", [*TOOLS, heavy], DEFAULT_SETTINGS, error=AffordanceError)
     assert said.startswith("mine: tools: anvil: weighs 80 kg and loads ")
+
+
+def brief(observer, rng):
+    return repeat(["small", "large", "odd"], 2, rng, block="x")
+
+
+def test_participants_differ_in_their_pushes_and_in_nothing_that_they_learn(setup):
+    """Errors and gains change forces only; what observers have of their own is in columns of their lifts."""
+    plain = run_lifts("mine", setup, TOOLS, brief, [KINDS_DRAWN])
+    participant = Participant(push_error=0.2, gain_spread=0.1, lapse=0.1)
+    pushed = run_lifts("mine", setup.change(participant=participant), TOOLS, brief, [KINDS_DRAWN])
+    assert not any("." in name for name in plain)
+    own = {name: pushed.groupby("observer")[name].unique() for name in pushed if "." in name}
+    assert all(len(each) == 1 for values in own.values() for each in values)
+    assert {*own} >= {"participant.push_error", "participant.gain", "participant.lapse", "learner.kappa"}
+    assert pushed["participant.gain"].nunique() == 3
+    same = [name for name in plain if name != "force"]
+    pd.testing.assert_frame_equal(pushed[same], plain[same])
+    assert (pushed["force"] != plain["force"]).all()
+    errors = np.log(pushed["force"] / (plain["force"] * pushed["participant.gain"]))
+    assert 0.05 < errors.std() < 0.6
+
+
+def test_kappa_of_each_observer_is_its_own(setup):
+    spread = setup.change(participant=Participant(kappa_spread=0.3))
+    lifts = run_lifts("mine", spread, TOOLS, brief, [KINDS_DRAWN])
+    assert lifts["learner.kappa"].nunique() == 3
+    given = setup.change(learner=KINDS_DRAWN.change(kappa=[0.2, 0.3, 0.4]))
+    lifts = run_lifts("mine", given, TOOLS, brief, [given.settings.learner])
+    assert lifts.groupby("observer")["learner.kappa"].first().tolist() == [0.2, 0.3, 0.4]
+
+
+def test_heaviness_is_felt_weight_against_what_the_look_predicts(setup):
+    """By the look an odd object weighs what its colour's density and its volume say, whatever it weighed before."""
+    lifts = run_lifts("mine", setup, TOOLS, brief, [KINDS_DRAWN])
+    predicted = G * lifts["believed_density"] * lifts["size"]
+    np.testing.assert_allclose(lifts["expected_by_look"], predicted, rtol=1e-9)
+    np.testing.assert_allclose(lifts["felt"], lifts["weight"], rtol=0.3)
+    expected = lifts["felt"] * (lifts["felt"] / lifts["expected_by_look"]) ** 0.1
+    np.testing.assert_allclose(lifts["heaviness"], expected, rtol=1e-12)
 
 
 def test_holds_are_rows_in_the_order_of_trials():

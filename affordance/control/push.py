@@ -1,0 +1,161 @@
+"""Push before release: how that of a participant differs from the weight that the participant believes in.
+
+An arm pushes with the weight that it believes in. People's pushes have an error of their own, a gain, and lapses;
+none of them enters what is learned. Every number is without effect by default.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.learner import Draws, Learner
+from affordance.exceptions import BadArgumentError
+from affordance.files.constraints import Checked, CheckedFields, Setting, Within, run_check
+
+_AFTER = "proposed after groups that are now held out had been seen"
+
+
+def _of_each(bound: Within) -> Checked:
+    """Checks a number, or a sequence with one for each observer, which becomes a tuple."""
+
+    def check(name: str, value: Any) -> Any:
+        if isinstance(value, np.ndarray | list | tuple):
+            return tuple(float(run_check(name, bound.check, each)) for each in value)
+        return run_check(name, bound.check, value)
+
+    return Checked(check)
+
+
+@dataclass(frozen=True)
+class Participant(CheckedFields):
+    """How a participant pushes, and how participants differ; 0, and a gain of 1, for none of it.
+
+    A value is a number, or a sequence with one for each observer.
+
+    Attributes:
+        push_error: Standard deviation of a push over its mean (push error); output only, nothing is learned from it.
+        gain: Push over the weight that is believed in.
+        gain_spread: Standard deviation of the logarithm of the gain between participants.
+        lapse: Probability that a push repeats that of the lift before, whatever is seen; not at the first lift.
+        kappa_spread: Standard deviation of the logarithm of kappa between participants, for learners that have it.
+        heaviness_exponent: Power of the felt weight over what the look predicts by which judged heaviness exceeds the
+            felt weight.
+    """
+
+    push_error: Annotated[
+        float,
+        _of_each(Within(0.0, 1.0)),
+        Setting(
+            "1",
+            "none by default. That it is in proportion to the force: studies of isometric force (Schmidt and others "
+            "1979; Jones, Hamilton and Wolpert 2002). Its size from push to push: no source found among them, as .04 "
+            "(Baweja and others 2009) is within one push; .2 follows from people's training correlation in Linear+ "
+            "and Linear++",
+        ),
+    ] = 0.0
+    gain: Annotated[
+        float, _of_each(Within(0.1, 10.0)), Setting("1", "1: the push is the weight that is believed in")
+    ] = 1.0
+    gain_spread: Annotated[float, Within(0.0, 2.0), Setting("1", "none by default; no source for another value")] = (
+        0.0
+    )
+    lapse: Annotated[
+        float, _of_each(Within(0.0, 1.0)), Setting("1", "none by default; no source for another value")
+    ] = 0.0
+    kappa_spread: Annotated[
+        float, Within(0.0, 2.0), Setting("1", f"none by default; .3 is a guess, {_AFTER}, to be fitted to persons")
+    ] = 0.0
+    heaviness_exponent: Annotated[
+        float, Within(0.0, 1.0), Setting("1", "fitted to nothing here (docs/heaviness.md)")
+    ] = 0.1
+
+
+class Pushes(NamedTuple):
+    """How each of B observers pushes, (B,) each."""
+
+    error: Array  # SD over mean
+    gain: Array
+    lapse: Array
+
+    def take(self, rows: NDArray[np.intp]) -> "Pushes":
+        """Returns those of some observers."""
+        return Pushes(self.error[rows], self.gain[rows], self.lapse[rows])
+
+    def draw(self, believed: Array, before: Array, rng: Draws) -> Array:
+        """Draws the pushes of observers, (B,), [N], who believe in weights now, and did so at the lift before.
+
+        Before is NaN at a first lift. Nothing is drawn where there is neither an error nor a lapse.
+        """
+        if not (self.error.any() or self.lapse.any()):
+            return self.gain * believed
+        uniform, normal = rng.random((len(believed),)), rng.standard_normal((len(believed),))
+        lapses = (uniform < self.lapse) & np.isfinite(before)
+        mean = self.gain * np.where(lapses, before, believed)
+        return mean * (1.0 + self.error * normal)
+
+    def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
+        """Computes the log probability density of a push, [N], given weights believed now and before, (B,)."""
+        now = _log_normal(push, self.gain * believed, self.error)
+        if not self.lapse.any() or not np.isfinite(before).all():
+            return now
+        then = _log_normal(push, self.gain * before, self.error)
+        with np.errstate(divide="ignore"):
+            both: Array = np.logaddexp(np.log1p(-self.lapse) + now, np.log(self.lapse) + then)
+        return both
+
+
+def draw_participants(
+    participant: Participant, learner: Learner, observers: Sequence[int], rng: Draws
+) -> tuple[Pushes, Learner]:
+    """Draws how each of B observers pushes, and returns it with the learner of these observers.
+
+    Nothing is drawn without a spread.
+    """
+    learner, size = learner.of_observers(observers), len(observers)
+    values = {name: take(participant, name, observers) for name in ("push_error", "gain", "lapse")}
+    normal = np.zeros((size, 2))
+    if participant.gain_spread or participant.kappa_spread:
+        normal = rng.standard_normal((size, 2))
+    gain = values["gain"] * np.exp(participant.gain_spread * normal[:, 0])
+    if participant.kappa_spread and hasattr(learner.parameters, "kappa"):
+        kappa = np.broadcast_to(learner.parameters.kappa, size) * np.exp(participant.kappa_spread * normal[:, 1])
+        learner = learner.change(kappa=kappa.tolist())
+    return Pushes(values["push_error"], gain, values["lapse"]), learner
+
+
+def take(participant: Participant, name: str, observers: Sequence[int]) -> Array:
+    """Returns the values of a field for some observers, (B,); too few of them raise a BadArgumentError."""
+    value = getattr(participant, name)
+    if not isinstance(value, tuple):
+        return np.full(len(observers), float(value))
+    if max(observers) >= len(value):
+        problem = f"has {len(value)} values, must have at least {max(observers) + 1}, one for each observer"
+        raise BadArgumentError("participant", name, problem)
+    return np.array([value[each] for each in observers])
+
+
+def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
+    """Lists the parameters of participants and of their learner by their names as settings, (B,) each."""
+    size = len(pushes.gain)
+    of_learner = {each.name: getattr(learner.parameters, each.name) for each in fields(learner.parameters)}
+    own = {
+        f"learner.{name}": np.broadcast_to(np.asarray(value, dtype=float), size) for name, value in of_learner.items()
+    }
+    pushed = {"push_error": pushes.error, "gain": pushes.gain, "lapse": pushes.lapse}
+    return {**{f"participant.{name}": value for name, value in pushed.items()}, **own}
+
+
+def compute_heaviness(felt: Array, expected: Array, exponent: float) -> Array:
+    """Computes judged heaviness, [N], from felt weights and those that the look predicts (docs/heaviness.md)."""
+    heaviness: Array = felt * (felt / expected) ** exponent
+    return heaviness
+
+
+def _log_normal(push: float, mean: Array, share: Array) -> Array:
+    sd = share * mean
+    log_density: Array = -0.5 * ((push - mean) / sd) ** 2 - np.log(sd) - 0.5 * np.log(2.0 * np.pi)
+    return log_density
