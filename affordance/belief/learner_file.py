@@ -4,7 +4,7 @@ import inspect
 from pathlib import Path
 
 from affordance.belief.learner import Learner
-from affordance.belief.learners import LEARNERS
+from affordance.belief.learners import LEARNERS, RIVALS
 from affordance.exceptions import BadValueError, describe_choice, show_value
 from affordance.runs.program_file import load_program
 
@@ -17,12 +17,13 @@ def load_learner(word: str) -> Learner:
     Raises:
         BadValueError: There is no such learner, file or class, the file cannot be run, or the class is no learner.
     """
-    if word in LEARNERS:
-        return LEARNERS[word]
+    known = {**LEARNERS, **RIVALS}
+    if word in known:
+        return known[word]
     file, _, name = word.rpartition(":")
     if not file.endswith(".py"):
         example = f"{word}:CLASS" if word.endswith(".py") else "FILE.py:CLASS"
-        raise BadValueError(_OPTION, "", f"{describe_choice(word, LEARNERS)}, or one's own, as {example}")
+        raise BadValueError(_OPTION, "", f"{describe_choice(word, known)}, or one's own, as {example}")
     module = load_program(Path(file), _OPTION)
     own = [each for each, value in vars(module).items() if _is_own_learner(value, module.__name__)]
     found = getattr(module, name, None)
@@ -32,7 +33,7 @@ def load_learner(word: str) -> Learner:
     if missing := sorted(getattr(found, "__abstractmethods__", ())):
         raise BadValueError(Path(file), name, f"has no method {missing[0]!r}, which a learner must have")
     learner = found()
-    if learner.name in LEARNERS:
+    if learner.name in known:
         raise BadValueError(Path(file), name, f"is named {learner.name!r}, as a learner of the program, must not be")
     return learner
 
