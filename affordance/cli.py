@@ -29,6 +29,8 @@ COMMANDS = {
     "watch": "watch an observer of an experiment live in the browser",
     "predict": "predict what each learner would do in an experiment, and which number distinguishes them best",
     "lift": "let observers lift, hold or look at objects trial by trial, as a table says",
+    "fit": "fit a learner to people's lifts, person by person or pooled, by their pushes",
+    "compare-learners": "say which learner predicts the lifts of each person best, one step ahead",
     "new-experiment": "write an experiment of one's own that runs, as a Python file to change",
     "guess": "say what things look like they weigh: mass, centre of mass, inertia, before any is held",
     "rank": "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why",

@@ -110,6 +110,11 @@ class Kinds(Learner):
     def usual(self) -> Self:
         return type(self)(self.pick)
 
+    @property
+    @override
+    def fitted(self) -> tuple[str, ...]:
+        return ("kappa",)
+
     @override
     def change(self, **parameters: Any) -> Self:
         return super().change(pick=self.pick, **parameters)

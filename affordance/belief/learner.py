@@ -104,6 +104,11 @@ class Learner(ABC):
         return self.name
 
     @property
+    def fitted(self) -> tuple[str, ...]:
+        """Names of the parameters that are fitted to people unless others are asked for: all unless overridden."""
+        return tuple(_list_values(self.parameters))
+
+    @property
     def sums_evidence(self) -> bool:
         """True if what is believed of means is the prior and the sum of what was felt of each thing.
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array, about
 from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments.trial_cells import OWN_VALUES
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
@@ -25,10 +26,6 @@ COLUMNS = (
     *("observer", "learner", "block", "cycle", "lift", "object", "mass", "size", "force", "expected"),
     *("believed_density", "kind", "surprise", "felt", "expected_by_look", "heaviness"),
 )
-
-
-# How names of columns with parameters of each observer begin; they are those of settings.
-OWN_VALUES = ("participant.", "learner.")
 
 
 def expect(tool: Tool, before: MaterialMemory, after: MaterialMemory, settings: Settings) -> dict[str, float]:

@@ -26,11 +26,12 @@ from affordance.choice.picking import NO_OPTION
 from affordance.control.push import compute_heaviness, draw_participants, list_own_values
 from affordance.exceptions import InfeasibleError
 from affordance.experiments.grips import choose_by_expectation, plan_grips
-from affordance.experiments.holds import OWN_VALUES, compute_surprise, compute_volume, expect, show_kinds
+from affordance.experiments.holds import compute_surprise, compute_volume, expect, show_kinds
 from affordance.experiments.lifts import check_can_be_lifted, do_differ
 from affordance.experiments.observers import Setup, run_observers
 from affordance.experiments.prediction import ObserverNumbers
 from affordance.experiments.results import Results
+from affordance.experiments.trial_cells import OWN_VALUES
 from affordance.experiments.trials import DOINGS, TrialTable
 from affordance.objects.tool import Tool
 from affordance.reporting.formatting import count_observers

@@ -26,6 +26,8 @@ _OTHERS = {
     "participant": ("subject", "subj", "sub", "participant_id", "subject_id", "subject_nr", "pp", "vp"),
     "object": ("stimulus", "stim", "stim_file", "item"),
 }
+# How names of columns with parameters of each observer begin; they are those of settings.
+OWN_VALUES = ("participant.", "learner.")
 # Similarity, as of difflib, from which the name of a column is taken for a slip.
 _ALIKE = 0.75
 
@@ -120,7 +122,7 @@ class Cells:
         for name in labels:
             near = [each for each in missing if name.lower() in _OTHERS.get(each, ())]
             near += difflib.get_close_matches(name.lower(), missing, n=1, cutoff=_ALIKE)
-            if name not in known and near:
+            if name not in known and near and not name.startswith(OWN_VALUES):
                 problem = f"is {name!r}; did you mean {near[0]!r}? Then name it so, or say --columns {near[0]}={name}"
                 raise BadValueError(self.path, "row 1", problem)
         return labels

@@ -15,7 +15,7 @@ import pandas as pd
 
 from affordance.arguments import REPEATS
 from affordance.exceptions import BadValueError, describe_choice, find_hidden
-from affordance.experiments.trial_cells import Cells, is_formula
+from affordance.experiments.trial_cells import OWN_VALUES, Cells, is_formula
 from affordance.objects.colour import is_colour, parse_colour
 from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.materials import Material
@@ -152,7 +152,7 @@ def _check(
     rows["cycle"] = rows["cycle"].where(rows["cycle"].notna(), counted).astype(int)
     rows["tool"], presented = _list_presented(cells, rows, by_name, materials)
     further = [name for name in cells.labels if name not in (*COLUMNS, "block")]
-    taken = (*WRITTEN, *(name for name in further if name.startswith(("participant.", "learner."))))
+    taken = (*WRITTEN, *(name for name in further if name.startswith(OWN_VALUES)))
     carried = [name for name in further if all(map(_is_carried, cells[name])) and name not in taken]
     rows = rows.assign(**{name: cells[name] for name in carried})
     unused = tuple(name for name in further if name not in carried)

@@ -6,6 +6,7 @@ The arm is that of all simulations, in its home posture; nothing is simulated. O
 one of them does depends on no other.
 """
 
+import copy
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from affordance.arrays import Array, Mask
 from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import DENSITY_FLOOR, DensityBelief, PointEstimate
 from affordance.belief.felt_object import Thing
-from affordance.belief.learner import Draws, Lesson, Seen, State
+from affordance.belief.learner import Draws, Learner, Lesson, Seen, State
 from affordance.belief.normals import Normals
 from affordance.belief.rows import put_rows, take_rows
 from affordance.control.push import Pushes
@@ -109,7 +110,7 @@ class StaticLifter:
     def note(self, observers: LiftedObservers, number: int) -> LiftedObservers:
         """Returns observers, all of whom have met an object: whatever they learn of it, they learn elsewhere."""
         order = observers.order.copy()
-        things = self._identify(np.full(len(order), number), order)
+        things = self.identify(np.full(len(order), number), order)
         order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
         return observers._replace(order=order)
 
@@ -154,7 +155,7 @@ class StaticLifter:
         kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
         is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
         for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
-            things = self._identify(chosen, order)
+            things = self.identify(chosen, order)
             order[everyone, things] = np.minimum(order[everyone, things], np.where(taught, number, np.inf))
             learned += taught
             for rows, colours in self._group(chosen, things, taught):
@@ -187,6 +188,26 @@ class StaticLifter:
         weight = np.where(objects == NOTHING, np.nan, self._weights[objects])
         after = LiftedObservers(state, order)
         return LiftRecord(force, weight, expected, believed, kind, p_value, felt, by_look, after)
+
+    @property
+    def num_joints(self) -> int:
+        """Number of joints."""
+        return self._tau.shape[1]
+
+    @property
+    def error_sds(self) -> Array:
+        """Standard deviations of gain and offset errors of a lift, (2,)."""
+        return np.array([self._noise.weber_fraction, self._noise.threshold])
+
+    def of_learner(self, learner: Learner) -> "StaticLifter":
+        """Returns lifts of the same objects by observers of another learner."""
+        other = copy.copy(self)
+        other._learner = learner
+        return other
+
+    def list_colours(self, number: int) -> tuple[int, ...]:
+        """Lists the indices of the colours of an object, each once."""
+        return tuple(dict.fromkeys(self._tools[number].colours))
 
     def feel(
         self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
@@ -227,7 +248,7 @@ class StaticLifter:
             maps.append(tool.Phi @ columns)
         return np.array(maps)[places]
 
-    def _identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
+    def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
         """Finds which thing an object is, (B,): the first that was lifted of those that look the same, or itself."""
         known = np.where(self._same[chosen], order, np.inf)
         return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))

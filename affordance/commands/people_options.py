@@ -1,0 +1,66 @@
+"""Options of the commands that fit learners to lifts."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import LEARNERS, RIVALS
+from affordance.commands.options import add_jobs, add_seed, add_set, check_bounds, refuse_changes
+from affordance.exceptions import BadValueError
+from affordance.named_settings import change_settings, parse_changes
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
+from affordance.objects.tool import Tool
+from affordance.people.fit import Question
+from affordance.people.free_parameters import list_free
+from affordance.people.pushes import Lifts, read_lifts
+from affordance.settings import Settings
+from affordance.simulation.static_lifts import check_closed_form
+
+NAMES = f"{', '.join([*LEARNERS, *RIVALS])}, or one's own as FILE.py:CLASS, a program that is run"
+
+
+def add_fit_options(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of both commands."""
+    add = parser.add_argument
+    add("lifts", type=Path, help="table with a row for each lift (CSV), as lifts.csv")
+    add("--of", default="", metavar="WHO", help="whose lifts, as the column learner names them (default: people's)")
+    add("--objects", type=Path, metavar="FILE", help="tools file with the objects (default: by size and mass)")
+    add("--draws", type=int, default=64, metavar="D", help="draws of the free parameters (default 64)")
+    add("--particles", type=int, default=50, metavar="P", help="particles of each draw (default 50)")
+    add_seed(parser)
+    add_jobs(parser)
+    add_set(parser)
+
+
+def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
+    """Reads settings and lifts."""
+    check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "--learner says which, and --free what of it is fitted")
+    for option, value, least in (("--draws", arguments.draws, 4), ("--particles", arguments.particles, 1)):
+        if not least <= value <= 10_000:
+            nearest = min(max(value, least), 10_000)
+            raise BadValueError(option, "", f"is {value}, must be from {least} to 10000; the nearest is {nearest}")
+    settings = change_settings(Settings(), parse_changes(arguments.changes))
+    check_closed_form(settings)
+    tools: tuple[Tool, ...] = ()
+    if arguments.objects is not None:
+        tools = tuple(load_tools(arguments.objects, load_materials(MATERIALS)))
+    return settings, read_lifts(arguments.lifts, learner=arguments.of, tools=tools)
+
+
+def ask(
+    arguments: argparse.Namespace, settings: Settings, lifts: Lifts, learner: Learner, free: Sequence[str] | None
+) -> Question:
+    """Makes the question that the options ask of a learner."""
+    return Question(
+        lifts,
+        learner,
+        settings,
+        list_free(learner, settings.participant, free),
+        arguments.draws,
+        arguments.particles,
+        seed=arguments.seed,
+        jobs=arguments.jobs,
+    )

@@ -1,0 +1,1 @@
+"""Learners fitted to the lifts of single people."""

@@ -1,0 +1,217 @@
+"""Fits of a learner to people's lifts, person by person or pooled, as an xarray DataTree that ArviZ 1 takes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.special import logsumexp
+
+from affordance.arrays import Array, about
+from affordance.belief.learner import Learner
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_atomic
+from affordance.people.free_parameters import FreeParameter
+from affordance.people.particle_filter import compute_log_likelihoods
+from affordance.people.pushes import Lifts
+from affordance.people.tempered_smc import Draws, draw_prior, sample
+from affordance.runs.repeats import run_tasks
+from affordance.settings import Settings
+
+GROUPS = ("posterior", "log_likelihood", "observed_data", "sample_stats")
+# Most rows of arrays at once, and most lifts of rows for each evaluation of a likelihood (SECURITY.md).
+_MOST_ROWS, _MOST_WORK = 100_000, 200_000_000
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is fitted to whom, and how finely.
+
+    Attributes:
+        lifts: Lifts of participants.
+        learner: Learner.
+        settings: Settings of all else.
+        free: Free parameters.
+        draws: Number of draws of the posterior.
+        particles: Number of particles of each.
+        moves: Random walks after each stage of the sampler.
+        seed: Seed of all random numbers.
+        jobs: Number of processes; participants are shared among them.
+    """
+
+    lifts: Lifts
+    learner: Learner
+    settings: Settings
+    free: Sequence[FreeParameter]
+    draws: int = 64
+    particles: int = 50
+    moves: int = 2
+    seed: int = 0
+    jobs: int = 1
+
+    def __post_init__(self) -> None:
+        """Raises a BadValueError for a fit that would take too much memory or time."""
+        rows = self.draws * self.particles
+        work = rows * max(len(each.objects) for each in self.lifts.people)
+        if rows > _MOST_ROWS or work > _MOST_WORK:
+            most = min(_MOST_ROWS, _MOST_WORK * rows // work) // self.particles
+            problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
+            raise BadValueError("--draws", "", problem)
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the free parameters."""
+        return [each.name for each in self.free]
+
+    def convert(self, normal: Array) -> Array:
+        """Converts standard normal numbers, (D, F), to values of the free parameters."""
+        return np.column_stack([each.convert(normal[:, column]) for column, each in enumerate(self.free)])
+
+    def compute(self, place: int, normal: Array) -> Array:
+        """Computes log likelihoods of one participant's pushes, (D, N)."""
+        return compute_log_likelihoods(
+            self.lifts.people[place],
+            self.lifts.tools,
+            self.learner,
+            self.settings,
+            self.free,
+            self.convert(normal),
+            particles=self.particles,
+            seed=(self.seed, place),
+        )
+
+    def compute_all(self, normal: Array) -> Array:
+        """Computes log likelihoods of all participants' pushes, (D, participants, N), 0 after the last of each."""
+        tasks = [partial(self.compute, place, normal) for place in range(len(self.lifts.people))]
+        return stack(run_tasks(tasks, jobs=self.jobs, description="fit"))
+
+    def draw_prior(self) -> Array:
+        """Draws standard normal numbers of the free parameters, (D, F)."""
+        return draw_prior(self.draws, len(self.free), self.seed)
+
+
+def stack(parts: Sequence[Array]) -> Array:
+    """Stacks arrays of participants, (D, N) each, along a dimension before the last, padded with zeros."""
+    longest = max(each.shape[1] for each in parts)
+    return np.stack([np.pad(each, ((0, 0), (0, longest - each.shape[1]))) for each in parts], axis=1)
+
+
+def fit_each(question: Question) -> list[Draws]:
+    """Draws from the posterior of each participant alone."""
+    tasks = [partial(_fit_one, question, place) for place in range(len(question.lifts.people))]
+    return run_tasks(tasks, jobs=question.jobs, description="fit")
+
+
+def _fit_one(question: Question, place: int) -> Draws:
+    options = {"count": question.draws, "moves": question.moves, "seed": question.seed}
+    return sample(partial(question.compute, place), len(question.free), **options)
+
+
+def fit_pooled(question: Question) -> Draws:
+    """Draws from the posterior of parameters that all participants share."""
+    options = {"count": question.draws, "moves": question.moves, "seed": question.seed}
+    return sample(question.compute_all, len(question.free), **options)
+
+
+def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataTree:
+    """Describes a fit, pooled or one of each participant, as a tree of datasets with the groups that ArviZ names.
+
+    Returns: ``posterior`` (chain, draw) or (chain, draw, participant), ``log_likelihood`` (chain, draw, participant,
+        trial), ``observed_data`` (participant, trial), and ``sample_stats``.
+    """
+    people = question.lifts.people
+    is_pooled = isinstance(found, Draws)
+    each = [found] if isinstance(found, Draws) else list(found)
+    values = np.stack([question.convert(one.normal) for one in each], axis=1)  # (D, fits, F)
+    parts = found.log_likelihoods if isinstance(found, Draws) else stack([one.log_likelihoods for one in each])
+    observed = _pad([person.pushes for person in people], np.nan)
+    axes = ("chain", "draw") if is_pooled else ("chain", "draw", "participant")
+    names = {"participant": [person.name for person in people], "trial": np.arange(1, observed.shape[1] + 1)}
+    posterior = {
+        name: (axes, values[None, :, 0, column] if is_pooled else values[None, :, :, column])
+        for column, name in enumerate(question.names)
+    }
+    stages = max(len(one.powers) for one in each)
+    statistics = {
+        "power": (("fit", "stage"), _pad([one.powers for one in each], np.nan, stages), about("1", "of likelihood")),
+        "acceptance_rate": (("fit", "stage"), _pad([one.acceptance for one in each], np.nan, stages), about("1", "")),
+        "log_evidence": ("fit", [one.log_evidence for one in each], about("1", "log marginal likelihood")),
+    }
+    there = np.isfinite(observed)
+    tree = {
+        "posterior": xr.Dataset(posterior, {} if is_pooled else {"participant": names["participant"]}),
+        "log_likelihood": xr.Dataset(
+            {"push": (("chain", "draw", "participant", "trial"), np.where(there, parts, np.nan)[None])}, names
+        ),
+        "observed_data": xr.Dataset({"push": (("participant", "trial"), observed, about("N", "push"))}, names),
+        "sample_stats": xr.Dataset(statistics),
+    }
+    about_it = {"learner": question.learner.name, "particles": question.particles, "seed": question.seed}
+    return xr.DataTree.from_dict({name: group.assign_attrs(about_it) for name, group in tree.items()})
+
+
+def _pad(rows: Sequence[Array], value: float, size: int = 0) -> Array:
+    size = max(size, *(len(each) for each in rows))
+    return np.array([np.pad(np.asarray(each, float), (0, size - len(each)), constant_values=value) for each in rows])
+
+
+def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:
+    """Computes the log score of each push, one step ahead, (N,): that of its prediction from all pushes before it.
+
+    Predictions are means over D draws, (D, N), weighted by their prior weights, (D,), or equally, and by how well
+    each predicted the pushes before.
+    """
+    D = len(log_likelihoods)
+    weights = np.full(D, -np.log(D)) if log_weights is None else log_weights - logsumexp(log_weights)
+    before = np.cumsum(log_likelihoods, axis=1) - log_likelihoods
+    joint = weights[:, None] + before
+    scores: Array = logsumexp(joint + log_likelihoods, axis=0) - logsumexp(joint, axis=0)
+    return scores
+
+
+def leave_out(log_likelihoods: Array) -> tuple[Array, Array]:
+    """Scores the pushes of each participant by the posterior of all others, one step ahead.
+
+    Draws of the pooled posterior, (D, participants, N), are weighted by the inverse of the likelihood of the
+    participant that is left out.
+
+    Returns: Scores, (participants, N), and the effective number of draws for each participant.
+    """
+    totals = log_likelihoods.sum(axis=2)
+    scores, effective = [], []
+    for place in range(totals.shape[1]):
+        weights = -totals[:, place]
+        normalised = np.exp(weights - logsumexp(weights))
+        effective.append(1.0 / (normalised**2).sum())
+        scores.append(score_ahead(log_likelihoods[:, place], weights))
+    return np.array(scores), np.array(effective)
+
+
+def write_fit(tree: xr.DataTree, folder: Path) -> None:
+    """Writes the groups of a fit, each as a NetCDF file of its name, which needs no further library."""
+    for name in GROUPS:
+        dataset = tree[name].to_dataset()
+        write_atomic(
+            folder / f"{name}.nc",
+            partial(_write, dataset.assign_attrs({key: str(value) for key, value in dataset.attrs.items()})),
+        )
+
+
+def _write(dataset: xr.Dataset, path: Path) -> None:
+    dataset.to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
+
+
+def read_fit(folder: Path) -> xr.DataTree:
+    """Reads what ``write_fit`` wrote, as a tree for ArviZ."""
+    return xr.DataTree.from_dict({name: xr.load_dataset(folder / f"{name}.nc", engine="scipy") for name in GROUPS})
+
+
+def describe_values(question: Question, draws: Draws) -> dict[str, list[float]]:
+    """Describes a posterior: mean, and 5 % and 95 % quantiles, of each free parameter."""
+    values = question.convert(draws.normal)
+    return {
+        name: [float(column.mean()), *np.quantile(column, [0.05, 0.95]).tolist()]
+        for name, column in zip(question.names, values.T, strict=True)
+    }

@@ -1,0 +1,112 @@
+"""Sequential Monte Carlo by tempering: draws from a posterior whose prior is standard normal.
+
+Draws of the prior are moved to the posterior through powers of the likelihood, each as large as half of the draws
+allow. After each, draws are drawn anew and moved by random walks (Metropolis), scaled to their spread. Discrete
+hypotheses inside of the likelihood forbid gradients. The likelihood is estimated with one stream of random numbers,
+so that it is a function of its argument.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+from scipy.stats import norm, qmc
+
+from affordance.arrays import Array
+
+_SHARE = 0.5  # of effective draws, which a power of the likelihood leaves
+_MOST_STAGES = 100
+
+
+class Draws(NamedTuple):
+    """Draws of a posterior.
+
+    Attributes:
+        normal: Arguments, (D, F).
+        log_likelihoods: What the function returned for each, (D, ...).
+        powers: Power of the likelihood after each stage; the last is 1.
+        acceptance: Share of moves that were accepted at each stage.
+        log_evidence: Log probability density of the data.
+        prior_normal: Draws of the prior with which it began, (D, F).
+        prior_log_likelihoods: What the function returned for these, (D, ...).
+    """
+
+    normal: Array
+    log_likelihoods: Array
+    powers: Array
+    acceptance: Array
+    log_evidence: float
+    prior_normal: Array
+    prior_log_likelihoods: Array
+
+
+def draw_prior(count: int, size: int, seed: int) -> Array:
+    """Draws standard normal numbers that fill their space evenly (Sobol's sequence, scrambled), (count, size)."""
+    points = qmc.Sobol(size, rng=np.random.default_rng(seed)).random_base2(int(np.ceil(np.log2(count))))[:count]
+    numbers: Array = norm.ppf(np.clip(points, 1e-9, 1.0 - 1e-9))
+    return numbers
+
+
+def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: int, seed: int) -> Draws:
+    """Draws from the posterior of F parameters.
+
+    Args:
+        compute: Function of D arguments, (D, F), that returns log likelihoods in parts, (D, ...), whose sum counts.
+        size: Number F of parameters.
+        count: Number D of draws.
+        moves: Number of random walks after each stage.
+        seed: Seed of the random numbers.
+    """
+    rng = np.random.default_rng([seed, 1])
+    start = normal = draw_prior(count, size, seed)
+    first = parts = compute(normal)
+    power, log_evidence = 0.0, 0.0
+    powers: list[float] = []
+    acceptance: list[float] = []
+    while power < 1.0 and len(powers) < _MOST_STAGES:
+        total = _sum(parts)
+        step = _find_step(total, 1.0 - power)
+        weights = step * total
+        log_evidence += float(logsumexp(weights)) - np.log(count)
+        power = 1.0 if step >= 1.0 - power else power + step
+        normalised = np.exp(weights - logsumexp(weights))
+        places = np.searchsorted(np.cumsum(normalised), (rng.random() + np.arange(count)) / count)
+        chosen = np.minimum(places, count - 1)
+        normal, parts = normal[chosen], parts[chosen]
+        accepted = 0.0
+        scale = 2.38 / np.sqrt(size)
+        for _ in range(moves):
+            root = np.linalg.cholesky(np.atleast_2d(np.cov(normal.T)) + 1e-6 * np.eye(size))
+            proposed = normal + scale * rng.standard_normal((count, size)) @ root.T
+            found = compute(proposed)
+            log_prior = 0.5 * ((normal**2).sum(axis=1) - (proposed**2).sum(axis=1))
+            is_taken = np.log(rng.random(count)) < power * (_sum(found) - _sum(parts)) + log_prior
+            normal = np.where(is_taken[:, None], proposed, normal)
+            parts = np.where(is_taken.reshape(-1, *[1] * (parts.ndim - 1)), found, parts)
+            accepted += float(is_taken.mean()) / moves
+        powers.append(power)
+        acceptance.append(accepted)
+    return Draws(normal, parts, np.array(powers), np.array(acceptance), log_evidence, start, first)
+
+
+def _sum(parts: Array) -> Array:
+    total: Array = parts.reshape(len(parts), -1).sum(axis=1)
+    return total
+
+
+def _find_step(total: Array, most: float) -> float:
+    """Finds the largest further power that leaves a share of effective draws, at most ``most``, by bisection."""
+
+    def count(step: float) -> float:
+        weights = np.exp(step * (total - total.max()))
+        return float(weights.sum() ** 2 / (weights**2).sum())
+
+    wanted = _SHARE * len(total)
+    if count(most) >= wanted:
+        return most
+    low, high = 0.0, most
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if count(middle) >= wanted else (low, middle)
+    return max(low, 1e-9 * most)
