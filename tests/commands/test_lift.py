@@ -133,6 +133,5 @@ def test_file_of_data_runs_no_code(folder):
 
 def test_participants_of_experiments_whose_objects_are_held_are_refused():
     said = refuse_command("run", "weight", "--set", "participant.push_error=0.2")
-    assert said == (
-        "affordance: --set: participant: changes nothing in weight, whose objects are held in simulations; it is for lifts"
-    )
+    problem = "changes nothing in weight, whose objects are held in simulations; it is for lifts"
+    assert said == f"affordance: --set: participant: {problem}"

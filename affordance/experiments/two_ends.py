@@ -1,0 +1,278 @@
+"""Two ends: by which end does somebody take a stick of two unknown materials, to reach and to hit with it?
+
+A participant sees two colours never seen before; one is of a material eleven times as dense as the other. Both are
+felt only in the two objects of Simulation II, steel far from or near the hand, of equal weight. After 0, 1, 2 and 6
+lifts the participant points to an end of a novel stick of both, once to reach along a path and once to hit a nail,
+and never lifts it. Nobody has done it yet. Expected: the right end is chosen by chance at first, and then by a share
+that learners differ in; who is right to reach is right to hit, as one belief serves both tasks.
+
+    affordance run two_ends.py
+
+The trial table is frozen: its SHA-256 stands here, and any change of it is an error.
+"""
+
+import hashlib
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from scipy.special import ndtri
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import RIVALS, label_learner, list_learners
+from affordance.choice.tasks import load_task
+from affordance.exceptions import AffordanceError
+from affordance.experiments.observers import Setup
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.experiments.table_lifts import TableExperiment, check_can_be_presented
+from affordance.experiments.trials import TrialTable, check_trials
+from affordance.files.atomic import write_text
+from affordance.objects.colour import parse_colour
+from affordance.objects.load import load_tools
+from affordance.objects.materials import Material
+from affordance.objects.tool import Tool
+from affordance.plant.load import load_arm
+from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.reporting.statistics import estimate_proportion
+
+OBSERVERS = 48  # participants; more observers do the same trials again
+EVERY_LEARNER = True
+NO_MEMORY = "in which participants know neither material"
+PARTICIPANTS = 48  # each of the eight orders six times
+COLOURS = {"blue": "#3f7fbf", "orange": "#c06a30"}  # either can be that of the dense material
+ASKED = (0, 1, 2, 6)  # numbers of lifts after which both ends are chosen
+TASKS = ("reach", "hammer")
+SEED = 20261127  # of the trial table alone
+FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
+# Columns of the data sheet that the experimenter fills in.
+FILLED_IN = ("chosen_end", "push_N", "response_time_s", "remark")
+ALPHA, POWER = 0.05, 0.8  # one-sided
+
+
+def build_trials() -> pd.DataFrame:
+    """Builds the trial table of all participants: colours, first object, first task and sides are balanced."""
+    rng, tables = np.random.default_rng(SEED), []
+    places = np.concatenate([rng.permutation(8) for _ in range(PARTICIPANTS // 8)])
+    for participant, place in enumerate(places, start=1):
+        dense, first, task = (
+            list(each)[(place >> bit) % 2] for bit, each in enumerate((COLOURS, ("far", "near"), TASKS))
+        )
+        second = "near" if first == "far" else "far"
+        rows: list[tuple[str, str, str, str]] = []
+        for lifts in range(ASKED[-1] + 1):
+            if lifts in ASKED:
+                for number in range(2):
+                    asked = TASKS[(TASKS.index(task) + number) % 2]
+                    side = ("left", "right")[int(rng.integers(2))]
+                    rows.append((f"after {lifts}", f"stick, {dense} dense", asked, side))
+            if lifts < ASKED[-1]:
+                rows.append(("lifts", f"{(first, second)[lifts % 2]}, {dense} dense", "", ""))
+        table = pd.DataFrame(rows, columns=["phase", "object", "task", "dense_end_is"])
+        table.insert(0, "participant", f"P{participant:02d}")
+        table.insert(1, "group", f"{dense} dense")
+        table.insert(4, "do", np.where(table["task"] == "", "lift", "choose"))
+        tables.append(table)
+    return pd.concat(tables, ignore_index=True)
+
+
+def hash_trials(table: pd.DataFrame) -> str:
+    """Computes the SHA-256 of a trial table, as CSV with lines that end in a line feed."""
+    return hashlib.sha256(table.to_csv(index=False, lineterminator="\n").encode()).hexdigest()
+
+
+def build_data_sheet() -> pd.DataFrame:
+    """Builds the data sheet: the trials, numbered, with empty columns to be filled in."""
+    table = build_trials()
+    table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
+    return table.assign(**dict.fromkeys(FILLED_IN, ""))
+
+
+def make_objects(models: Path) -> list[Tool]:
+    """Makes the two objects that are lifted and the stick, for either colour of the dense material."""
+    far, near = load_tools(models / "tools" / "com.yaml")[:2]
+    stick = load_tools(models / "tools" / "novel.yaml")[0]
+    heaviest = max(part.material.density for part in stick.components)
+    tools = []
+    for dense in COLOURS:
+        (light,) = (each for each in COLOURS if each != dense)
+        for name, tool in (("far", far), ("near", near), ("stick", stick)):
+            parts = []
+            for part in tool.components:
+                is_dense = part.material.density == heaviest
+                colour = dense if is_dense else light
+                material = Material(
+                    colour, parse_colour(COLOURS[colour]), part.material.density, source="as it is made"
+                )
+                parts.append(replace(part, material=material, looks_like=material))
+            grips = tuple(replace(grip, name={"steel": "dense", "wood": "light"}[grip.name]) for grip in tool.grips)
+            tools.append(replace(tool, name=f"{name}, {dense} dense", components=tuple(parts), grips=grips))
+    return tools
+
+
+def read(setup: Setup) -> TrialTable:
+    """Builds the table, which must be the frozen one, and checks that the arm can hold its objects."""
+    trials = build_trials()
+    if (found := hash_trials(trials)) != FROZEN:
+        raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
+    table = check_trials(trials, make_objects(setup.models), tasks=TASKS, name="two_ends")
+    check_can_be_presented(table, setup.settings)
+    return table
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner do the trials; the choices, with ``right`` where the right end was chosen."""
+    arm = load_arm(setup.settings.arm)
+    tasks = {task: load_task(setup.models, task, arm) for task in TASKS}
+    repeats = max(1, math.ceil(setup.observers / PARTICIPANTS))
+    experiment = TableExperiment("two_ends", read(setup), tasks, repeats, tuple(_list_learners(setup)))
+    lifts = experiment.collect(setup)
+    chosen = lifts[lifts["do"] == "choose"].copy()
+    # With the mass near the hand the stick is easier to move; far from it, it hits with less work.
+    chosen["right"] = chosen["chosen"] == chosen["task"].map({"reach": "dense", "hammer": "light"})
+    chosen["lifts"] = chosen["phase"].str.removeprefix("after ").astype(int)
+    return chosen
+
+
+def _list_learners(setup: Setup) -> Sequence[Learner]:
+    return [*list_learners(setup.settings.learner), *RIVALS.values()]
+
+
+def measure(choices: pd.DataFrame) -> pd.DataFrame:
+    """Measures shares of observers, by learner and number of lifts: right in each task, and in both or in neither."""
+    wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
+    wide["agree"] = wide["reach"] == wide["hammer"]
+    rows = []
+    for (learner, lifts), own in wide.groupby(["learner", "lifts"], sort=False):
+        for name in (*TASKS, "agree"):
+            hits, count = int(own[name].sum()), len(own)
+            share, low, high = (float(each) for each in estimate_proportion(np.array(hits), count))
+            rows.append((learner, lifts, name, share, low, high, count))
+    return pd.DataFrame(rows, columns=["learner", "lifts", "measure", "share", "low", "high", "observers"])
+
+
+def count_people(one: float, other: float | None = None) -> float:
+    """Counts participants that tell a share from chance, or per group from another share (one-sided, power .8)."""
+    z_alpha, z_power = ndtri(1.0 - ALPHA), ndtri(POWER)
+    if other is None:
+        other, error = 0.5, z_alpha * 0.5 + z_power * math.sqrt(one * (1.0 - one))
+    else:
+        mean = 0.5 * (one + other)
+        spread = math.sqrt(one * (1.0 - one) + other * (1.0 - other))
+        error = z_alpha * math.sqrt(2.0 * mean * (1.0 - mean)) + z_power * spread
+    return math.inf if one == other else float(math.ceil((error / (one - other)) ** 2))
+
+
+def contrast(shares: pd.DataFrame) -> pd.DataFrame:
+    """Contrasts learners with chance and with each other, after each number of lifts; the cheapest first."""
+    rows = []
+    for (name, lifts), own in shares[shares["measure"] != "agree"].groupby(["measure", "lifts"], sort=False):
+        by_learner = dict(zip(own["learner"], own["share"], strict=True))
+        names = list(by_learner)
+        for place, one in enumerate(names):
+            rows.append((name, lifts, one, "chance", by_learner[one], 0.5, count_people(by_learner[one])))
+            for other in names[place + 1 :]:
+                pair = by_learner[one], by_learner[other]
+                rows.append((name, lifts, one, other, *pair, count_people(*pair)))
+    columns = ["measure", "lifts", "one", "other", "share_one", "share_other", "people"]
+    return pd.DataFrame(rows, columns=columns).sort_values("people", kind="stable", ignore_index=True)
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    choices = collect(setup)
+    shares = measure(choices)
+    contrasts = contrast(shares)
+    numbers: dict[str, Any] = {"participants": PARTICIPANTS, "sha256": FROZEN, "shares": {}}
+    for row in shares.itertuples():
+        own = numbers["shares"].setdefault(str(row.learner), {}).setdefault(str(row.measure), {})
+        own[str(row.lifts)] = [row.share, row.low, row.high]
+    finite = contrasts[np.isfinite(contrasts["people"])]
+    numbers["contrasts"] = finite.head(100).to_dict("records")
+    return Results(
+        order=53,
+        title="Two ends of a stick that was never lifted",
+        summary=(
+            f"{PARTICIPANTS} participants, simulated by each learner, choose an end of a stick of two unknown"
+            f" materials to reach and to hit, after {', '.join(map(str, ASKED))} lifts of two other objects."
+        ),
+        finding="; ".join(_describe(shares)) + ".",
+        data=choices,
+        numbers=numbers,
+        claims=(),
+        figures={
+            "shares": ("Share of observers that choose the right end, with 95 % intervals.", partial(draw, shares))
+        },
+        tables={
+            "Shares with 95 % intervals.": tabulate(shares),
+            "Participants (per group) that tell one share from another, one-sided .05, power .8.": finite.head(30)
+            .set_index("measure")
+            .round(2),
+        },
+        files={
+            "data_sheet.csv": lambda path: write_text(
+                path, build_data_sheet().to_csv(index=False, lineterminator="\n")
+            ),
+            "trials.csv": lambda path: write_text(path, build_trials().to_csv(index=False, lineterminator="\n")),
+        },
+        learners=[*dict.fromkeys(shares["learner"])],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes whether each observer of every learner is right, by task and number of lifts."""
+    choices, values = collect(setup), dict[str, Mapping[str, Any]]()
+    for learner, own in choices.groupby("learner", sort=False):
+        wide = own.pivot(index="observer", columns=["task", "lifts"], values="right").astype(float)
+        values[str(learner)] = {f"{task}_{lifts}": wide[task, lifts].to_numpy() for task in TASKS for lifts in ASKED}
+    meanings = {f"{task}_{lifts}": f"right end to {task} after {lifts} lifts" for task in TASKS for lifts in ASKED}
+    return ObserverNumbers(values, meanings)
+
+
+def tabulate(shares: pd.DataFrame) -> pd.DataFrame:
+    """Tabulates shares with intervals: a row for each learner and measure, a column for each number of lifts."""
+    shown = shares.assign(
+        cell=[f"{row.share:.2f} [{row.low:.2f}, {row.high:.2f}]" for row in shares.itertuples()],
+        who=[label_learner(str(learner)) for learner in shares["learner"]],
+    )
+    table = shown.pivot(index=["who", "measure"], columns="lifts", values="cell").reset_index()
+    return table.set_index("who").rename(columns={each: f"after {each}" for each in ASKED})
+
+
+def _describe(shares: pd.DataFrame) -> list[str]:
+    last = shares[(shares["measure"] == "reach") & shares["lifts"].isin((1, 2))]
+    found = []
+    for learner, own in last.groupby("learner", sort=False):
+        percent = ", ".join(f"{share:.0%}" for share in own["share"])
+        found.append(f"{label_learner(str(learner))}: right to reach in {percent} after 1 and 2 lifts")
+    return found
+
+
+def draw(shares: pd.DataFrame) -> Figure:
+    """Draws the shares over the number of lifts, a panel for each task and one for agreement."""
+    figure = Figure(figsize=(10.0, 3.6))
+    panels = figure.subplots(1, 3, sharey=True)
+    titles = {"reach": "right end to reach", "hammer": "right end to hit", "agree": "both right, or both wrong"}
+    for panel, (name, title) in zip(panels, titles.items(), strict=True):
+        own = shares[shares["measure"] == name]
+        for shift, (learner, rows) in enumerate(own.groupby("learner", sort=False)):
+            error = [rows["share"] - rows["low"], rows["high"] - rows["share"]]
+            colour = OBJECT_COLOURS[shift % len(OBJECT_COLOURS)]
+            place, name = rows["lifts"] + 0.06 * shift, label_learner(str(learner))
+            panel.errorbar(
+                place, rows["share"], error, fmt="o-", markersize=3.5, capsize=2.0, color=colour, label=name
+            )
+        panel.axhline(0.5, color="0.7", linewidth=0.8)
+        panel.set_title(title, fontsize=FONT_SIZE)
+        panel.set_xlabel("lifts of other objects")
+        panel.set_ylim(0.0, 1.02)
+        tidy(panel)
+    panels[0].set_ylabel("share of observers")
+    panels[-1].legend(fontsize=FONT_SIZE - 2, frameon=False, loc="lower right")
+    return figure

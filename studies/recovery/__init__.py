@@ -1,0 +1,1 @@
+"""Whether learners and their parameters are recovered from the pushes of simulated people."""

@@ -1,0 +1,93 @@
+"""``affordance study recovery``: which learner, and which kappa, is found of simulated people by their pushes."""
+
+import argparse
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed
+from affordance.exceptions import BadValueError
+from affordance.experiments import linear
+from affordance.files.model_folder import MODELS
+from studies.recovery.people import Recovery, list_rivals, recover
+from studies.study import Findings, Study, Work, format_table, run_kept
+
+_LIFTS = (160, 220, 320)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add_repeats(parser, 6, "simulated people of each learner")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    parser.add_argument("--draws", type=int, default=16, metavar="D", help="values of the parameters (default 16)")
+    parser.add_argument("--particles", type=int, default=30, metavar="P", help="particles of each (default 30)")
+    what = f"numbers of lifts after which it is asked (default {' '.join(map(str, _LIFTS))})"
+    parser.add_argument("--lifts", type=int, nargs="+", default=list(_LIFTS), metavar="N", help=what)
+
+
+def plan(arguments: argparse.Namespace) -> Work:
+    """Checks the numbers."""
+    most = 4 * linear.FAMILIAR + 5 * linear.MIXED
+    for option, values, low, high in (
+        ("--draws", [arguments.draws], 4, 1024),
+        ("--particles", [arguments.particles], 1, 1000),
+        ("--lifts", arguments.lifts, 2, most),
+    ):
+        for value in values:
+            if not low <= value <= high:
+                nearest = min(max(value, low), high)
+                raise BadValueError(option, "", f"is {value}, must be from {low} to {high}; the nearest is {nearest}")
+    config = Recovery(arguments.seed, arguments.draws, arguments.particles, tuple(sorted({*arguments.lifts})))
+    return partial(_work, config, arguments.repeats, arguments.jobs)
+
+
+def _work(config: Recovery, repeats: int, jobs: int, folder: Path) -> Iterator[Findings]:
+    names = [each.name for each in list_rivals()]
+    found = run_kept(config, recover, folder, MODELS, repeats=repeats * len(names), jobs=jobs, description="recovery")
+    numbers = summarise(config, names, found)
+    for by in ("score", "bic"):
+        for lifts, table in numbers[f"confusion_by_{by}"].items():
+            print(f"Best by {by} after {lifts} lifts: rows are who learned how, columns what was found")
+            print(
+                format_table(["", *names], [[name, *map(str, row)] for name, row in zip(names, table, strict=True)])
+            )
+    for lifts, of in numbers["log_kappa"].items():
+        shown = ", ".join(f"{key} {value:.3g}" for key, value in of.items())
+        print(f"log kappa of a person after {lifts} lifts: {shown}")
+    yield Findings(numbers)
+
+
+def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Counts what was found of whom, and correlates true and recovered kappa, as in metrics.json."""
+    true = np.arange(len(found["score"])) % len(names)
+    numbers: dict[str, Any] = {"learners": names, "people_of_each": len(true) // len(names), "seed": config.seed}
+    for by, sign in (("score", 1.0), ("bic", -1.0)):
+        best = (sign * found[by]).argmax(axis=1)  # (people, numbers of lifts)
+        numbers[f"confusion_by_{by}"] = {
+            lifts: [
+                [int(((true == i) & (best[:, k] == j)).sum()) for j in range(len(names))] for i in range(len(names))
+            ]
+            for k, lifts in enumerate(config.lifts)
+        }
+    has_kappa = np.isfinite(found["mean"][:, 0])
+    log_kappa = found["log_kappa"][has_kappa]
+    numbers["log_kappa"] = {}
+    for k, lifts in enumerate(config.lifts):
+        mean, sd = found["mean"][has_kappa, k], found["sd"][has_kappa, k]
+        rms = float(np.sqrt(np.mean((mean - log_kappa) ** 2)))
+        r = float(np.corrcoef(mean, log_kappa)[0, 1]) if len(mean) > 2 else float("nan")
+        numbers["log_kappa"][lifts] = {"correlation": r, "rms_error": rms, "posterior_sd": float(sd.mean())}
+    return numbers
+
+
+STUDY = Study(
+    "recover learners and kappa from the pushes of simulated people",
+    add_arguments,
+    plan,
+)

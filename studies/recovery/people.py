@@ -1,0 +1,105 @@
+"""Simulated people whose learners are known, and what is found of them from their pushes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from affordance.arrays import Array
+from affordance.belief.learner import Learner
+from affordance.belief.learner_file import load_learner
+from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_AND_SHARED, OWN_MEMORY
+from affordance.control.push import Participant
+from affordance.experiments import linear
+from affordance.experiments.lifts import lift
+from affordance.experiments.observers import Setup
+from affordance.objects.tool import Tool
+from affordance.people.fit import Question, score_ahead
+from affordance.people.free_parameters import list_free, set_values
+from affordance.people.pushes import Lifts, Person
+
+# Of participants, simulated and fitted; kappa varies by its prior.
+PUSH_ERROR = 0.2
+_GROUP = "linear_plus_plus"
+_FORGETTING = Path(__file__).parents[2] / "examples" / "forgetting.py"
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """Configuration of the study.
+
+    Attributes:
+        seed: Root of all random draws.
+        draws: Values of the free parameters of each learner.
+        particles: Particles of each.
+        lifts: Numbers of lifts after which it is asked who learns how, the last of which is how many there are.
+    """
+
+    seed: int
+    draws: int
+    particles: int
+    lifts: tuple[int, ...]
+
+
+def list_rivals() -> list[Learner]:
+    """Lists the learners that are told apart."""
+    return [DENSITY, OWN_MEMORY, OWN_AND_SHARED, KINDS_DRAWN, load_learner(f"{_FORGETTING}:Forgetting")]
+
+
+def recover(config: Recovery, number: int) -> Mapping[str, NDArray[np.float64]]:
+    """Simulates a person, whose learner is that of its number in turn, and evaluates all learners on its pushes.
+
+    Returns: ``score``, log score one step ahead after numbers of lifts, and ``bic``, (learners, numbers) each;
+        ``log_kappa`` true, and its posterior ``mean`` and ``sd`` by the numbers, NaN for people without kinds.
+    """
+    rivals = list_rivals()
+    learner = rivals[number % len(rivals)]
+    person, tools, true = simulate(config, learner, number)
+    setup = Setup(seed=config.seed)
+    ends = np.array(config.lifts) - 1
+    score, bic = np.zeros((2, len(rivals), len(ends)))
+    known = Participant(push_error=PUSH_ERROR)
+    ask = partial(Question, Lifts((person,), tools), draws=config.draws, particles=config.particles, seed=config.seed)
+    for row, rival in enumerate(rivals):
+        question = ask(rival, setup.settings, list_free(rival, Participant()))
+        parts = question.compute(0, question.draw_prior())
+        score[row] = np.cumsum(score_ahead(parts))[ends]
+        best = np.cumsum(parts, axis=1)[:, ends].max(axis=0)
+        bic[row] = len(question.free) * np.log(config.lifts) - 2.0 * best
+    mean, sd = np.full((2, len(ends)), np.nan)
+    if learner is KINDS_DRAWN:
+        question = ask(learner, setup.change(participant=known).settings, list_free(learner, known, ["kappa"]))
+        normal = question.draw_prior()
+        mean, sd = weigh(
+            np.log(question.convert(normal)[:, 0]), np.cumsum(question.compute(0, normal), axis=1)[:, ends]
+        )
+    return {"score": score, "bic": bic, "log_kappa": np.array(np.log(true)), "mean": mean, "sd": sd}
+
+
+def simulate(config: Recovery, learner: Learner, number: int) -> tuple[Person, tuple[Tool, ...], float]:
+    """Simulates the lifts of a person with parameters from their prior; returns kappa too, NaN without kinds."""
+    known = Participant(push_error=PUSH_ERROR)
+    free = list_free(learner, known, learner.fitted)
+    normal = np.random.default_rng([config.seed, number]).standard_normal((1, len(free)))
+    values = np.column_stack([normal[:, :0], *(each.convert(normal[:, i]) for i, each in enumerate(free))])
+    own = set_values(learner, known, free, values)[0] if free else learner
+    own = own.change(**{each.name: float(values[0, i]) for i, each in enumerate(free)})
+    # The observer's number is in the seeds of orders, errors and pushes.
+    setup = Setup(seed=config.seed + 1 + number).change(learner=own, participant=known)
+    tools = tuple(linear.read(_GROUP, setup))
+    names = [tool.name for tool in tools]
+    data = lift(setup, tools, linear.design, [0])[0].isel(lift=slice(config.lifts[-1]))
+    objects = np.array([names.index(each) for each in data.object.values])
+    person = Person(f"{learner.name} {number}", objects, data.force.values, np.ones(len(objects), dtype=bool))
+    return person, tools, float(getattr(own.parameters, "kappa", np.nan))
+
+
+def weigh(values: Array, log_likelihoods: Array) -> tuple[Array, Array]:
+    """Computes posterior means and SDs of draws of a prior, (D,), by log likelihoods, (D, K); (K,) each."""
+    weights = np.exp(log_likelihoods - logsumexp(log_likelihoods, axis=0))
+    mean = values @ weights
+    return mean, np.sqrt(np.maximum(values**2 @ weights - mean**2, 0.0))

@@ -1,0 +1,79 @@
+"""Two ends: a frozen, balanced table, objects of either colour, shares and numbers of participants by hand."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from helpers.refusals import refuse
+
+from affordance.exceptions import AffordanceError
+from affordance.experiments import two_ends
+from affordance.experiments.observers import Setup
+from affordance.files.model_folder import MODELS
+
+TABLE = two_ends.build_trials()
+
+
+def test_trial_table_is_the_frozen_one(monkeypatch):
+    assert two_ends.hash_trials(TABLE) == two_ends.FROZEN
+    assert two_ends.hash_trials(TABLE.assign(do="look")) != two_ends.FROZEN
+    monkeypatch.setattr(two_ends, "SEED", 1)
+    said = refuse(two_ends.read, Setup(), error=AffordanceError)
+    assert said.endswith(f"must have {two_ends.FROZEN}, which is frozen")
+
+
+def test_participants_are_balanced():
+    assert TABLE["participant"].nunique() == 48
+    first = TABLE.groupby("participant").agg(dense=("group", "first"), task=("task", "first"))
+    first["lifted"] = TABLE[TABLE["do"] == "lift"].groupby("participant")["object"].first().str.split(",").str[0]
+    assert (first.value_counts() == 6).all()
+    assert len(first.value_counts()) == 8
+    sides = TABLE.loc[TABLE["do"] == "choose", "dense_end_is"].value_counts(normalize=True)
+    assert sides["left"] == pytest.approx(0.5, abs=0.06)
+
+
+def test_each_participant_chooses_both_ends_after_0_1_2_and_6_lifts():
+    for _, own in TABLE.groupby("participant"):
+        lifts = (own["do"] == "lift").cumsum()[own["do"] == "choose"]
+        assert lifts.tolist() == [0, 0, 1, 1, 2, 2, 6, 6]
+        assert (
+            own.loc[own["do"] == "choose"].groupby("phase")["task"].apply(set).tolist() == [{"reach", "hammer"}] * 4
+        )
+        assert not (own["do"].eq("lift") & own["object"].str.startswith("stick")).any()
+
+
+def test_objects_differ_in_the_colour_of_the_dense_material_alone():
+    blue, orange = np.split(np.array(two_ends.make_objects(MODELS), dtype=object), 2)
+    for one, other in zip(blue, orange, strict=True):
+        np.testing.assert_allclose(one.parameters, other.parameters, rtol=1e-12)
+        colours = [[part.looks_like.name for part in tool.components] for tool in (one, other)]
+        assert {"blue": "orange", "orange": "blue"}[colours[0][0]] == colours[1][0]
+    densities = sorted({part.material.density for tool in blue for part in tool.components})
+    assert densities[1] / densities[0] == pytest.approx(11.0, rel=0.05)
+    assert blue[0].mass == pytest.approx(blue[1].mass)
+    assert {grip.name for grip in blue[2].grips} == {"dense", "light"}
+
+
+def test_data_sheet_is_the_table_with_empty_columns():
+    sheet = two_ends.build_data_sheet()
+    assert (sheet[[*two_ends.FILLED_IN]] == "").all(axis=None)
+    pd.testing.assert_frame_equal(sheet[[*TABLE]], TABLE)
+    assert sheet.groupby("participant")["trial"].max().tolist() == [14] * 48
+
+
+def test_shares_by_hand():
+    rows = [
+        ("a", 0, 2, "reach", True),
+        ("a", 0, 2, "hammer", True),
+        ("a", 1, 2, "reach", True),
+        ("a", 1, 2, "hammer", False),
+    ]
+    shares = two_ends.measure(pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"]))
+    found = shares.set_index("measure")["share"]
+    assert (found["reach"], found["hammer"], found["agree"]) == (1.0, 0.5, 0.5)
+
+
+@pytest.mark.parametrize(("one", "other", "count"), [(0.69, None, 41), (0.83, 0.99, 39), (0.9, 0.6, 25)])
+def test_participants_that_tell_shares_apart(one, other, count):
+    """By the normal approximation, as simulated shares of that many participants are told apart in 80 %."""
+    assert two_ends.count_people(one, other) == count
+    assert two_ends.count_people(0.7, 0.7) == np.inf

@@ -1,0 +1,132 @@
+"""Fits: scores one step ahead and left out by hand, groups of the tree, and the commands."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from helpers.answers import answer
+from helpers.refusals import refuse, refuse_command
+from scipy.special import logsumexp
+
+from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_MEMORY
+from affordance.control.push import Participant
+from affordance.experiments.lifts import cylinder, repeat, run_lifts
+from affordance.experiments.observers import Setup
+from affordance.people.comparison import compare
+from affordance.people.fit import Question, describe_fit, fit_each, fit_pooled, leave_out, read_fit, score_ahead
+from affordance.people.free_parameters import list_free
+from affordance.people.pushes import read_lifts
+from affordance.settings import Settings
+
+TOOLS = (
+    cylinder("small", radius=0.045, height=0.06, mass=0.6),
+    cylinder("large", radius=0.045, height=0.12, mass=1.2),
+    cylinder("odd", radius=0.045, height=0.09, mass=1.9),
+)
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """Lifts of two simulated people with own memory, as lifts.csv."""
+    folder = tmp_path_factory.mktemp("people")
+    setup = Setup(observers=2, seed=3, out=folder).change(participant=Participant(push_error=0.2))
+    lifts = run_lifts(
+        "mine", setup, TOOLS, lambda observer, rng: repeat(["small", "large", "odd"], 8, rng, block="x"), [OWN_MEMORY]
+    )
+    lifts.to_csv(folder / "lifts.csv", index=False)
+    return folder / "lifts.csv"
+
+
+def ask(table, learner, draws=8, particles=6, free=None, **settings):
+    settings = Setup().change(**settings).settings if settings else Settings()
+    return Question(
+        read_lifts(table), learner, settings, list_free(learner, settings.participant, free), draws, particles
+    )
+
+
+def test_scores_one_step_ahead_add_up_to_the_evidence():
+    parts = np.random.default_rng(0).normal(size=(5, 7))
+    assert score_ahead(parts).sum() == pytest.approx(logsumexp(parts.sum(axis=1)) - np.log(5))
+    assert score_ahead(parts)[0] == pytest.approx(logsumexp(parts[:, 0]) - np.log(5))
+    with pytest.raises(AssertionError):
+        np.testing.assert_allclose(score_ahead(parts), logsumexp(parts, axis=0) - np.log(5))
+
+
+def test_a_participant_is_left_out_by_the_posterior_of_the_others():
+    """With equal prior draws, drawn by the posterior of all, weights by 1 / likelihood give that of the others."""
+    rng = np.random.default_rng(1)
+    parts = rng.normal(size=(4, 3, 2))  # values, participants, pushes
+    totals = parts.sum(axis=2)
+    posterior = np.exp(totals.sum(axis=1) - logsumexp(totals.sum(axis=1)))
+    draws = rng.choice(4, size=200_000, p=posterior)
+    scores, effective = leave_out(parts[draws])
+    for place in range(3):
+        others = totals.sum(axis=1) - totals[:, place]
+        np.testing.assert_allclose(scores[place], score_ahead(parts[:, place], others), atol=0.02)
+    assert (effective > 1000.0).all()
+
+
+def test_groups_and_dimensions_are_those_of_arviz(table):
+    question = ask(table, OWN_MEMORY)
+    each = describe_fit(question, fit_each(question))
+    pooled = describe_fit(question, fit_pooled(question))
+    assert {*each.children} == {"posterior", "log_likelihood", "observed_data", "sample_stats"}
+    assert each["posterior"]["push_error"].dims == ("chain", "draw", "participant")
+    assert pooled["posterior"]["push_error"].dims == ("chain", "draw")
+    for tree in (each, pooled):
+        assert isinstance(tree, xr.DataTree)
+        assert tree["log_likelihood"]["push"].dims == ("chain", "draw", "participant", "trial")
+        assert tree["log_likelihood"]["push"].shape == (1, 8, 2, 24)
+        assert tree["observed_data"]["push"].dims == ("participant", "trial")
+    lifts = pd.read_csv(table)
+    np.testing.assert_allclose(each["observed_data"]["push"].values.ravel(), lifts["force"])
+    assert 0.1 < float(pooled["posterior"]["push_error"].mean()) < 0.4
+
+
+def test_the_learner_of_simulated_people_predicts_them_best(table):
+    found = compare([ask(table, learner) for learner in (DENSITY, OWN_MEMORY)])
+    assert found.find_best() == found.find_best("bic") == ["own_memory"] * 2
+    shown = found.tabulate()
+    assert shown["behind_best"].max() == shown["above_best"].min() == 0.0
+    assert (shown.loc[shown["learner"] == "density", "behind_best"] < -2.0).all()
+
+
+def test_fit_and_comparison_as_commands(table, tmp_path):
+    words = (table, "--draws", 4, "--particles", 3, "--out", tmp_path)
+    said = answer("fit", *words, "--learner", "own_memory").out
+    assert said.startswith("0: pushes 24, log_score -")
+    assert "push_error 0." in said
+    tree = read_fit(tmp_path / "fit_lifts")
+    assert tree["posterior"]["push_error"].shape == (1, 4, 2)
+    content = json.loads(answer("fit", *words, "--learner", "own_memory", "--pooled", "--json").out)
+    assert content["free"] == ["push_error"]
+    assert len(content["everyone"]["push_error"]) == 3
+    assert {*content["participants"]["1"]} == {"pushes", "log_score_left_out", "draws_left_out"}
+    said = answer("compare-learners", *words, "--learner", "density", "--learner", "own_memory").out
+    assert "own_memory: best for 2 of 2" in said
+    assert len(pd.read_csv(tmp_path / "compare_lifts" / "comparison.csv")) == 4
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--free", "kappa"], "--set: participant.push_error: is 0, must be above 0, as .2"),
+        (["--free", "kapa"], "--free: is 'kapa', must be one of push_error, gain, lapse, kappa"),
+        (["--free", "push_error,push_error"], "--free: has push_error twice"),
+        (["--draws", "2"], "--draws: is 2, must be from 4 to 10000; the nearest is 4"),
+        (["--draws", "10000", "--particles", "100"], "--draws: is 10000, must be at most 1000 with 100 particles"),
+        (["--of", "people"], "lifts.csv: --of: is 'people', must be"),
+        (["--set", "learner.kappa=2"], "--set: learner.kappa: changes nothing here"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused_in_one_line(table, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    assert said in refuse_command("fit", table, "--learner", "kinds_drawn", *words)
+
+
+def test_a_learner_without_anything_to_fit_needs_an_error_of_the_push(table, tmp_path):
+    fixed = {"participant": Participant(push_error=0.2)}
+    assert ask(table, KINDS_DRAWN, free=["kappa"], **fixed).names == ["kappa"]
+    assert "push_error: is 0, must be above 0" in refuse(ask, table, KINDS_DRAWN, free=["kappa", "own_drift"])
