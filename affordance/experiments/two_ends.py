@@ -6,7 +6,7 @@ lifts the participant points to an end of a novel stick of both, once to reach a
 and never lifts it. Nobody has done it yet. Expected: the right end is chosen by chance at first, and then by a share
 that learners differ in; who is right to reach is right to hit, as one belief serves both tasks.
 
-    affordance run two_ends.py
+    affordance run two_ends
 
 The trial table is frozen: its SHA-256 stands here, and any change of it is an error.
 """

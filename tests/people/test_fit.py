@@ -94,7 +94,7 @@ def test_the_learner_of_simulated_people_predicts_them_best(table):
 
 
 def test_fit_and_comparison_as_commands(table, tmp_path):
-    words = (table, "--draws", 4, "--particles", 3, "--out", tmp_path)
+    words = (table, "--draws", 4, "--particles", 3, "--jobs", 1, "--out", tmp_path)
     said = answer("fit", *words, "--learner", "own_memory").out
     assert said.startswith("0: pushes 24, log_score -")
     assert "push_error 0." in said

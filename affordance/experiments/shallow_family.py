@@ -1,0 +1,122 @@
+"""A family that weighs more than nothing at no size: who can learn it? The companion of ``two_ends``.
+
+Five cylinders of one look weigh .45 kg and .75 g/cm^3: small ones are denser than large ones. Learners by density
+alone keep errors, as one density makes small ones too light and large ones too heavy; a memory of each object does
+not. Nobody has done it yet.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import RIVALS, label_learner, list_learners
+from affordance.experiments.drawings import draw_forces
+from affordance.experiments.holds import select_columns
+from affordance.experiments.lifts import (
+    check_can_be_lifted,
+    cylinder,
+    measure_each,
+    repeat,
+    run_lifts,
+    summarise_lifts,
+)
+from affordance.experiments.observers import Setup
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool
+from affordance.reporting.formatting import count_observers
+
+OBSERVERS = 48  # of each learner, unless another number is asked for
+EVERY_LEARNER = True  # observers of each are simulated
+NO_MEMORY = "in which nothing is felt"  # so that a lasting memory learns nothing
+RADIUS, HEIGHTS = 0.0461, (0.06, 0.075, 0.09, 0.105, 0.12)  # [m]
+INTERCEPT, DENSITY = 0.45, 750.0  # mass at no size, [kg], and increase with volume, [kg/m^3]
+CYCLES, LAST = 40, 16  # of all objects, and how many are the last ones
+SMALLEST, LARGEST = (f"cylinder_{1000 * each:.0f}mm" for each in (HEIGHTS[0], HEIGHTS[-1]))
+MEANINGS = {
+    "smallest": "force over weight less one, smallest cylinder, last 16 lifts",
+    "largest": "force over weight less one, largest cylinder, last 16 lifts",
+    "slope": "increase of force over increase of weight, from smallest to largest",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    lifts = collect(setup)
+    numbers = summarise_lifts(lifts, measure, setup)
+    return Results(
+        order=54,
+        title="A family that weighs more than nothing at no size",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner lifted five cylinders of one look, of"
+            f" {INTERCEPT:g} kg and {DENSITY:g} kg/m^3 each, {CYCLES} times. Nobody has done it yet."
+        ),
+        finding="; ".join(_describe(numbers["learners"])) + ".",
+        data=lifts,
+        numbers=numbers,
+        claims=(),
+        figures={
+            "ends": (
+                "Force before each lift of the smallest and the largest cylinder, over its weight.",
+                partial(draw_forces, lifts, [SMALLEST, LARGEST], title="Smallest and largest of a shallow family"),
+            )
+        },
+        lifts=select_columns(lifts),
+        learners=[*numbers["learners"]],
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner."""
+    return ObserverNumbers(measure_each(collect(setup), measure), MEANINGS)
+
+
+def read(setup: Setup) -> list[Tool]:
+    """Makes the objects, and checks that the arm can hold them."""
+    tools = []
+    for height in HEIGHTS:
+        mass = INTERCEPT + DENSITY * np.pi * RADIUS**2 * height
+        tools.append(cylinder(f"cylinder_{1000 * height:.0f}mm", radius=RADIUS, height=height, mass=float(mass)))
+    check_can_be_lifted("shallow_family", tools, setup.settings)
+    return tools
+
+
+def collect(setup: Setup) -> pd.DataFrame:
+    """Lets observers of each learner lift the objects."""
+    return run_lifts("shallow_family", setup, read(setup), design, _list_learners(setup))
+
+
+def design(observer: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Draws the trials of one observer."""
+    return repeat([f"cylinder_{1000 * each:.0f}mm" for each in HEIGHTS], CYCLES, rng, block="all")
+
+
+def measure(lifts: pd.DataFrame) -> pd.Series:
+    """Computes the numbers of one observer, or of one person, from the lifts in their order."""
+    means = {
+        name: lifts.loc[lifts["object"] == name, ["force", "weight"]].tail(LAST).mean()
+        for name in (SMALLEST, LARGEST)
+    }
+    small, large = means[SMALLEST], means[LARGEST]
+    return pd.Series(
+        {
+            "smallest": small["force"] / small["weight"] - 1.0,
+            "largest": large["force"] / large["weight"] - 1.0,
+            "slope": (large["force"] - small["force"]) / (large["weight"] - small["weight"]),
+        }
+    )
+
+
+def _list_learners(setup: Setup) -> Sequence[Learner]:
+    return [*list_learners(setup.settings.learner), *RIVALS.values()]
+
+
+def _describe(n: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    return [
+        f"{label_learner(name)}: {found['smallest']:+.0%} of the smallest, {found['largest']:+.0%} of the largest"
+        for name, found in n.items()
+    ]
