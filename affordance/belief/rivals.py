@@ -18,6 +18,7 @@ from affordance.belief.rows import FELT_INFORMATION, FELT_PRECISION, get_felt, m
 from affordance.files.constraints import Setting, Within
 
 _SHARE = Within(0.0, 1.0)
+_CERTAIN_SD = 1.0  # [kg/m^3]
 
 
 class OwnMemory(Learner):
@@ -102,7 +103,9 @@ class OwnAndShared(Learner):
 
     @override
     def believe(self, state: State) -> Normals:
-        return _surround(state, state["shared"])
+        """Returns the shared densities, as good as certain: a delta rule knows no uncertainty."""
+        mean = state["shared"]
+        return Normals(mean, np.tile(_CERTAIN_SD**2 * np.eye(mean.shape[1]), (len(mean), 1, 1)))
 
     @override
     def expect(self, state: State, seen: Seen) -> Normals:

@@ -11,7 +11,7 @@ from affordance.commands.setups import check_experiment, check_learner, read_set
 from affordance.commands.tables import SUFFIXES, add_table_options, open_table
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
-from affordance.experiments.suite import NAMES, Experiment, check_own_name, find_experiment, open_experiment
+from affordance.experiments.suite import DESIGNS, NAMES, Experiment, check_own_name, find_experiment, open_experiment
 from affordance.experiments.table_lifts import TableExperiment
 from affordance.experiments.trials import check_cost
 from affordance.named_settings import change_settings
@@ -28,7 +28,7 @@ _OBSERVERS = 50
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    names = [name for name in NAMES if find_experiment(name).predict is not None]
+    names = [name for name in (*NAMES, *DESIGNS) if find_experiment(name).predict is not None]
     add("experiment", help=f"one of {', '.join(names)}, a Python file, or a table of trials (CSV)")
     what = f"simulated observers of each learner, of a table for each participant (default: at most {_OBSERVERS}; 1)"
     add_run_options(parser, None, what, models="")
@@ -59,13 +59,13 @@ def run(arguments: argparse.Namespace) -> int:
         if getattr(arguments, option):
             problem = f"is of a table of trials, must be omitted for {arguments.experiment}"
             raise BadValueError(f"--{option.replace('_', '-')}", "", problem)
-    check_experiment(arguments, NAMES)
+    check_experiment(arguments, (*NAMES, *DESIGNS))
     with open_experiment(arguments.experiment) as (name, experiment):
         if arguments.repeats is None:
             arguments.repeats = min(_OBSERVERS, experiment.observers)
         check_bounds(arguments)
         robot = open_robot(*read_robot(arguments))
-        return _predict(name, experiment, arguments, robot, is_own=name not in NAMES)
+        return _predict(name, experiment, arguments, robot, is_own=name not in (*NAMES, *DESIGNS))
 
 
 def _predict(

@@ -9,6 +9,7 @@ from affordance.commands import options
 from affordance.commands.setups import check_experiment, check_learner, read_setup
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import (
+    DESIGNS,
     NAMES,
     OF_THE_PAPER,
     Experiment,
@@ -31,7 +32,7 @@ LEFT_OUT = 3
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    others = ", ".join(name for name in NAMES if name not in OF_THE_PAPER)
+    others = ", ".join(name for name in (*NAMES, *DESIGNS) if name not in OF_THE_PAPER)
     what = f"{', '.join(OF_THE_PAPER)}, all of these (default), one of {others}, or a Python file"
     add("experiment", nargs="?", default="all", help=what)
     what = (
@@ -53,9 +54,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out."""
     if arguments.experiment == "all":
         return _run({name: find_experiment(name) for name in OF_THE_PAPER}, arguments)
-    check_experiment(arguments, ("all", *NAMES))
+    check_experiment(arguments, ("all", *NAMES, *DESIGNS))
     with open_experiment(arguments.experiment) as (name, experiment):
-        return _run({name: experiment}, arguments, is_own=name not in NAMES)
+        return _run({name: experiment}, arguments, is_own=name not in (*NAMES, *DESIGNS))
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:

@@ -73,12 +73,14 @@ class Experiment(NamedTuple):
 # Experiments of `affordance run all`, in order, and the others; each is a module here.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
 NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift")
+# Designs for a laboratory, which predict and claim nothing.
+DESIGNS = ("two_ends", "shallow_family")
 # Experiments whose objects are held by a simulated arm, which pushes with what it believes in.
 _HELD = (*OF_THE_PAPER, "next_lift")
 # Folders of what compares finished runs; it holds no longer once there is another run.
 COMPARISONS = ("agreement", "vision_comparison")
 # Folders of results that no table, and no experiment of a user, may write to.
-_TAKEN = (*NAMES, *COMPARISONS, "arms", "frames")
+_TAKEN = (*NAMES, *DESIGNS, *COMPARISONS, "arms", "frames")
 
 
 class SuiteResult(NamedTuple):
@@ -90,8 +92,8 @@ class SuiteResult(NamedTuple):
 
 def find_experiment(name: str) -> Experiment:
     """Finds an experiment by its name; raises a BadArgumentError for another one."""
-    if name not in NAMES:
-        raise BadArgumentError("experiment", "", describe_choice(name, NAMES))
+    if name not in (*NAMES, *DESIGNS):
+        raise BadArgumentError("experiment", "", describe_choice(name, (*NAMES, *DESIGNS)))
     module = importlib.import_module(f"affordance.experiments.{name}")  # here, as nobody waits for the other ones
     return Experiment.of(module)
 

@@ -42,7 +42,7 @@ from affordance.plant.load import load_arm
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import estimate_proportion
 
-OBSERVERS = 48  # participants; more observers do the same trials again
+OBSERVERS = 48  # participants; fewer are the first ones, more do the same trials again
 EVERY_LEARNER = True
 NO_MEMORY = "in which participants know neither material"
 PARTICIPANTS = 48  # each of the eight orders six times
@@ -117,10 +117,11 @@ def make_objects(models: Path) -> list[Tool]:
 
 
 def read(setup: Setup) -> TrialTable:
-    """Builds the table, which must be the frozen one, and checks that the arm can hold its objects."""
+    """Builds the rows of the first participants; checks that the whole is the frozen one, and the arm can hold all."""
     trials = build_trials()
     if (found := hash_trials(trials)) != FROZEN:
         raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
+    trials = trials[trials["participant"].isin(trials["participant"].unique()[: setup.observers])]
     table = check_trials(trials, make_objects(setup.models), tasks=TASKS, name="two_ends")
     check_can_be_presented(table, setup.settings)
     return table
@@ -189,17 +190,18 @@ def run(setup: Setup) -> Results:
     choices = collect(setup)
     shares = measure(choices)
     contrasts = contrast(shares)
-    numbers: dict[str, Any] = {"participants": PARTICIPANTS, "sha256": FROZEN, "shares": {}}
+    count = min(setup.observers, PARTICIPANTS)
+    numbers: dict[str, Any] = {"participants": count, "sha256": FROZEN, "shares": {}}
     for row in shares.itertuples():
         own = numbers["shares"].setdefault(str(row.learner), {}).setdefault(str(row.measure), {})
         own[str(row.lifts)] = [row.share, row.low, row.high]
     finite = contrasts[np.isfinite(contrasts["people"])]
-    numbers["contrasts"] = finite.head(100).to_dict("records")
+    numbers["contrasts"] = finite.head(50).to_dict("records")
     return Results(
         order=53,
         title="Two ends of a stick that was never lifted",
         summary=(
-            f"{PARTICIPANTS} participants, simulated by each learner, choose an end of a stick of two unknown"
+            f"{count} participants, simulated by each learner, choose an end of a stick of two unknown"
             f" materials to reach and to hit, after {', '.join(map(str, ASKED))} lifts of two other objects."
         ),
         finding="; ".join(_describe(shares)) + ".",

@@ -54,6 +54,7 @@ def test_own_and_shared_are_two_delta_rules():
         error = rho - shared - own[thing]
         shared, own[thing] = shared + 0.1 * error, own[thing] + 0.3 * error
     np.testing.assert_allclose(learner.believe(state).mean, [[shared, 1000.0]] * 2, rtol=1e-6)
+    assert (learner.believe(state).covariance <= np.eye(2)).all()
     for thing, value in own.items():
         np.testing.assert_allclose(learner.expect(state, see(thing)).mean, shared + value, rtol=1e-6)
     np.testing.assert_allclose(learner.expect(state, see(5)).mean, shared, rtol=1e-6)

@@ -16,7 +16,7 @@ from affordance.experiments import com, experience, suite, weight
 from affordance.experiments.lasting_memory import remember_in
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import Results
-from affordance.experiments.suite import NAMES, OF_THE_PAPER, Experiment, find_experiment, run_suite
+from affordance.experiments.suite import DESIGNS, NAMES, OF_THE_PAPER, Experiment, find_experiment, run_suite
 from affordance.memory.ledger import open_memory
 from affordance.proprioception.faults import Faults
 from affordance.robots.changes import write_lacks
@@ -187,6 +187,14 @@ def test_folder_that_lies_below_a_file_and_a_joint_that_there_is_not_are_refused
     setup = Setup(out=tmp_path / "out").change(faults=Faults(stuck_joint="knee"))
     assert "knee" in refuse(run_suite, ["one"], setup)
     assert made_up.done == []
+
+
+def test_designs_for_a_laboratory_are_found_and_claim_nothing():
+    for name in DESIGNS:
+        found = find_experiment(name)
+        assert found.predict is not None
+        assert (found.observers, found.every_learner) == (48, True)
+        assert found.no_memory
 
 
 def test_experiment_that_there_is_not_is_refused_with_the_nearest():
