@@ -154,7 +154,7 @@ def run(arguments: argparse.Namespace) -> int:
             content |= {"claimed": found[0]} if len(found) == 1 else {"claims": found}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
     text = describe_payload(
-        belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=width
+        belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=options.find_width()
     )
     content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:
