@@ -117,7 +117,7 @@ def make_objects(models: Path) -> list[Tool]:
 
 
 def read(setup: Setup) -> TrialTable:
-    """Builds the rows of the first participants; checks that the whole is the frozen one and can be held."""
+    """Builds the rows of the first participants, out of the frozen table, and checks that the arm can hold all."""
     trials = build_trials()
     if (found := hash_trials(trials)) != FROZEN:
         raise AffordanceError(f"two_ends: the trial table has SHA-256 {found}, must have {FROZEN}, which is frozen")
