@@ -264,7 +264,7 @@ def draw(shares: pd.DataFrame) -> Figure:
     for panel, (name, title) in zip(panels, titles.items(), strict=True):
         own = shares[shares["measure"] == name]
         for shift, (learner, rows) in enumerate(own.groupby("learner", sort=False)):
-            error = [rows["share"] - rows["low"], rows["high"] - rows["share"]]
+            error = np.maximum(0.0, [rows["share"] - rows["low"], rows["high"] - rows["share"]])
             colour = OBJECT_COLOURS[shift % len(OBJECT_COLOURS)]
             place, name = rows["lifts"] + 0.06 * shift, label_learner(str(learner))
             panel.errorbar(

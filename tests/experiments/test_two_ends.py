@@ -77,3 +77,16 @@ def test_participants_that_tell_shares_apart(one, other, count):
     """By the normal approximation, as simulated shares of that many participants are told apart in 80 %."""
     assert two_ends.count_people(one, other) == count
     assert two_ends.count_people(0.7, 0.7) == np.inf
+
+
+def test_shares_of_all_and_of_nobody_are_drawn():
+    """Wilson's intervals end at 0 and 1 up to rounding, which no length of a bar may fall below."""
+    rows = [
+        ("a", observer, lifts, task, lifts > 0)
+        for observer in range(48)
+        for lifts in (0, 1)
+        for task in two_ends.TASKS
+    ]
+    shares = two_ends.measure(pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"]))
+    assert two_ends.draw(shares).axes[0].get_title() == "right end to reach"
+    assert two_ends.tabulate(shares).loc["a"].shape == (3, 3)
