@@ -16,8 +16,8 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner, check_learner
 from affordance.control.cost_measure import CostMeasure
+from affordance.control.participant import Participant
 from affordance.control.problem import MpcSettings
-from affordance.control.push import Participant
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Checked, OneOf, Setting, Within, check_fields
 from affordance.plant.arm import ARM

@@ -13,20 +13,17 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from affordance.arguments import check_number
 from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
 from affordance.belief.learners import list_learners
-from affordance.control.push import Participant, compute_heaviness, draw_participants, list_own_values
-from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.control.participant import Participant
+from affordance.control.push import compute_heaviness, draw_participants, list_own_values
+from affordance.exceptions import BadValueError
 from affordance.experiments.holds import compute_surprise, compute_volume, select_columns, show_kinds
 from affordance.experiments.objects import check_can_be_held
 from affordance.experiments.observers import Setup, run_observers
-from affordance.objects.colour import COLOUR_FORM, is_colour, parse_colour
-from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
-from affordance.objects.materials import Material
-from affordance.objects.primitives import Cylinder
-from affordance.objects.tool import Component, Tool
+from affordance.objects.cylinder import cylinder as cylinder
+from affordance.objects.tool import Tool
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.claims import with_interval
 from affordance.runs.random_streams import ObserverDraws, Stream
@@ -40,20 +37,6 @@ MOST_LIFTS = 2_000_000
 AT_ONCE = 250
 # Function that draws the trials of an observer, given its number and a random generator.
 type Design = Callable[[int, np.random.Generator], pd.DataFrame]
-
-
-def cylinder(name: str, *, radius: float, height: float, mass: float, colour: str = "#8c8c8c") -> Tool:
-    """Makes a cylinder of one material, held at its middle; lengths in m, mass in kg.
-
-    A size, mass or density out of bounds, or a text that is no colour, raises a BadArgumentError.
-    """
-    solid = Cylinder(check_number("radius", radius, 1e-3, 0.5, "m"), check_number("height", height, 1e-3, 1.0, "m"))
-    density = check_number("mass", mass, 1e-3, 100.0, "kg") / solid.volume
-    check_number(f"density of {name}", density, DENSITY_MIN, DENSITY_MAX, "kg/m^3")
-    if not is_colour(colour):
-        raise BadArgumentError("colour", "", f"is {colour!r}, {COLOUR_FORM}")
-    material = Material(name, parse_colour(colour), density, source="ours")
-    return Tool(name, (Component(solid, np.eye(4), material, material),))
 
 
 def repeat(

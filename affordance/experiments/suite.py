@@ -14,7 +14,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from affordance.arguments import check_kind
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.exceptions import (
     AffordanceError,
     BadArgumentError,

@@ -21,8 +21,9 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 
 GROUPS = ("posterior", "log_likelihood", "observed_data", "sample_stats")
-# Most rows of arrays at once, and most lifts of rows for each evaluation of a likelihood (SECURITY.md).
-_MOST_ROWS, _MOST_WORK = 100_000, 200_000_000
+# Most rows of arrays at once, most numbers of one of them, as every object may become a kind, whose densities are
+# joint, and most lifts of rows for each evaluation of a likelihood (SECURITY.md).
+_MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,10 @@ class Question:
     def __post_init__(self) -> None:
         """Raises a BadValueError for a fit that would take too much memory or time."""
         rows = self.draws * self.particles
-        work = rows * max(len(each.objects) for each in self.lifts.people)
-        if rows > _MOST_ROWS or work > _MOST_WORK:
-            most = min(_MOST_ROWS, _MOST_WORK * rows // work) // self.particles
+        lifts = max(len(each.objects) for each in self.lifts.people)
+        most_rows = min(_MOST_ROWS, _MOST_NUMBERS // len(self.lifts.tools) ** 2, _MOST_WORK // lifts)
+        if rows > most_rows:
+            most = most_rows // self.particles
             problem = f"is {self.draws}, must be at most {most} with {self.particles} particles and these lifts"
             raise BadValueError("--draws", "", problem)
 

@@ -11,7 +11,7 @@ from scipy.special import expit, logit
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.constraints import Within, list_field_types
 

@@ -17,7 +17,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DENSITY_FLOOR
 from affordance.belief.learner import Learner, Seen
 from affordance.belief.rows import take_rows
-from affordance.control.push import Participant, Pushes, take
+from affordance.control.participant import Participant
+from affordance.control.push import Pushes, take
 from affordance.objects.tool import Tool
 from affordance.people.free_parameters import FreeParameter, set_values
 from affordance.people.pushes import Person

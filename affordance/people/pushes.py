@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
-from affordance.experiments.lifts import cylinder
 from affordance.experiments.trial_cells import Cells
 from affordance.objects.colour import is_colour
+from affordance.objects.cylinder import cylinder
 from affordance.objects.tool import Tool
 from affordance.reporting.lift_means import PEOPLE
 
@@ -30,7 +30,7 @@ _COLUMNS = (
     "force",
 )
 _MOST_LIFTS = 100_000  # of all participants (SECURITY.md)
-_MOST_OBJECTS = 200
+_MOST_OF_ONE, _MOST_OBJECTS = 5_000, 200
 _LARGEST = 0.1  # volume of an object, [m^3]
 
 
@@ -92,6 +92,9 @@ def read_lifts(path: Path, *, learner: str = "", tools: Sequence[Tool] = ()) -> 
         for name, own in by_person.items()
     )
     for person in people:
+        if len(person.objects) > _MOST_OF_ONE:
+            problem = f"has {len(person.objects)} lifts of {person.name}, must have at most {_MOST_OF_ONE} of each"
+            raise BadValueError(path, "participant", problem)
         if not np.isfinite(person.pushes).any():
             raise BadValueError(path, "force", f"is empty in all rows of participant {person.name}")
     return Lifts(people, found)

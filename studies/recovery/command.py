@@ -80,9 +80,10 @@ def summarise(config: Recovery, names: list[str], found: Mapping[str, NDArray[An
     numbers["log_kappa"] = {}
     for k, lifts in enumerate(config.lifts):
         mean, sd = found["mean"][has_kappa, k], found["sd"][has_kappa, k]
-        rms = float(np.sqrt(np.mean((mean - log_kappa) ** 2)))
-        r = float(np.corrcoef(mean, log_kappa)[0, 1]) if len(mean) > 2 else float("nan")
-        numbers["log_kappa"][lifts] = {"correlation": r, "rms_error": rms, "posterior_sd": float(sd.mean())}
+        of = {"rms_error": float(np.sqrt(np.mean((mean - log_kappa) ** 2))), "posterior_sd": float(sd.mean())}
+        if len(mean) > 2:
+            of = {"correlation": float(np.corrcoef(mean, log_kappa)[0, 1]), **of}
+        numbers["log_kappa"][lifts] = of
     return numbers
 
 

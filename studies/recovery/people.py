@@ -13,7 +13,7 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_AND_SHARED, OWN_MEMORY
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.experiments import linear
 from affordance.experiments.lifts import lift
 from affordance.experiments.observers import Setup

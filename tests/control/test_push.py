@@ -6,7 +6,8 @@ from helpers.refusals import refuse
 from scipy.stats import norm
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN
-from affordance.control.push import Participant, Pushes, compute_heaviness, draw_participants, list_own_values
+from affordance.control.participant import Participant
+from affordance.control.push import Pushes, compute_heaviness, draw_participants, list_own_values
 from affordance.exceptions import BadArgumentError
 
 MANY = 20_000

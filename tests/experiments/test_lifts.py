@@ -11,7 +11,7 @@ from helpers.refusals import refuse, refuse_command
 from pydrake.multibody.tree import SpatialInertia
 
 from affordance.belief.learners import KINDS_DRAWN
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.exceptions import AffordanceError, BadArgumentError
 from affordance.experiments.holds import COLUMNS, compute_surprise, compute_volume, show_kinds, tabulate_holds
 from affordance.experiments.lifts import (

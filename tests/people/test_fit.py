@@ -11,7 +11,7 @@ from helpers.refusals import refuse, refuse_command
 from scipy.special import logsumexp
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_MEMORY
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.experiments.observers import Setup
 from affordance.people.comparison import compare

@@ -7,7 +7,7 @@ from helpers.refusals import refuse
 from affordance.belief.kinds_learner import Kinds
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_AND_SHARED
-from affordance.control.push import Participant
+from affordance.control.participant import Participant
 from affordance.people.free_parameters import list_free, set_values
 
 PUSHES = Participant(push_error=0.2)

@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import norm
 
 from affordance.belief.learners import DENSITY, KINDS_DRAWN, OWN_MEMORY
-from affordance.control.push import Participant, Pushes
+from affordance.control.participant import Participant
+from affordance.control.push import Pushes
 from affordance.experiments.lifts import cylinder
 from affordance.people.free_parameters import list_free
 from affordance.people.particle_filter import compute_log_likelihoods
