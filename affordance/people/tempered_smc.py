@@ -24,12 +24,12 @@ class Draws(NamedTuple):
 
     Attributes:
         normal: Arguments, (D, F).
-        log_likelihoods: What the function returned for each, (D, ...).
+        log_likelihoods: Further results of the function for each, (D, ...).
         powers: Power of the likelihood after each stage; the last is 1.
         acceptance: Share of moves that were accepted at each stage.
         log_evidence: Log probability density of the data.
         prior_normal: Draws of the prior with which it began, (D, F).
-        prior_log_likelihoods: What the function returned for these, (D, ...).
+        prior_log_likelihoods: Further results of the function for these, (D, ...).
     """
 
     normal: Array

@@ -141,11 +141,11 @@ class StaticLifter:
 
         Args:
             objects: Number of the object that each observer lifts, (N, B); NOTHING for none.
-            observers: What they have learned before.
+            observers: State that they have learned before.
             errors: Errors of measurement; see ``draw_errors``.
             seeds: Seed of each observer, for what its learner draws in a lift, together with the lift's number.
             teaches: True where an observer learns from a lift, (N, B); None for all of them.
-            pushes: How observers push; None for exactly the weight that they believe in.
+            pushes: Model of the pushes; None for exactly the weight that they believe in.
 
         The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
         """
@@ -192,7 +192,7 @@ class StaticLifter:
     @property
     def num_joints(self) -> int:
         """Number of joints."""
-        return self._tau.shape[1]
+        return int(self._tau.shape[1])
 
     @property
     def error_sds(self) -> Array:

@@ -46,7 +46,7 @@ class Recovery:
 
 
 def list_rivals() -> list[Learner]:
-    """Lists the learners that are told apart."""
+    """Lists the learners between which the study distinguishes."""
     return [DENSITY, OWN_MEMORY, OWN_AND_SHARED, KINDS_DRAWN, load_learner(f"{_FORGETTING}:Forgetting")]
 
 
