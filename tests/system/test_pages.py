@@ -1,10 +1,10 @@
 """Numbers of the pages are those of the results that are kept with them; names that pages import exist."""
 
-import importlib
 import importlib.util
 import re
 
 import pytest
+from helpers.imports import can_import
 
 from affordance import __version__
 from affordance.files.model_folder import MODELS
@@ -36,9 +36,7 @@ def test_names_that_pages_import_exist():
     ]
     assert imports
     for page, module, name in imports:
-        found = importlib.import_module(module)
-        is_module = hasattr(found, "__path__") and importlib.util.find_spec(f"{module}.{name}") is not None
-        assert is_module or hasattr(found, name), f"{page}: {module}.{name}"
+        assert can_import(module, name), f"{page}: {module}.{name}"
 
 
 def test_results_of_another_number_of_observers_are_refused(tmp_path):
