@@ -1,7 +1,6 @@
 """``affordance tutorials``, and output of the lessons; all of them are executed by ``make docs``."""
 
 import ast
-import importlib
 import itertools
 import json
 import re
