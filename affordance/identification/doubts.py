@@ -34,7 +34,7 @@ _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
 _SDS = 3.0
 _LEAST_ERROR = 1e-6  # relative standard error of simulated signals without noise
 # Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
-# for its five unknowns, and half of the intervals and more miss the truth (docs/identify.md).
+# for its five unknowns, and half of the intervals and more miss the truth (docs/identify_evidence.md).
 _LEAST_DURATION = 15.0
 # The same of postures that are held: four for each of a joint's three unknowns, gain, offset and error of the file.
 _LEAST_POSTURES = 12

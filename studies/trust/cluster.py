@@ -1,6 +1,6 @@
 """Comparison of a local run with one on a Dask cluster of this machine, one of whose two workers is killed.
 
-Scheduler and workers are processes, started as in docs/performance.md.
+Scheduler and workers are processes, started as in docs/howto/cluster.md.
 """
 
 import contextlib
