@@ -48,8 +48,8 @@ def describe(numbers: Mapping[str, Any], details: Mapping[str, Any]) -> Section:
         tables=[_tabulate_load(numbers["ur10e"], details["ur10e"])],
         remarks=[
             (
-                "Of these repositories only the recordings named in docs/identify_evidence.md were opened while this was"
-                " made; the others were held back for a check afterwards. What was chosen after results on these"
+                "Of these repositories only the recordings named in docs/identify_evidence.md were opened while this"
+                " was made; the others were held back for a check afterwards. What was chosen after results on these"
                 " few had been seen is listed in docs/decisions/0020-recorded-data.md."
             ),
             (
