@@ -98,7 +98,7 @@ def measure_contrasts(name: str, lifts: pd.DataFrame) -> pd.DataFrame:
     tested = lifts[lifts["block"] == "test"]
     for observer, own in tested.groupby("observer"):
         for column in ("force", "heaviness"):
-            logs = own.pivot(index="cycle", columns="object", values=column).apply(np.log)
+            logs = own.assign(log=np.log(own[column])).pivot(index="cycle", columns="object", values="log")
             moments = {"first": logs.iloc[0], "last": logs.tail(LAST).mean()}
             for moment, values in moments.items():
                 for contrast, value in _contrast(name, values).items():
