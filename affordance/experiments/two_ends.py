@@ -13,7 +13,7 @@ The trial table is frozen: its SHA-256 stands here, and any change of it is an e
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -218,13 +218,15 @@ def run(setup: Setup) -> Results:
             .round(2),
         },
         files={
-            "data_sheet.csv": lambda path: write_text(
-                path, build_data_sheet().to_csv(index=False, lineterminator="\n")
-            ),
-            "trials.csv": lambda path: write_text(path, build_trials().to_csv(index=False, lineterminator="\n")),
+            name: partial(_write_table, name, build)
+            for name, build in (("trials.csv", build_trials), ("data_sheet.csv", build_data_sheet))
         },
         learners=[*dict.fromkeys(shares["learner"])],
     )
+
+
+def _write_table(name: str, build: Callable[[], pd.DataFrame], folder: Path) -> None:
+    write_text(folder / name, build().to_csv(index=False, lineterminator="\n"))
 
 
 def predict(setup: Setup) -> ObserverNumbers:

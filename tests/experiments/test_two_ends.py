@@ -1,5 +1,7 @@
 """Two ends: a frozen, balanced table, objects of either colour, shares and numbers of participants by hand."""
 
+import hashlib
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -77,6 +79,30 @@ def test_participants_that_tell_shares_apart(one, other, count):
     """By the normal approximation, as simulated shares of that many participants are told apart in 80 %."""
     assert two_ends.count_people(one, other) == count
     assert two_ends.count_people(0.7, 0.7) == np.inf
+
+
+def test_results_have_the_table_to_register_and_the_sheet_to_fill_in(tmp_path, monkeypatch):
+    """Choices are made up: the learner a is always right, b by a coin."""
+    rows = [
+        (learner, observer, lifts, task, learner == "a" or (observer + lifts) % 2 == 0)
+        for learner in ("a", "b")
+        for observer in range(48)
+        for lifts in two_ends.ASKED
+        for task in two_ends.TASKS
+    ]
+    choices = pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"])
+    monkeypatch.setattr(two_ends, "collect", lambda setup: choices)
+    results = two_ends.run(Setup(observers=48))
+    for write in results.files.values():
+        write(tmp_path)
+    text = (tmp_path / "trials.csv").read_bytes()
+    assert hashlib.sha256(text).hexdigest() == two_ends.FROZEN == results.numbers["sha256"]
+    assert (tmp_path / "data_sheet.csv").read_text().startswith("participant,trial,group,phase,object,do,task,")
+    assert results.numbers["shares"]["a"]["reach"]["6"][0] == 1.0
+    assert results.numbers["contrasts"][0]["people"] <= 7
+    assert all(draw() for _, draw in results.figures.values())
+    values = two_ends.predict(Setup(observers=48)).values
+    assert values["b"]["hammer_1"].mean() == 0.5
 
 
 def test_shares_of_all_and_of_nobody_are_drawn():
