@@ -15,7 +15,13 @@ from affordance.arrays import Array, Mask
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.fit_checks import FEWEST, JUDGED, compute_strength, judge_fit, judge_wrench
+from affordance.identification.fit_checks import (
+    FEWEST_SAMPLES,
+    LEAST_OWN_TORQUE,
+    compute_strength,
+    judge_fit,
+    judge_wrench,
+)
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.joint_rates import find_lag
 from affordance.identification.recording.preparation import prepare
@@ -25,25 +31,27 @@ from affordance.plant.serial_chain import SerialChain
 
 # Factor to which a robot's file knows the torques of the arm's own weight: two standard deviations of the gains that
 # it gives (gain_common_sd and gain_own_sd of the settings). A UR10e's file is 1.1 to 1.3 off at judged joints.
-_FILE_FACTOR = 1.6
+_MOST_FILE_FACTOR = 1.6
 # The same of a loaded arm where there is no empty run: a load pulls along with the arm's own weight.
-_FILE_FACTOR_LOADED = 3.0 * _FILE_FACTOR
+_MOST_FILE_FACTOR_LOADED = 3.0 * _MOST_FILE_FACTOR
 # Least share of an empty arm's signal that its own weight explains beyond friction, and of a loaded arm's, whose load
 # is not in the file. On recordings of a UR10e and a Panda it is .97 and more in windows of 10 s and more.
-_EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
-_SDS = 3.0
+_LEAST_EXPLAINED, _LEAST_EXPLAINED_LOADED = 0.9, 0.6
+# Largest change of a gain by the arm's own weight, and distance from the file's, in standard deviations: one of 370.
+_MOST_CHANGE = 3.0
 _LEAST_ERROR = 1e-6  # relative standard error of simulated signals without noise
 # Duration of the run by whose own weight gains are found, [s]: in shorter ones a joint has few independent stretches
 # for its five unknowns, and half of the intervals and more miss the truth (docs/identify_evidence.md).
 _LEAST_DURATION = 15.0
 # The same of postures that are held: four for each of a joint's three unknowns, gain, offset and error of the file.
 _LEAST_POSTURES = 12
-# Time over which a moving joint's signal may stay at one value, to the last digit, [s].
-_STUCK = 1.0
-_MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
-# Lag of velocities behind angles, [s]: those of a UR10e's controller are 1 to 2 ms late, a Panda's 5 ms.
-_LATE = 0.02
-# Time over which the errors of a model of the arm agree, [s].
+# Longest time over which a moving joint's signal stays at one value, to the last digit, [s]: an assumption.
+_LONGEST_STILL = 1.0
+# Least range of the angle of a joint that moves, [rad]: an assumption.
+_LEAST_RANGE = 0.05
+# Largest lag of velocities behind angles, [s]: those of a UR10e's controller are 1 to 2 ms late, a Panda's 5 ms.
+_MOST_LATE = 0.02
+# Time over which the errors of a model of the arm agree, [s]: those of the UR10e and the Panda over 0.2 to 2.
 _AGREEMENT = 1.0
 # What a result lacks if a part of its uncertainty is switched off, by the setting.
 _SWITCHED_OFF = {
@@ -87,7 +95,7 @@ def find_doubts(
         if not run.description.postures:
             doubts += [*_find_stuck(run), *_find_late(run)]
         if not run.description.compensates_arm:
-            factor = _FILE_FACTOR if run is not loaded else np.inf if empty else _FILE_FACTOR_LOADED
+            factor = _MOST_FILE_FACTOR if run is not loaded else np.inf if empty else _MOST_FILE_FACTOR_LOADED
             doubts += _judge_signals(robot, run, factor, belief, settings)
     doubts += _judge_duration((*empty, loaded)[0], belief, before)
     doubts += judge_fit(robot, loaded, belief, before, settings)
@@ -104,7 +112,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
     gain, explained, error, torque_sd = np.zeros((4, n))
     for j in range(n):
         used = np.abs(prepared.v[:, j]) >= settings.min_speed
-        if np.count_nonzero(used) < FEWEST:
+        if np.count_nonzero(used) < FEWEST_SAMPLES:
             continue
         v, tau, x = prepared.v[used, j], torque[used, j], signal[used, j]
         friction = np.column_stack([np.sign(v), v, np.ones_like(v)])
@@ -116,7 +124,7 @@ def compare_with_own_weight(robot: SerialChain, run: Run, settings: Identificati
         covariance = np.linalg.pinv(own.T @ own) * rest / pieces
         error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
-    return OwnWeight(gain, explained, error, torque_sd >= JUDGED * compute_strength(robot))
+    return OwnWeight(gain, explained, error, torque_sd >= LEAST_OWN_TORQUE * compute_strength(robot))
 
 
 def weigh_arm(robot: SerialChain, run: Run, gains: Gains, settings: IdentificationSettings) -> Array:
@@ -138,11 +146,11 @@ def _judge_controller(
     drift = np.sqrt(2.0) * np.hypot(prior.drift_common_sd, prior.drift_own_sd)
     change = now[:, 0] / before.own_weight[:, 0] - 1.0
     sd = np.sqrt(drift**2 + now[:, 1] ** 2 + before.own_weight[:, 1] ** 2)
-    for j in np.flatnonzero(np.abs(change) > _SDS * sd):
+    for j in np.flatnonzero(np.abs(change) > _MOST_CHANGE * sd):
         yield (
             f"{empty.source}, {robot.joint_names[j]}: the signal for the arm's own weight has changed by "
-            f"{100.0 * change[j]:+.0f} % since the gains were found, within {100.0 * _SDS * sd[j]:.0f} % is usual: "
-            "another controller or arm, or a setting of the currents has changed"
+            f"{100.0 * change[j]:+.0f} % since the gains were found, within {100.0 * _MOST_CHANGE * sd[j]:.0f} % is "
+            "usual: another controller or arm, or a setting of the currents has changed"
         )
 
 
@@ -189,7 +197,7 @@ def _judge_signals(
 ) -> Iterator[str]:
     """Judges a run's signals by the arm's own weight, which may be off by a factor."""
     own = compare_with_own_weight(robot, run, settings)
-    bound = _EXPLAINED if factor == _FILE_FACTOR else _EXPLAINED_LOADED
+    bound = _LEAST_EXPLAINED if factor == _MOST_FILE_FACTOR else _LEAST_EXPLAINED_LOADED
     unit = run.description.kind.unit
     for j in np.flatnonzero(own.judged):
         ratio, explained = own.gain[j] / belief.gains[j, 0], 100.0 * own.explained[j]
@@ -204,7 +212,7 @@ def _judge_signals(
                 f"{where}: the signal falls where the arm's own weight pulls more ({own.gain[j]:.3g} {unit} per N "
                 "m): signs, gravity or joints are wrong"
             )
-        elif abs(np.log(ratio)) > np.log(factor) + _SDS * own.error[j]:
+        elif abs(np.log(ratio)) > np.log(factor) + _MOST_CHANGE * own.error[j]:
             found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
                 f"{where}: the arm's own weight says {found}: the signal, its unit, the gains, the weighed mass or "
@@ -214,7 +222,7 @@ def _judge_signals(
 
 def check_sensors(run: Run) -> None:
     """Raises a BadValueError for a signal of a moving joint that does not change."""
-    moves, names = np.ptp(run.q, axis=0) > _MOVES, run.description.joint_names
+    moves, names = np.ptp(run.q, axis=0) > _LEAST_RANGE, run.description.joint_names
     if run.description.postures and run.description.kind is not SignalKind.WRENCH:
         moves = moves & (run.signal[0] != 0.0)  # a joint along gravity shows nothing at rest
     if run.description.kind is SignalKind.WRENCH:
@@ -229,13 +237,13 @@ def _find_late(run: Run) -> Iterator[str]:
     """Finds velocities that are late behind their angles, or early, which moves the torques that they explain."""
     if run.v is None:
         return
-    moves = np.flatnonzero(np.ptp(run.q, axis=0) > _MOVES)
+    moves = np.flatnonzero(np.ptp(run.q, axis=0) > _LEAST_RANGE)
     lags = np.array([find_lag(run.times, run.q[:, j], run.v[:, j]) for j in moves])
-    if moves.size and abs(lag := float(np.median(lags))) > _LATE:
+    if moves.size and abs(lag := float(np.median(lags))) > _MOST_LATE:
         way = "late" if lag > 0.0 else "early"
         yield (
-            f"{run.source}: velocities are {abs(1e3 * lag):.0f} ms {way} by their angles, at most {1e3 * _LATE:g} ms "
-            "is usual: shift them, or leave them out"
+            f"{run.source}: velocities are {abs(1e3 * lag):.0f} ms {way} by their angles, at most "
+            f"{1e3 * _MOST_LATE:g} ms is usual: shift them, or leave them out"
         )
 
 
@@ -246,8 +254,8 @@ def _find_stuck(run: Run) -> Iterator[str]:
         first = np.concatenate([[0], np.flatnonzero(np.diff(run.signal[:, j])) + 1])
         last = np.concatenate([first[1:], [len(run.times)]]) - 1
         durations = run.times[last] - run.times[first]
-        for k in np.flatnonzero(durations > _STUCK):
-            if np.ptp(run.q[first[k] : last[k] + 1, j]) > _MOVES:
+        for k in np.flatnonzero(durations > _LONGEST_STILL):
+            if np.ptp(run.q[first[k] : last[k] + 1, j]) > _LEAST_RANGE:
                 value, start = run.signal[first[k], j], run.times[first[k]] - run.times[0]
                 yield (
                     f"{run.source}, {name}: the signal is {value:g} from {start:.1f} s on for {durations[k]:.1f} s "
