@@ -207,16 +207,11 @@ def _judge_signals(
                 f"{where}: the arm's own weight explains {explained:.0f} % of the signal, at least "
                 f"{100 * bound:.0f} % is usual: joints, gravity, times or the robot's file are not those of the run"
             )
-        elif ratio <= 0.0:
-            yield (
-                f"{where}: the signal falls where the arm's own weight pulls more ({own.gain[j]:.3g} {unit} per N "
-                "m): signs, gravity or joints are wrong"
-            )
-        elif abs(np.log(ratio)) > np.log(factor) + _MOST_CHANGE * own.error[j]:
+        elif ratio <= 0.0 or abs(np.log(ratio)) > np.log(factor) + _MOST_CHANGE * own.error[j]:
             found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
-                f"{where}: the arm's own weight says {found}: the signal, its unit, the gains, the weighed mass or "
-                "the robot's file are others"
+                f"{where}: the arm's own weight says {found}: the signal, its sign or unit, gravity, the gains, the "
+                "weighed mass or the robot's file are others"
             )
 
 

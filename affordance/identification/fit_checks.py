@@ -40,9 +40,9 @@ _LEAST_SIGNAL = 0.3
 # these are normal, one of 1.7 million; where they are stated too small by a third, one of 1,200.
 _MOST_SHIFT = 5.0
 # Least factor by which another reading of the runs lowers the errors' variance, in the mean over joints, to be the
-# better one. In good pairs, the UR10e's and simulated Pandas', none lowers it (factors up to 0.9). In the UR10e's pair
-# it is 2.4 to 83 with neighbouring joints exchanged (less than 4 at two places of five, which other tests find), and
-# 1,900 with its runs exchanged; in simulated Pandas' 6.5 and more.
+# better one. In good pairs, the UR10e's and simulated ones, none lowers it (factors up to 0.9). With the runs
+# exchanged it is 1,900 in the UR10e's pair and 4.1 and more in simulated ones; with neighbouring joints exchanged it
+# is 2.4 to 83 in the UR10e's pair, and less than 4 in some simulated ones, which other tests find.
 _LEAST_IMPROVEMENT = 4.0
 # Rate of the samples by which readings are compared, [Hz]: errors of arms agree over tenths of a second.
 _COMPARISON_RATE = 25.0
