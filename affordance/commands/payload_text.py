@@ -121,7 +121,7 @@ def _tabulate(belief: PayloadBelief) -> str:
 
 
 def _pad_number(value: float, decimals: int) -> str:
-    """Formats a number with the given decimals, or as 0 if they do not show it."""
+    """Formats a number with a number of decimals, or as 0 if these do not show it."""
     return "0" if abs(value) < 0.5 * 10.0**-decimals else f"{value:.{decimals}f}"
 
 

@@ -67,7 +67,7 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
 
 
 def show_number(value: float, digits: int) -> str:
-    """Formats a number with at most the given decimals, never as a power of ten, and a zero as 0."""
+    """Formats a number with at most a number of decimals, never as a power of ten, and a zero as 0."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

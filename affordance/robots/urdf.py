@@ -138,7 +138,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _keep_acceleration(limit: Element, numbers: Numbers, key: str) -> None:
-    """Writes the lower limit of acceleration of a joint as Drake reads it; 0 or less is no limit."""
+    """Leaves the least limit of acceleration of a joint where Drake reads it; 0 or less is no limit."""
     names = [name for name in limit.attrib if name in _ACCELERATION or name.endswith("}acceleration")]
     values = [numbers.parse_bound(limit.attrib.pop(name), f"{key}.limit.acceleration") for name in names]
     if found := [value for value in values if value is not None and 0.0 < value < math.inf]:
