@@ -97,7 +97,7 @@ def read_numbers(name: str, values: Any, form: str = "") -> Array:
 def check_symmetry(name: str, matrix: Array) -> None:
     """Checks that a square matrix is symmetric up to rounding."""
     if (matrix != matrix.T).any() and np.abs(matrix - matrix.T).max() > _SYMMETRY * np.abs(matrix).max():
-        raise BadArgumentError(name, "", "is not symmetric, must be")
+        raise BadArgumentError(name, "", "is not symmetric, must be symmetric")
 
 
 def check_colour(name: str, values: Any) -> tuple[float, float, float]:

@@ -6,9 +6,10 @@ import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+if TYPE_CHECKING:
+    from numpy.typing import NDArray  # NumPy takes a third of the time of --help
 
 # Largest number of characters shown of a value, and of a whole message.
 _SHOWN, _LONGEST = 100, 2000
@@ -201,8 +202,8 @@ class SeeingError(AffordanceError):
     """
 
     reason: str
-    colour: NDArray[Any]
-    depth: NDArray[Any]
+    colour: "NDArray[Any]"
+    depth: "NDArray[Any]"
     frame: str = ""
 
     def __str__(self) -> str:

@@ -19,7 +19,8 @@ from pydantic import BaseModel
 
 import affordance
 from affordance.belief.learners import KINDS_DRAWN, KINDS_MAP
-from affordance.cli import COMMANDS, Command, OneLineParser, load_command
+from affordance.commands.catalogue import COMMANDS, Command, load_command
+from affordance.commands.parser import OneLineParser
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Setting
 from affordance.files.model_folder import import_study, list_studies

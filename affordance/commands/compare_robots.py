@@ -5,7 +5,8 @@ import math
 from dataclasses import asdict
 from pathlib import Path
 
-from affordance.commands.options import add_answer, find_width, give_answer
+from affordance.commands.options import add_answer, give_answer
+from affordance.commands.terminal import find_width
 from affordance.reporting.formatting import format_number, tabulate_within
 from affordance.robots.comparison import NAMES, TOLERANCE, Compared, compare, read_joints
 
@@ -19,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("one", type=Path, metavar="A", help="a robot's file (URDF, SDF, MJCF or xacro)")
     add("other", type=Path, metavar="B", help="another file of the same robot")
     add("--tip", default="", metavar="NAME", help="end of the arm in A (default: the end of the longest limb)")
-    add("--other-tip", default="", metavar="NAME", help="end of the arm in B (default: likewise)")
+    add("--other-tip", default="", metavar="NAME", help="end of the arm in B (default: found in the same way)")
     add_answer(parser, "comparison.json and .txt")
 
 
@@ -59,7 +60,7 @@ def _list_joints(compared: list[Compared], name: str) -> str:
 
 
 def _show(each: Compared, name: str) -> str:
-    """Shows a number of both joints, or once where they agree."""
+    """Formats a number of both joints, once if they agree."""
     a, b = (float(getattr(joint, name)) for joint in (each.one, each.other))
     shown = [format_number(value) if math.isfinite(value) else "none" for value in (a, b)]
     return f"{shown[0]} | {shown[1]}" if name in each.differing else shown[0]

@@ -4,6 +4,7 @@ import argparse
 import importlib
 import importlib.metadata
 import importlib.util
+import json
 import logging
 import platform
 import time
@@ -20,12 +21,13 @@ EXTRAS = {"cluster": "distributed", "bags": "rosbags", "xacro": "xacrodoc"}
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("--install", action="store_true", help="install missing libraries of the system first")
-    parser.add_argument("--tests", action="store_true", help="check what only tests need too")
+    parser.add_argument("--install", action="store_true", help="first install missing system libraries")
+    parser.add_argument("--tests", action="store_true", help="also check what only tests need")
+    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints a line for each part; returns 0 if all required parts work, else 2."""
+    """Prints a line for each part; returns 0 if all required parts work, or else 2."""
     if arguments.install:
         provide_libraries(arguments.tests)
     missing = find_missing(arguments.tests)
@@ -36,18 +38,28 @@ def run(arguments: argparse.Namespace) -> int:
         "graphviz": _check_graphviz,
         "meshcat": _check_meshcat,
     }
-    print(f"affordance  {__version__}, Python {platform.python_version()}, {platform.machine()}")
-    print(f"libraries   {'all there' if not missing else f'missing; type: sudo {write_command(missing)}'}")
-    works = {}
+    found: dict[str, tuple[bool, str]] = {}
+
+    def tell(name: str, works: bool, line: str) -> None:
+        found[name] = works, line
+        if not arguments.json:
+            print(f"{name:<11} {line}", flush=True)
+
+    tell("affordance", True, f"{__version__}, Python {platform.python_version()}, {platform.machine()}")
+    tell("libraries", not missing, f"missing; run: sudo {write_command(missing)}" if missing else "all found")
     for name, check in checks.items():
-        works[name], line = _try(check)
-        print(f"{name:<11} {line}")
-    print(f"models      {MODELS if (MODELS / 'arm.sdf').exists() else f'missing: {MODELS}'}")
+        tell(name, *_try(check))
+    has_models = (MODELS / "arm.sdf").exists()
+    tell("models", has_models, str(MODELS) if has_models else f"missing: {MODELS}")
     for extra, module in EXTRAS.items():
-        there = importlib.util.find_spec(module) is not None
-        how = f"not installed; pip install '.[{extra}]' in a clone"
-        print(f"{f'[{extra}]':<11} {'installed' if there else how}")
-    return 0 if works["drake"] and works["solvers"] else 2
+        is_there = importlib.util.find_spec(module) is not None
+        how = f"not installed; run: pip install '.[{extra}]' in a clone"
+        tell(f"[{extra}]", is_there, "installed" if is_there else how)
+    if arguments.json:
+        print(
+            json.dumps({name: {"works": works, "message": line} for name, (works, line) in found.items()}, indent=2)
+        )
+    return 0 if found["drake"][0] and found["solvers"][0] else 2
 
 
 def _try(check: Callable[[], str]) -> tuple[bool, str]:

@@ -1,4 +1,4 @@
-"""``affordance excite``: designs a motion that shows a payload well, before anything is recorded."""
+"""``affordance excite``: designs a motion from which a payload can be identified well."""
 
 import argparse
 from collections.abc import Iterator
@@ -57,23 +57,28 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "folder that import-arm wrote, or a robot's file with --tip (default: the paper's arm)"
+    what = "folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
     add("place", nargs="?", type=Path, metavar="robot", help=what)
-    add("--for", dest="aim", default="mass", metavar="AIM", help="mass, com, inertia, or a task (default mass)")
-    add("--seconds", type=float, default=8.0, metavar="S", help="length of the motion (default 8)")
-    add("--postures", type=int, metavar="N", help="visit N postures (default: a Fourier series)")
-    add("--mass", type=float, default=1.0, metavar="KG", help="about what the load weighs (default 1)")
-    add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help="tools, for a task")
-    add("--only", metavar="NAME", help="tool of it that will be held (default: the first)")
-    add("--signal", choices=SIGNALS, default=SIGNALS[0], help="what will be recorded (default joint_torque)")
-    add("--gains", type=Path, metavar="FILE", help="gains.yaml of identify, with gains and errors of this arm")
-    add("--floor", type=float, default=10.0, metavar="G", help="error that no time averages out (default 10 g)")
-    what = "limit of all joints, or one for each, rad/s^2 (default: that of the robot's file, else 3)"
+    what = "what to identify: mass, com, inertia, or the cost of a task (default mass)"
+    add("--for", dest="aim", default="mass", metavar="AIM", help=what)
+    add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
+    add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
+    add("--mass", type=float, default=1.0, metavar="KG", help="approximate mass of the load (default 1)")
+    what = "tools file, for a task"
+    add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help=what)
+    add("--only", metavar="NAME", help="tool that will be held (default: the first)")
+    add("--signal", choices=SIGNALS, default=SIGNALS[0], help="signal that will be recorded (default joint_torque)")
+    add(
+        "--gains", type=Path, metavar="FILE", help="gains.yaml written by identify, with gains and errors of this arm"
+    )
+    add("--floor", type=float, default=10.0, metavar="G", help="error that does not average out, g (default 10)")
+    what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
     add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
     add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml, as MoveIt has it")
-    add("--tip-speed", type=float, default=1.0, metavar="V", help="limit of the tip's speed, m/s (default 1)")
-    add("--reach", type=float, default=3.14, metavar="RAD", help="farthest from home, each joint (default 3.14)")
-    add("--above", type=float, metavar="M", help="least height of the tip in the base frame (default: none)")
+    add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
+    what = "largest distance of each joint from home (default 3.14)"
+    add("--reach", type=float, default=3.14, metavar="RAD", help=what)
+    add("--above", type=float, metavar="M", help="lowest height of the tip in the base frame (default: none)")
     options.add_answer(parser, "motion.csv, trajectory.yaml, excite.json and .txt")
     options.add_robot(parser)
     options.add_seed(parser)
@@ -81,17 +86,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Designs the motion, prints what it is predicted to show, and writes it."""
+    """Designs the motion, prints the predicted precision, and writes the motion."""
     _check(arguments)
     if arguments.place is not None:
         if arguments.robot is not None:
-            raise BadValueError("--robot", "", "is given twice, must be given once, as an option or without")
+            raise BadValueError("--robot", "", "is given twice, must be given once: as an option or as an argument")
         arguments.robot = arguments.place
     robot = open_robot(*options.read_robot(arguments))
     given, num = np.array(arguments.acceleration), len(robot.joint_names)
     if len(given) not in (0, 1, num):
         raise BadValueError(
-            "--acceleration", "", f"has {len(given)} numbers, must have 1 or one for each of {num} joints"
+            "--acceleration", "", f"has {len(given)} numbers, must have 1, or one for each of {num} joints"
         )
     chain = robot.chain if arguments.joint_limits is None else limit_joints(robot.chain, arguments.joint_limits)
     acceleration = _limit_acceleration(chain, given)
@@ -179,14 +184,16 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
-    """Returns the error of the option by which no motion keeps the limits."""
+    """Returns the error that names the option because of which no motion keeps the limits."""
     if error.limit is Limit.HEIGHT:
-        return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; a smaller height")
+        return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; choose a smaller height")
     if error.limit is not Limit.TORQUE:
-        return BadValueError("--seconds", "", f"is {arguments.seconds:g}: {error}; more seconds, or fewer postures")
+        return BadValueError(
+            "--seconds", "", f"is {arguments.seconds:g}: {error}; choose more seconds, or fewer postures"
+        )
     if _find_aim(arguments) is Aim.COST:
-        return BadValueError("--for", "", f"is {arguments.aim}: with the tool {error}; a lighter tool")
-    return BadValueError("--mass", "", f"is {arguments.mass:g} kg: {error}; a lighter load")
+        return BadValueError("--for", "", f"is {arguments.aim}: with the tool {error}; choose a lighter tool")
+    return BadValueError("--mass", "", f"is {arguments.mass:g} kg: {error}; choose a lighter load")
 
 
 def _find_aim(arguments: argparse.Namespace) -> Aim:
@@ -201,7 +208,9 @@ def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
     known = np.isfinite(density) & (density > 0.0)
     if not known.all():
         name = chain.joint_names[int(np.argmin(known))]
-        raise BadValueError(robot.directives, name, "has no limit of torque, must have one, or --gains its errors")
+        raise BadValueError(
+            robot.directives, name, "has no effort limit, must have one, or its errors must be given with --gains"
+        )
     load = Expectation.of_load(chain, gains, density, mass=arguments.mass, floor=1e-3 * arguments.floor)
     if _find_aim(arguments) is not Aim.COST:
         return load
@@ -229,31 +238,32 @@ def _describe(
     way: PreparedRun,
     acceleration: Array,
 ) -> Iterator[str]:
-    """Describes what the motion is predicted to show, a line each."""
+    """Describes the motion and its predicted precision, line by line."""
     of = {Aim.MASS: "the mass", Aim.COM: "the centre of mass", Aim.INERTIA: "the moments of inertia"}
-    form = "Fourier motion" if arguments.postures is None else f"visit of {arguments.postures} postures"
-    yield f"{form} of {arguments.seconds:g} s for {of.get(aim, f'the cost of {arguments.aim}')}, {robot.name}"
+    form = "Fourier motion" if arguments.postures is None else f"Visit of {arguments.postures} postures"
+    what = of.get(aim, f"the cost of {arguments.aim}")
+    yield f"{form}, {arguments.seconds:g} s, to identify {what} with {robot.name}"
     cost = f", cost {spread.cost:.2g} J" if aim is Aim.COST else ""
     yield (
-        f"predicted standard deviations: mass {1e3 * spread.mass:.0f} g, centre of mass {1e3 * spread.com:.1f} mm, "
+        f"Predicted standard deviations: mass {1e3 * spread.mass:.0f} g, centre of mass {1e3 * spread.com:.1f} mm, "
         f"moments of inertia {spread.inertia:.2g} kg m^2{cost}"
     )
     yield (
-        f"a random motion within the same limits has {design.typical / design.score:.1f} times that in the median; "
-        f"an error of {arguments.floor:g} g stays however long it moves (--floor)"
+        f"A random motion within the same limits has {design.typical / design.score:.1f} times that in the median; "
+        f"an error of {arguments.floor:g} g remains however long the motion is (--floor)"
     )
     if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:
-        yield f"the mass is within {_NEAR_FLOOR:g} times of that: longer motions bring little"
+        yield f"The mass is within a factor of {_NEAR_FLOOR:g} of that error: longer motions help little"
     angles = zip(robot.joint_names, design.motion.q[0], strict=True)
-    yield f"start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
+    yield f"Start at rest at {', '.join(f'{name} {angle:.3f}' for name, angle in angles)} rad"
     lowest = float(robot.chain.compute_motion(*way.motion).p_WT[:, 2].min())
     yield (
-        f"from home a straight way in joint angles takes {way.times[-1]:.1f} s, the tip no lower than {lowest:.2f} m "
-        "(to_start.yaml and back_home.yaml of --out)"
+        f"From home, a straight path in joint space takes {way.times[-1]:.1f} s; the tip stays above {lowest:.2f} m "
+        "(to_start.yaml and back_home.yaml in --out)"
     )
     most = zip(robot.joint_names, acceleration, strict=True)
-    yield f"accelerations within {', '.join(f'{name} {limit:g}' for name, limit in most)} rad/s^2"
-    yield "run it with an empty hand, then with the load; record from a second before to a second after"
-    assumed = "assumed: errors as of arms with like limits of torque"
-    yield assumed if arguments.gains is None else f"errors and gains by {arguments.gains}"
-    yield "not checked: collisions, with itself or anything else; watch it slowly first (--reach and --above confine)"
+    yield f"Accelerations within {', '.join(f'{name} {limit:g}' for name, limit in most)} rad/s^2"
+    yield "Run it with an empty hand, then with the load; record from one second before to one second after"
+    assumed = "Assumed: errors typical of arms with similar effort limits"
+    yield assumed if arguments.gains is None else f"Errors and gains come from {arguments.gains}"
+    yield "Not checked: collisions, with itself or anything else; try it slowly first (limits: --reach, --above)"

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from affordance.choice.expected_inertia import expect
 from affordance.commands import options
+from affordance.commands.terminal import find_width
 from affordance.commands.workbench import add_know, know_materials, recall_memory
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.past_arms import describe_past_arms
@@ -19,9 +20,9 @@ from affordance.settings import Settings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("tools", type=Path, help="tools file; it needs no grips")
-    add("--only", action="append", default=[], metavar="NAME", help="things of it; more than once")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
+    add("tools", type=Path, help="tools file, which needs no grips")
+    add("--only", action="append", default=[], metavar="NAME", help="only the thing of this name; may be repeated")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
     add_know(parser)
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints mass, centre of mass and inertia of things and their parts."""
+    """Prints expected mass, centre of mass and inertia of things and their parts."""
     robot = open_robot(*options.read_robot(arguments))
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
@@ -49,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     name = Path(arguments.memory).name if arguments.memory else None
     knowledge = f"materials: {describe_knowledge(named, name or '')}"
-    text = "\n".join([*cautions, *describe_expectations(expected, options.find_width(), by_part=True), knowledge])
+    text = "\n".join([*cautions, *describe_expectations(expected, find_width(), by_part=True), knowledge])
     content = {
         "memory": name,
         "known": list(named.by_name),

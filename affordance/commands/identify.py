@@ -10,8 +10,10 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands import options
 from affordance.commands.demo import ARM_FILE, EMPTY, LOADED, MASS, PIECE, STOCK, announce, check_alone
+from affordance.commands.parser import ROBOT, find_group
 from affordance.commands.payload_files import write_belief
 from affordance.commands.payload_text import describe_payload
+from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.identification.evidence.gains import read_gains
@@ -39,66 +41,72 @@ from affordance.robots.flange import Flange, find_flange, find_imported_tip
 from affordance.robots.joint_limits import limit_joints
 from affordance.robots.recorded_arm import load_robot
 
-# Nuisances that can be switched off, named as in the settings.
+# Nuisances that can be switched off; the settings have the same names.
 NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-noise")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "folder that import-arm wrote, robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
+    what = "folder written by import-arm, a robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
     add("robot", nargs="?", type=Path, help=what)
-    add("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as other commands name it")
-    what = "link that carries the payload, or the wrist sensor (default: the run's description, or a folder's own)"
-    add("--tip", help=what)
+    robot = find_group(parser, ROBOT).add_argument
+    robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as an option")
+    what = "link that carries the payload, or the wrist sensor (default: that of the run's description or the folder)"
+    robot("--tip", help=what)
     what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip of the robot's file)"
-    add("--flange", metavar="NAME", help=what)
-    add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
-    add("--loaded", type=Path, metavar="RUN", help="recording with the load (must be given)")
+    robot("--flange", metavar="NAME", help=what)
+    what = "link in whose frame gravity is given (default: the run's description, else the root of the joints)"
+    robot("--base", help=what)
+    add("--loaded", type=Path, metavar="RUN", help="recording with the load (required, unless --demo)")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
-    what = "YAML file that describes all runs (default: the file of the same name in the folder of each run)"
+    what = "YAML file that describes all runs (default: for RUN.csv the file RUN.yaml in its folder)"
     add("--description", type=Path, help=what)
-    add("--unpaired", action="store_true", help="the loaded run repeats none of the empty ones")
-    what = "tools file with what a camera saw of the object, its first tool or --object-name"
+    add("--unpaired", action="store_true", help="the loaded run does not repeat the motion of an empty run")
+    what = "tools file with the object as a camera saw it: its first tool, or --object-name"
     add("--object", type=Path, help=what)
-    add("--object-name", help="which tool of that file")
-    what = "pose of the object in the tip, m and degrees (default: the run's description)"
+    add("--object-name", help="name of the tool in that file")
+    what = "pose of the object in the tip's frame, m and degrees (default: that of the run's description)"
     add("--object-pose", type=float, nargs=6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"), help=what)
-    what = "of the sizes of its parts, relative (default .2)"
+    what = "relative standard deviation of the sizes of its parts (default 0.2)"
     add("--size-error", type=float, default=0.2, metavar="SD", help=what)
-    what = "mass that the camera does not see, relative (default .2; .02 of solid stock)"
+    what = "relative standard deviation of the mass that the camera does not see (default 0.2; 0.02 for solid stock)"
     add("--unseen", type=float, default=0.2, metavar="SD", help=what)
-    add("--materials", type=Path, metavar="FILE", help="materials of that file (default: the robot's, else ours)")
-    what = "lasting memory of materials, which learns from this run: SQLite file, new if there is none"
+    what = "materials of that file (default: the robot's, else those of the package)"
+    add("--materials", type=Path, metavar="FILE", help=what)
+    what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
     add("--memory", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
-    add("--learned", metavar="MEMORY", help="another memory that learns, with all that --memory knows")
-    add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
-    add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
-    what = "payload that is set on the controller, or several of which one may be right (docs/identify.md)"
+    what = "memory that learns in place of --memory, starting from what --memory knows"
+    add("--learned", metavar="MEMORY", help=what)
+    what = "mass of the load on a scale, from which the gains of motor currents are found"
+    add("--reference-mass", type=float, metavar="KG", help=what)
+    add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
+    what = "file with the payload that is set on the controller, or several of which one may be right"
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    add("--tolerance", type=float, default=0.05, help="of its mass and centre of mass, relative (default .05)")
-    add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
-    what = "joint_limits.yaml, as MoveIt has it: no further motion beyond its accelerations is advised"
+    what = "relative tolerance of its mass and centre of mass (default 0.05)"
+    add("--tolerance", type=float, default=0.05, help=what)
+    add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
+    what = "joint_limits.yaml, as MoveIt has it: advice for further motion keeps its accelerations"
     add("--joint-limits", type=Path, metavar="FILE", help=what)
-    what = "parts of the uncertainty to leave out, to see their effect"
-    add("--off", nargs="+", default=[], choices=NUISANCES, help=what)
-    add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
-    what = "take sign, gravity, frame and lag as the arm's own weight shows them, and say so"
+    what = f"sources of uncertainty to leave out, to see their effect: {', '.join(NUISANCES)}"
+    add("--off", nargs="+", default=[], choices=NUISANCES, metavar="SOURCE", help=what)
+    add("--min-speed", type=float, help="leave out samples of joints that are slower than this, rad/s (default 0.03)")
+    what = "correct sign, gravity, frame and lag as the arm's own weight shows them, and report it"
     add("--as-found", action="store_true", help=what)
-    add("--samples", type=int, default=32_000, help="of the posterior (default 32000)")
-    add("--demo", action="store_true", help="identify a simulated recording that comes with the package")
+    add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
+    add("--demo", action="store_true", help="identify a simulated recording from the package")
     options.add_answer(parser, "belief.json, samples.nc, gains.yaml and figures")
     options.add_seed(parser)
     options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, prints and writes the result; returns 0, or 3 if it is doubted or shows no mass."""
+    """Identifies the payload, prints and writes the result; returns 0, or 3 if the mass is doubtful or not seen."""
     if arguments.demo:
         return _run_demo(arguments)
     if arguments.loaded is None:
-        raise BadValueError("--loaded", "", "is missing, must be a recording with the load (or --demo)")
+        raise BadValueError("--loaded", "", "is missing, must be a recording with the load; or give --demo")
     settings = _build_settings(arguments)
     prior = options.read_prior(arguments, "a seen object")
     loaded = read_run(arguments.loaded, arguments.description)
@@ -110,13 +118,15 @@ def run(arguments: argparse.Namespace) -> int:
     claimed = {str(path): read_payload(path) for path in arguments.claimed}
     flange = _find_flange(arguments, robot, loaded)
     if claimed and isinstance(flange, str):
-        raise BadValueError("--claimed", "", f"is a payload in the frame of the flange, but {flange}")
+        raise BadValueError("--claimed", "", f"must be in the frame of the flange, but {flange}")
     materials = load_materials(arguments.materials or _find_materials(robot))
     same_colours = options.read_same_colours(arguments, materials)
     memory = _recall(arguments.memory, prior, same_colours)
     for option in ("object_pose", "object_name"):
         if arguments.object is None and getattr(arguments, option) is not None:
-            raise BadValueError(f"--{option.replace('_', '-')}", "", "is of a seen object, must come with --object")
+            raise BadValueError(
+                f"--{option.replace('_', '-')}", "", "is about a seen object, must be given with --object"
+            )
     tool = None if arguments.object is None else _find_tool(arguments, materials)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
@@ -139,7 +149,7 @@ def run(arguments: argparse.Namespace) -> int:
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
     elif place := arguments.learned or arguments.memory:
-        lesson = f"{place} learns nothing: of no object was it said what a camera saw (--object)"
+        lesson = f"{place} learns nothing: no object was given as a camera saw it (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     content["flange"] = None if isinstance(flange, str) else flange.name
@@ -154,7 +164,7 @@ def run(arguments: argparse.Namespace) -> int:
             content |= {"claimed": found[0]} if len(found) == 1 else {"claims": found}
     colours = {each.name: each.colour for each in materials.values()} if seen else {}
     text = describe_payload(
-        belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=options.find_width()
+        belief, claims, flange, materials=colours, taught=lesson, anyway=arguments.anyway, width=find_width()
     )
     content["answer"] = text.partition("\n")[0]
     if arguments.out is not None:
@@ -168,23 +178,23 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     names = ("loaded", "empty", "object", "description", "tip", "base")
     check_alone(arguments, {"robot": "a robot", "robot_option": "--robot"} | {each: f"--{each}" for each in names})
     words = [ARM_FILE, "--empty", EMPTY, "--loaded", LOADED, "--object", STOCK, "--object-name", PIECE]
-    announce(["identify", *words, "--size-error", 0.02, "--unseen", 0.02], quietly=arguments.json)
+    announce(arguments, ["identify", *words, "--size-error", 0.02, "--unseen", 0.02])
     arguments.demo, arguments.robot, arguments.loaded, arguments.empty = False, ARM_FILE, LOADED, [EMPTY]
     arguments.object, arguments.object_name = STOCK, PIECE
     arguments.size_error = arguments.unseen = 0.02
     status = run(arguments)
     if not arguments.json:
-        print(f"\nIn the simulation the {PIECE} weighs {MASS:.3f} kg.")
+        options.tell(arguments, f"\nThe true mass of the {PIECE} in the simulation is {MASS:.3f} kg.")
     return status
 
 
 def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:
-    """Recalls a memory; one that does not exist yet knows nothing."""
+    """Recalls a memory, which is empty if it does not exist yet."""
     if place is None:
         return MaterialMemory()
     if not has_memory(place):
         if same_colours:
-            raise BadValueError("--same-colour", "", f"is of what is remembered, but {place} does not exist")
+            raise BadValueError("--same-colour", "", f"is about remembered colours, but {place} does not exist")
         return MaterialMemory()
     with open_memory(place) as ledger:
         return ledger.recall(prior=prior, same_colours=same_colours)
@@ -201,7 +211,7 @@ def _teach(
     prior: Prior,
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
-    """Appends what the run teaches; returns the belief, with the memory after it, and a sentence about that."""
+    """Appends the run to the memory; returns the belief with that memory, and a sentence about what was learned."""
     place = arguments.learned or arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
@@ -212,12 +222,12 @@ def _teach(
         place, trial, prior, known=known, former_hash=run.former_fingerprint, same_colours=same_colours
     )
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
-    learned = "has learned them" if is_new else "learns nothing: this run has taught it before"
+    learned = "has learned them" if is_new else "learns nothing: it has learned from this run before"
     return belief, f"{place} {learned}"
 
 
 def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
-    """Says of how many trials of the memories the robot's arm was another; empty if of none."""
+    """Describes how many trials of the memories come from another version of the arm; empty for none."""
     name = name_robot(Path(robot.source), robot.tip)
     places = [place for place in (arguments.memory, arguments.learned) if place]
     number = max((count_past_arms(place, name, lambda: robot.fingerprint) for place in places), default=0)
@@ -252,7 +262,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     given = [each for each in (arguments.robot, arguments.robot_option) if each is not None]
     if len(given) > 1:
         raise BadValueError(
-            "--robot", "", f"is given {len(given)} times, must be given once, as an option or without"
+            "--robot", "", f"is given {len(given)} times, must be given once: as an option or as an argument"
         )
     robot = given[0] if given else MODELS
     tip = arguments.tip or loaded.description.tip
@@ -260,10 +270,10 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
         of_file = find_imported_tip(robot)
         tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME  # objects are posed in the hand
         if tip == HAND_FRAME and of_file is not None and loaded.description.compensated_payload.any():
-            problem = "is in the frame of the tip as the controller's payload is, so that --tip must name the tip"
-            raise BadValueError(loaded.source, "compensated_payload", f"{problem} of the robot's file")
+            problem = "is in the frame of the controller's tip, so --tip must name the tip of the robot's file"
+            raise BadValueError(loaded.source, "compensated_payload", problem)
     if not tip:
-        raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
+        raise BadValueError("--tip", "", "is missing, must be given here or in the run's description")
     found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
     if arguments.joint_limits is None:
         return found
@@ -272,21 +282,19 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
 
 
 def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
-    """Finds the frame in which the controller takes a payload, or says why there is none."""
+    """Finds the frame in which the controller takes a payload, or returns why there is none."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
-        return (
-            f"no controller takes a payload in the frame of a sensor, {robot.tip} (--flange NAME names the flange's)"
-        )
+        return f"a controller takes no payload in the frame of a sensor, {robot.tip} (name the flange: --flange NAME)"
     base = arguments.base or loaded.description.base or None
     flange = find_flange(robot, arguments.flange or "", base)
     if flange is not None:
         return flange
     folder = Path(robot.source).parent
     if find_imported_tip(folder) is None:
-        return f"no controller knows {robot.tip}, our frame of the hand (--flange NAME names a frame that it knows)"
-    return (
-        f"{folder} lacks the tip of the robot's file: import it again (affordance import-arm), or name one (--flange)"
-    )
+        return (
+            f"controllers do not know {robot.tip}, our frame of the hand (name one that yours knows: --flange NAME)"
+        )
+    return f"{folder} does not say which tip the robot's file has: import it again, or name one (--flange)"
 
 
 def _find_materials(robot: SerialChain) -> Path:

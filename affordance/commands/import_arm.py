@@ -1,12 +1,15 @@
-"""``affordance import-arm``: converts any robot's file to a folder of models for its arm."""
+"""``affordance import-arm``: makes a folder of models for the arm in a robot's file."""
 
 import argparse
+import textwrap
 import time
 from pathlib import Path
 
 from tqdm import tqdm
 
-from affordance.commands.options import add_arm_arguments, read_options
+from affordance.commands.options import add_arm_arguments, add_json, print_answer, read_options
+from affordance.commands.parser import OUTPUT, find_group
+from affordance.commands.terminal import find_width
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
 
@@ -14,13 +17,15 @@ from affordance.robots.report import PAGE, TEXT
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("file", type=Path, help="the robot's file")
+    add("file", type=Path, help="robot's file (URDF, SDF, MJCF or xacro)")
     add("values", nargs="*", metavar="NAME:=VALUE", help="arguments of a xacro template")
     add_arm_arguments(parser)
-    add("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
-    what = "whether paths, blow and objects are changed to what the arm can do"
+    add("--no-meshes", action="store_true", help="draw capsules instead of the robot's meshes")
+    what = "adapt paths, blow and objects to what the arm can do (fit), or leave them (keep)"
     add("--tasks", choices=("fit", "keep"), default="fit", help=what)
-    add("--out", type=Path, required=True, help="folder for the models; must be new or empty")
+    what = "folder for the models, which must be new or empty"
+    find_group(parser, OUTPUT).add_argument("--out", type=Path, required=True, metavar="DIR", help=what)
+    add_json(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -36,6 +41,13 @@ def run(arguments: argparse.Namespace) -> int:
             fits_tasks=arguments.tasks == "fit",
             tell=steps.set_description_str,
         )
-    print("\n".join(lines))
-    print(f"{arguments.out}: written in {time.perf_counter() - start:.1f} s; see {PAGE} or {TEXT} there")
+    took = time.perf_counter() - start
+    folded = [part for line in lines for part in _fold(line, find_width())]
+    text = "\n".join([*folded, f"{arguments.out}: written in {took:.1f} s; see {PAGE} or {TEXT} there"])
+    print_answer(arguments, text, {"folder": arguments.out, "report": arguments.out / PAGE, "findings": lines})
     return 0
+
+
+def _fold(line: str, width: int) -> list[str]:
+    """Breaks a line at the width of a terminal."""
+    return [line] if not width else textwrap.wrap(line, width, subsequent_indent="  ", break_long_words=False)

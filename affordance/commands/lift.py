@@ -1,15 +1,22 @@
-"""``affordance lift``: lets observers do the trials of a table, and writes the table with what they did."""
+"""``affordance lift``: simulates the trials of a table, and writes the table with what observers did."""
 
 import argparse
-import json
 from dataclasses import replace
 from pathlib import Path
 
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import LEARNERS
-from affordance.commands.options import add_run_options, check_bounds, read_robot, refuse_changes
+from affordance.commands.options import (
+    add_json,
+    add_run_options,
+    check_bounds,
+    print_answer,
+    read_robot,
+    refuse_changes,
+)
 from affordance.commands.setups import read_setup
 from affordance.commands.tables import add_table_options, open_table
+from affordance.commands.terminal import find_width
 from affordance.experiments.suite import Experiment, check_own_name, run_suite
 from affordance.experiments.table_lifts import TableExperiment
 from affordance.experiments.trials import check_cost
@@ -22,20 +29,18 @@ from affordance.robots.kept import open_robot
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("--trials", type=Path, required=True, metavar="FILE", help="table with a row for each trial (CSV)")
+    add("--trials", type=Path, required=True, metavar="FILE", help="table with one row per trial (CSV)")
     add_table_options(parser)
-    what = (
-        f"{', '.join(LEARNERS)}, or one's own as FILE.py:CLASS, a program that is run; more than once (default: all)"
-    )
+    what = f"{', '.join(LEARNERS)}, or your own as FILE.py:CLASS, whose code is run; may be repeated (default: all)"
     add("--learner", action="append", default=[], metavar="LEARNER", help=what)
-    add("--json", action="store_true", help="print the means as JSON")
+    add_json(parser)
     add_run_options(parser, 1, "observers of each learner for each participant", models="")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints means with intervals, and writes the table with what was measured, figures and a report."""
+    """Prints means with intervals, and writes the table of lifts, figures and a report."""
     check_bounds(arguments)
-    refuse_changes(arguments, ["learner"], "--learner says which, more than once")
+    refuse_changes(arguments, ["learner"], "learners are chosen by --learner, which may be repeated")
     robot = open_robot(*read_robot(arguments))
     learners = tuple(dict.fromkeys(map(load_learner, arguments.learner))) or tuple(LEARNERS.values())
     name = check_own_name(arguments.trials)
@@ -45,12 +50,9 @@ def run(arguments: argparse.Namespace) -> int:
     setup = replace(read_setup(arguments, robot, parse_changes(arguments.changes)), observers=trials.observers)
     report, _ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
     means = read_json(setup.out / name / "metrics.json")["means"]
-    if arguments.json:
-        print(json.dumps(means, indent=2))
-        return 0
-    print(describe_means(means))
+    lines = [describe_means(means, find_width())]
     if table.unused:
-        print(f"Columns that are left out of lifts.csv: {', '.join(table.unused)}")
-    print(f"The lifts: {setup.out / name / 'lifts.csv'}")
-    print(f"The report: {report}")
+        lines.append(f"Columns that lifts.csv does not contain: {', '.join(table.unused)}")
+    lines += [f"The lifts: {setup.out / name / 'lifts.csv'}", f"The report: {report}"]
+    print_answer(arguments, "\n".join(lines), means)
     return 0

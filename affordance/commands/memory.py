@@ -1,4 +1,4 @@
-"""``affordance memory``: shows, forgets, merges, exports, imports, weighs and verifies what robots have felt."""
+"""``affordance memory``: shows, edits and verifies a lasting memory of the objects that robots have held."""
 
 import argparse
 from collections.abc import Mapping, Sequence
@@ -6,6 +6,7 @@ from pathlib import Path
 
 from affordance.belief.density_belief import Prior
 from affordance.commands import options
+from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.exchange import export_trials, read_trials
 from affordance.memory.ledger import Ledger, open_memory
@@ -19,7 +20,7 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import tabulate
 from affordance.reporting.memory_figure import draw_memory
 
-# Exit status if verifying found faults.
+# Exit status if verify found faults.
 FAULTY = 3
 ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
 
@@ -27,32 +28,28 @@ ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("action", choices=ACTIONS, help="what to do; forget needs one of the options that select trials")
-    add("memory", metavar="MEMORY", help="SQLite file")
-    add(
-        "files",
-        nargs="*",
-        metavar="FILE",
-        help="memories to merge, file to export to, files to import, or tools weighed",
-    )
-    add("--robot", default="", metavar="NAME", help="trials of this robot")
-    add("--object", default="", metavar="NAME", help="trials with objects of this name")
-    add(
-        "--since", default="", metavar="TIME", help="trials from this time on, as 2026-03-01 or 2026-03-01T12:00, UTC"
-    )
-    add("--until", default="", metavar="TIME", help="trials before this time")
-    add("--trial", default="", metavar="ID", help="the trial whose id begins so, four digits at least")
+    add("action", choices=ACTIONS, help="what to do; forget requires options that select trials")
+    add("memory", metavar="MEMORY", help="SQLite file of the memory")
+    what = "memories to merge, file to export to, files to import, or tools files with weighings"
+    add("files", nargs="*", metavar="FILE", help=what)
+    add("--robot", default="", metavar="NAME", help="select trials of this robot")
+    add("--object", default="", metavar="NAME", help="select trials with objects of this name")
+    what = "select trials from this time on, UTC: 2026-03-01 or 2026-03-01T12:00"
+    add("--since", default="", metavar="TIME", help=what)
+    add("--until", default="", metavar="TIME", help="select trials before this time")
+    add("--trial", default="", metavar="ID", help="select the trial whose id begins with these digits, at least four")
     options.add_same_colours(parser)
-    add("--materials", type=Path, metavar="FILE", help="materials whose names are shown (default: ours)")
-    options.add_answer(parser, "the picture and the table of show")
+    what = "materials whose names are shown (default: those of the package)"
+    add("--materials", type=Path, metavar="FILE", help=what)
+    options.add_answer(parser, "the figure and the table of show")
     options.add_prior_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Does what is asked; returns the exit status, FAULTY if verifying found faults."""
+    """Does the action; returns the exit status, FAULTY if verify found faults."""
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
-    trials: list[TrialEvidence] = []  # read first, so that nothing is made if one is wrong
+    trials: list[TrialEvidence] = []  # read first, so that nothing is written if one is wrong
     if arguments.action == "import":
         trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
     elif arguments.action == "weigh":
@@ -66,23 +63,29 @@ def run(arguments: argparse.Namespace) -> int:
             case "show":
                 _show(arguments, ledger, prior)
             case "forget":
-                print(f"{ledger.place}: {_count(_forget(arguments, ledger))} forgotten, {len(ledger)} remain")
+                number = _forget(arguments, ledger)
+                text = f"{ledger.place}: {_count(number)} forgotten, {len(ledger)} remain"
+                options.print_answer(arguments, text, {"forgotten": number, "trials": len(ledger)})
             case "merge" | "import" | "weigh":
                 new, replaced = ledger.add(trials)
                 earlier = f", {replaced} replaced by an earlier record" if replaced else ""
-                print(f"{ledger.place}: {new} of {_count(len(trials))} new{earlier}, {len(ledger)} in all")
+                text = f"{ledger.place}: {new} of {_count(len(trials))} new{earlier}, {len(ledger)} in all"
+                content = {"given": len(trials), "new": new, "replaced": replaced, "trials": len(ledger)}
+                options.print_answer(arguments, text, content)
             case "export":
                 path = Path(arguments.files[0])
-                print(f"{path}: {_count(export_trials(ledger, path))} written")
+                number = export_trials(ledger, path)
+                options.print_answer(arguments, f"{path}: {_count(number)} written", {"written": number})
             case "verify":
                 faults = ledger.verify()
-                print("\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound")
+                text = "\n".join(faults) or f"{ledger.place}: {_count(len(ledger))}, all sound"
+                options.print_answer(arguments, text, {"faults": faults, "trials": len(ledger)})
                 return FAULTY if faults else 0
     return 0
 
 
 def name_colours(summary: MemorySummary, path: Path | None) -> dict[Colour, str]:
-    """Names the materials of a memory: by the known material of the same colour, else by the colour itself."""
+    """Names the materials of a memory: the known material of the same colour, or else the colour itself."""
     known = {name: each.colour for name, each in load_materials(path or MATERIALS).items()}
     names = {}
     for each in summary.materials:
@@ -99,7 +102,7 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
     for path in paths:
         found = list(list_weighed_trials(load_tools(path, load_materials(materials)), path))
         if not found:
-            raise BadValueError(path, "", "has no weighing, must have mass (kg) of a tool or of a part")
+            raise BadValueError(path, "", "has no weighing, must have the mass (kg) of a tool or of a part")
         trials += found
     return trials
 
@@ -108,7 +111,9 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
     """Forgets the selected trials, and returns their number; an unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
-        raise BadValueError("forget", "", "must be told what: --robot, --object, --since, --until or --trial")
+        raise BadValueError(
+            "forget", "", "must be given what to forget: --robot, --object, --since, --until or --trial"
+        )
     number = ledger.forget(selection)
     robots, objects = ([], []) if number else ledger.list_names()
     for option, name, known in (("--robot", arguments.robot, robots), ("--object", arguments.object, objects)):
@@ -118,19 +123,21 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
-    """Checks that the action has its files, and no option that it ignores."""
+    """Checks that the action has its files, and no option that it would ignore."""
     needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
     needed["weigh"] = "at least one file of tools"
     files = len(arguments.files)
     if (arguments.action in needed and not files) or (arguments.action == "export" and files > 1):
-        raise BadValueError(arguments.action, "", f"is given {files} files, must be {needed[arguments.action]}")
+        raise BadValueError(arguments.action, "", f"is given {files} files, must be given {needed[arguments.action]}")
     if arguments.action not in needed and files:
-        raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be none")
+        raise BadValueError(arguments.action, "", f"is given the file {arguments.files[0]!r}, must be given none")
     if arguments.same_colour and arguments.action != "show":
-        raise BadValueError("--same-colour", "", f"changes nothing in {arguments.action}, only show takes it")
+        raise BadValueError("--same-colour", "", f"has no effect on {arguments.action}, must be given with show only")
     given = [name for name in ("robot", "object", "since", "until", "trial") if getattr(arguments, name)]
     if given and arguments.action != "forget":
-        raise BadValueError(f"--{given[0]}", "", f"selects nothing in {arguments.action}, only forget takes it")
+        raise BadValueError(
+            f"--{given[0]}", "", f"has no effect on {arguments.action}, must be given with forget only"
+        )
 
 
 def _show(arguments: argparse.Namespace, ledger: Ledger, prior: Prior) -> None:
@@ -159,21 +166,21 @@ def _count(number: int) -> str:
 def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
     """Writes the tables of materials and things."""
     lines = [f"{ledger.place}: {_count(len(ledger))}"]
-    width = max((len(name) for name in (*names.values(), *(thing.name for thing in summary.things))), default=0)
-    rows = [
-        [f"{'material':<{width}}", f"{'kg/m^3':>7}", f"{'90 % interval':>15}", "trials", "things", "since", "robots"]
-    ]
+    names_shown = (*names.values(), *(thing.name for thing in summary.things))
+    width, longest = find_width(), max(map(len, names_shown), default=0)
+    pad = 0 if width else longest  # in a file, both tables have columns of one width
+    rows = [["material".ljust(pad), " kg/m^3", "90 % interval", "trials", "things", "since", "robots"]]
     for each in summary.materials:
         low, high = each.interval90
         felt = each.experience
-        name, interval = f"{names[each.colour]:<{width}}", f"{low:6.0f} to {high:5.0f}"
+        interval = f"{low:6.0f} to {high:5.0f}"
         numbers = [f"{each.median:.0f}", interval, str(felt.trials), str(len(each.things))]
-        rows.append([name, *numbers, felt.since[:10], ", ".join(felt.robots)])
-    lines += ["", *tabulate(rows, right=range(1, 5))] if summary.materials else []
-    rows = [[f"{'thing':<{width}}", f"{'kg':>7}", f"{'SD':>7}", "trials", "since", "robots"]]
+        rows.append([names[each.colour], *numbers, felt.since[:10], ", ".join(felt.robots)])
+    lines += ["", *tabulate(rows, range(1, 5), width)] if summary.materials else []
+    rows = [["thing".ljust(pad), "     kg", "     SD", "trials", "since", "robots"]]
     for thing in summary.things:
         felt = thing.experience
         numbers = [f"{thing.mass:.3f}", f"{thing.mass_sd:.3f}", str(felt.trials)]
-        rows.append([f"{thing.name:<{width}}", *numbers, felt.since[:10], ", ".join(felt.robots)])
-    lines += ["", *tabulate(rows, right=range(1, 4))] if summary.things else []
-    return "\n".join([*lines, *([] if summary.materials else ["It knows nothing yet."])])
+        rows.append([thing.name, *numbers, felt.since[:10], ", ".join(felt.robots)])
+    lines += ["", *tabulate(rows, range(1, 4), width)] if summary.things else []
+    return "\n".join([*lines, *([] if summary.materials else ["The memory is empty."])])

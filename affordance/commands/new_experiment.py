@@ -1,4 +1,4 @@
-"""``affordance new-experiment NAME``: writes an experiment that runs, as a Python file to change."""
+"""``affordance new-experiment NAME``: writes a Python file with an experiment that runs, to be changed."""
 
 import argparse
 import inspect
@@ -13,20 +13,20 @@ from affordance.files.atomic import write_text
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("name", help="name of the experiment: letters, digits and '_'")
-    what = "folder for the file (default: the working folder)"
+    what = "folder for the file (default: the current one)"
     parser.add_argument("--out", type=Path, default=Path(), metavar="DIR", help=what)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes the file, unless there is one, and says how to run it."""
+    """Writes the file, unless it exists, and prints how to run it."""
     name = arguments.name.removesuffix(".py")
     path = arguments.out / f"{name}.py"
     if not name.isidentifier():
         raise BadValueError("name", "", f"is {arguments.name!r}, must be letters, digits and '_', a letter first")
     check_own_name(path)
     if path.exists():
-        raise BadValueError(path, "", "is there already, must be a new file")
+        raise BadValueError(path, "", "exists already, must be a new file")
     source = inspect.getsource(starting_point)
     write_text(path, source.replace(starting_point.NAME, name).replace("FILE", str(path)))
-    print(f"{path}: change what you like, then: affordance run {path}")
+    print(f"{path}: change it as you like, then run it: affordance run {path}")
     return 0

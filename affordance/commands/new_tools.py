@@ -10,14 +10,16 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 
 _TEMPLATE = MODELS / "tools" / "template.yaml.txt"
-# Mark in the template in place of the materials, and their number in a line of it.
+# Placeholder of the materials in the template, and the number of materials per line.
 _MATERIALS, _IN_A_LINE = "MATERIALS", 8
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("file", type=Path, help="file to write, as my_tools.yaml; there must be none")
-    parser.add_argument("--materials", type=Path, metavar="FILE", help="materials to choose from (default: ours)")
+    parser.add_argument("file", type=Path, help="file to write, for example my_tools.yaml; it must not exist yet")
+    parser.add_argument(
+        "--materials", type=Path, metavar="FILE", help="materials to choose from (default: those of the package)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -26,12 +28,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.file.exists():
         raise BadValueError(arguments.file, "", "exists already, must be a new file")
     if not arguments.file.parent.is_dir():
-        raise BadValueError(arguments.file, "", f"is to be in {arguments.file.parent}, which is no folder")
+        raise BadValueError(arguments.file, "", f"must be in a folder that exists, unlike {arguments.file.parent}")
     names = list(materials)
     lines = [", ".join(names[k : k + _IN_A_LINE]) for k in range(0, len(names), _IN_A_LINE)]
     text = _TEMPLATE.read_text(encoding="utf-8").replace(_MATERIALS, ",\n#   ".join(lines))
     write_text(arguments.file, text)
     tools = load_tools(arguments.file, load_materials())
-    print(f"{arguments.file}: {len(tools)} tool that can be ranked as it is; change it to yours")
+    print(f"{arguments.file}: {len(tools)} tool, which can be ranked as it is; change it to yours, then run:")
     print(f"affordance rank hammer --tools {arguments.file}")
     return 0

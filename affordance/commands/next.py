@@ -16,7 +16,8 @@ from affordance.choice.options import add_weighings
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.choice.pricing import GripBounds, plan_options
 from affordance.choice.weighed_holds import learn_weighings
-from affordance.commands.options import find_width, give_answer, read_robot
+from affordance.commands.options import give_answer, read_robot
+from affordance.commands.terminal import find_width
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -43,30 +44,32 @@ from affordance.settings import Settings
 
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"
-# Columns of the table that are left out first where it is too wide.
+# Columns that are left out first if the table is too wide.
 _INFORMATION, _THEN = 2, 3
 # A choice is a tie if its expected loss is at most this share of the cost.
 _TIE = 1e-3
-# Probability of holding an object from which nothing is said of its weight.
+# Probability of being able to hold an object above which its weight is not mentioned.
 _SURELY = 0.995
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "tasks of the robot that are to be done: hammer, reach, mash, carry, hold"
+    what = "tasks of the robot to be done: hammer, reach, mash, carry, hold"
     add("tasks", nargs="*", metavar="TASK", help=what)
-    what = "objects that may be held first (default: our pieces of stock)"
+    what = "objects that may be held first (default: the pieces of stock of the package)"
     add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
-    add("--include-tools", action="store_true", help="the tools themselves may be held too")
-    add("--uses", type=float, default=1.0, metavar="N", help="times that each task is to be done (default 1)")
-    what = "price of a hold, in the unit of the cost (default 0)"
+    add("--include-tools", action="store_true", help="allow holding the tools themselves too")
+    add(
+        "--uses", type=float, default=1.0, metavar="N", help="number of times that each task will be done (default 1)"
+    )
+    what = "price of one hold, in the unit of the cost (default 0)"
     add("--price", type=float, default=0.0, metavar="COST", help=what)
     add_choice(parser, _NAME, samples=4000)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints what to hold next, and writes it with a picture if there is a folder for it."""
+    """Prints what to hold next, and writes it with a picture to the folder of ``--out``."""
     check_number("--uses", arguments.uses, 1e-6, _USES_MAX)
     check_number("--price", arguments.price, 0.0, _PRICE_MAX)
     bounds = check_choice(arguments, 100)
@@ -141,29 +144,29 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]:
-    """Formats the decisions as they stand, what may be held, and both rules of stopping."""
+    """Formats the present decisions, what may be held, and both stopping rules."""
     unit = advice.unit
     lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
-    rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) then"]]
+    rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) after"]]
     for each in advice.ranked:
         then = ", ".join(f"{p:.2f}" for p in each.p_best_after)
-        heavy = "" if each.p_held >= _SURELY else f"  (held by the arm with probability {each.p_held:.2f})"
+        heavy = "" if each.p_held >= _SURELY else f"  (the arm can hold it with probability {each.p_held:.2f})"
         worth = f"{each.worth:9.3g} ± {each.worth_se:<8.2g}"
         rows.append([each.name, worth, f"{each.information:.2f}", f"{then}{heavy}"])
     lines += tabulate_within(rows, width, (_INFORMATION, _THEN))
     certain, below = ("yes" if each else "no" for each in (advice.is_certain, advice.is_below_price))
-    lines.append(f"Stop as every choice is certain: {certain}. Stop as no hold is worth its price: {below}.")
+    lines.append(f"All choices certain? {certain}. No hold worth its price? {below}.")
     return lines
 
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
-    """Describes what to take now, as a ranking would, or that nothing can be taken."""
+    """Describes what to take now, as a ranking does, or that nothing can be taken."""
     if not decision.is_possible:
         return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
     if not decision.is_usable:
         return (
-            f"nothing can be taken yet: {name_object(decision.best)} comes nearest, feasible with a probability of "
-            f"{decision.p_feasible:.2f}, must be at least {MIN_FEASIBILITY:g}"
+            f"nothing can be taken yet: {name_object(decision.best)} is the nearest, feasible with probability "
+            f"{decision.p_feasible:.2f}, which must be at least {MIN_FEASIBILITY:g}"
         )
     return (
         f"take {name_object(decision.best)}, best with probability {decision.p_best:.2f}; "
@@ -172,19 +175,19 @@ def _describe_decision(decision: OpenDecision, unit: str) -> str:
 
 
 def _label_worth(advice: HoldAdvice, uses: float) -> str:
-    times = "a use of each" if uses == 1.0 else f"{uses:g} uses of each"
-    return f"worth, {times} ({advice.unit})"
+    times = "per use of each" if uses == 1.0 else f"for {uses:g} uses of each"
+    return f"worth {times} ({advice.unit})"
 
 
 def describe_stop(advice: HoldAdvice, uses: float) -> str:
-    """Says in words what to hold next, or why to stop."""
+    """Describes what to hold next, or why to stop."""
     first, unit = advice.ranked[0], advice.unit
     rests = ", and ".join(_describe_support(each) for each in advice.decisions if each.rests_on)
     if advice.check:
         return f"Hold {name_object(advice.check)} to check: {rests}."
-    found = f" But {rests}: holding another of its material would check it." if rests else ""
+    found = f" But {rests}: holding another object of the same material would check it." if rests else ""
     if advice.stop == "impossible":
-        return "Nothing here is worth holding: no option can do what is to be done."
+        return "Nothing here is worth holding: no option can do these tasks."
     if advice.stop == "certain":
         return f"Nothing more needs to be held: every choice is certain.{found}"
     if advice.stop:
@@ -196,11 +199,11 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
     if advice.pair is not None:
         one, other = (name_object(each) for each in advice.pair)
         head = (
-            f"Hold {one} and then {other}: worth {advice.pair_worth / uses:.3g} {unit} a use together, little alone"
+            f"Hold {one} and then {other}: worth {advice.pair_worth / uses:.3g} {unit} per use together, little alone"
         )
         later = advice.plan[2:]
     else:
-        worth = f"worth {first.worth / uses:.3g} ± {first.worth_se / uses:.1g} {unit} a use"
+        worth = f"worth {first.worth / uses:.3g} ± {first.worth_se / uses:.1g} {unit} per use"
         head, later = f"Hold {name_object(first.name)}: {worth}", advice.plan[1:]
     if later:
         head += f"; then {name_object(later[0])}"
@@ -210,41 +213,41 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
         f"{p:.2f} for {each.name}" for p, each in zip(advice.p_best_planned, advice.decisions, strict=True)
     )
     holds = "hold" if len(advice.plan) == 1 else "holds"
-    return f"{head}. After about {len(advice.plan)} {holds} nothing more is gained; P(best) is then {then}."
+    return f"{head}. After about {len(advice.plan)} {holds}, further holds gain nothing; P(best) is then {then}."
 
 
 def _describe_support(decision: OpenDecision) -> str:
-    """Describes on which single object a certain choice rests, or on which ones together."""
+    """Describes which object, or which objects together, a certain choice rests on."""
     names = [name_object(name) for name in decision.rests_on]
     if len(names) == 1:
         return f"the choice for {decision.name} rests on {names[0]} alone"
-    return f"the choice for {decision.name} would be open without any one of {', '.join(names)}"
+    return f"the choice for {decision.name} depends on each of {', '.join(names)}"
 
 
 def _describe_open(decision: OpenDecision, unit: str) -> str:
-    """Describes a choice that is left open: a tie, or a loss that nothing here would spare."""
+    """Describes an open choice: a tie, or an expected loss that no hold here can avoid."""
     margin = decision.margin
     if margin is not None and max(margin, decision.regret) <= _TIE * decision.cost:
-        return f"P = {decision.p_best:.2f} of {decision.name} is a tie, the best two differ by {margin:.2g} {unit}"
+        return f"{decision.name} is a tie (P = {decision.p_best:.2f}): the best two differ by {margin:.2g} {unit}"
     return f"{decision.name} stays open (P = {decision.p_best:.2f}, expected loss {decision.regret:.2g} {unit})"
 
 
 def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
-    """Lists what may be held; the name of a tool of another file raises an AffordanceError."""
+    """Lists what may be held; a name that another file uses too raises an AffordanceError."""
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return list(held)
     names = {tool.name for tool in tools}
     for each in held:
         if each.name in names:
             raise AffordanceError(
-                f"{arguments.may_hold}: {each.name!r} is a tool of {arguments.tools} too, must have another name; "
-                "--include-tools lets the tools themselves be held"
+                f"{arguments.may_hold}: {each.name!r} is also a tool of {arguments.tools}, must have another name; "
+                "--include-tools allows holding the tools themselves"
             )
     return [*held, *(tools if arguments.include_tools else [])]
 
 
 def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
-    """Recalls the evidence about each thing that was held; nothing without a memory."""
+    """Recalls the evidence about each thing that was held; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

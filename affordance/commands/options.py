@@ -3,7 +3,6 @@
 import argparse
 import json
 import math
-import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner_file import load_learner
 from affordance.belief.learners import LEARNERS
+from affordance.commands.parser import OUTPUT, ROBOT, find_group
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.constraints import SEEDS
@@ -34,7 +34,7 @@ BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
-    """Adds ``--repeats`` with the name of what is repeated; earlier names still work and are not shown."""
+    """Adds ``--repeats``, whose help names what is repeated; former names still work and are not shown."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
     for name in former:
@@ -43,24 +43,26 @@ def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str,
 
 def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
     """Adds ``--seed``."""
-    help_ = f"root of every random draw (default {default})"
+    help_ = f"seed of all random draws (default {default})"
     parser.add_argument("--seed", type=int, default=default, metavar="N", help=help_)
 
 
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
     """Adds ``--jobs``; by default one process per core."""
-    shown = "one a core" if default is None else str(default)
+    shown = "one per core" if default is None else str(default)
     if default is None:
         import joblib  # here, as commands without this option need not wait for it
 
         default = joblib.cpu_count()
-    parser.add_argument("--jobs", type=int, default=default, metavar="N", help=f"processes (default: {shown})")
+    parser.add_argument(
+        "--jobs", type=int, default=default, metavar="N", help=f"parallel processes (default: {shown})"
+    )
 
 
 def add_out(parser: argparse.ArgumentParser, default: str = "results", holds: str = "folder for the results") -> None:
     """Adds ``--out``."""
     help_ = f"{holds} (default {default}/)"
-    parser.add_argument("--out", type=Path, default=Path(default), metavar="DIR", help=help_)
+    find_group(parser, OUTPUT).add_argument("--out", type=Path, default=Path(default), metavar="DIR", help=help_)
 
 
 def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and tools to use") -> None:
@@ -70,22 +72,23 @@ def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and
 
 def add_robot(parser: argparse.ArgumentParser) -> None:
     """Adds ``--robot``, with its former names ``--models`` and ``--arm``, and the options of a robot's file."""
-    help_ = "folder that import-arm wrote, or a robot's file with --tip, imported once (default: the paper's arm)"
-    parser.add_argument("--robot", type=Path, metavar="PATH", help=help_)
+    group = find_group(parser, ROBOT)
+    help_ = "folder written by import-arm, or a robot's file, which is imported once (default: the paper's arm)"
+    group.add_argument("--robot", type=Path, metavar="PATH", help=help_)
     for former in ("--models", "--arm"):
-        parser.add_argument(former, type=Path, dest="robot", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+        group.add_argument(former, type=Path, dest="robot", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     add_arm_arguments(parser)
 
 
 def read_robot(arguments: argparse.Namespace) -> tuple[Path | None, ImportOptions, Path]:
-    """Reads the robot, how its file is imported, and where imports are kept: ``arms`` in the results' folder."""
+    """Returns the robot, the options of its import, and the folder of imports: ``arms`` in the results' folder."""
     out: Path | None = getattr(arguments, "out", None)
     return arguments.robot, read_options(arguments), (out or Path("results")) / "arms"
 
 
 def add_set(
     parser: argparse.ArgumentParser,
-    what: str = "a setting, as prior.sd=8000; more than once; affordance settings lists all",
+    what: str = "change a setting, for example prior.sd=8000; may be repeated; affordance settings lists all",
 ) -> None:
     """Adds ``--set``, which changes settings by name."""
     parser.add_argument("--set", action="append", default=[], dest="changes", metavar="NAME=VALUE", help=what)
@@ -94,37 +97,49 @@ def add_set(
 def add_learner(parser: argparse.ArgumentParser) -> None:
     """Adds ``--learner``; see ``read_changes``."""
     default = DEFAULT_SETTINGS.learner.name
-    what = f"{', '.join(LEARNERS)}, or one's own as FILE.py:CLASS, a program that is run (default {default})"
+    what = f"{', '.join(LEARNERS)}, or your own as FILE.py:CLASS, whose code is run (default {default})"
     parser.add_argument("--learner", metavar="LEARNER", help=what)
 
 
 def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     """Returns the changes of settings by name, of ``--set`` and of ``--learner`` if the command has it.
 
-    A change in the wrong form, one that is made twice, or a learner that there is not raises a BadValueError.
+    A malformed or repeated change, or an unknown learner, raises a BadValueError.
     """
     changes = parse_changes(arguments.changes)
     if word := getattr(arguments, "learner", None):
         if "learner" in changes:
-            raise BadValueError("--set", "learner", "is given with --learner, only one of them may be")
+            raise BadValueError("--set", "learner", "is given together with --learner, must be given once")
         changes["learner"] = load_learner(word)
     return changes
 
 
 def add_prior_set(parser: argparse.ArgumentParser) -> None:
     """Adds ``--set`` of commands that use the prior's settings only; see ``read_prior``."""
-    add_set(parser, "a setting of the prior, as prior.sd=8000; more than once")
+    add_set(parser, "change a setting of the prior, for example prior.sd=8000; may be repeated")
 
 
 def add_answer(parser: argparse.ArgumentParser, files: str) -> None:
     """Adds ``--json`` and ``--out``, a folder for the named files; see ``give_answer``."""
-    parser.add_argument("--json", action="store_true", help="print the result as JSON")
-    parser.add_argument("--out", type=Path, metavar="DIR", help=f"folder for {files} (default: none)")
+    add_json(parser)
+    what = f"folder for {files} (default: no files)"
+    find_group(parser, OUTPUT).add_argument("--out", type=Path, metavar="DIR", help=what)
 
 
-def find_width() -> int:
-    """Finds the width of the terminal, in characters; 0 where there is none, as in a pipe."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+def add_json(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--json``; see ``print_answer``."""
+    find_group(parser, OUTPUT).add_argument("--json", action="store_true", help="print the answer as JSON")
+
+
+def tell(arguments: argparse.Namespace, remark: str) -> None:
+    """Prints a remark that is not part of the answer: to standard error with ``--json``, never with ``--quiet``."""
+    if not getattr(arguments, "quiet", False):
+        print(remark, file=sys.stderr if getattr(arguments, "json", False) else sys.stdout, flush=True)
+
+
+def print_answer(arguments: argparse.Namespace, text: str, content: Any) -> None:
+    """Prints an answer as text, or with ``--json`` its content as JSON."""
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
 
 
 def give_answer(
@@ -134,7 +149,7 @@ def give_answer(
     content: Mapping[str, Any],
     draw: "Callable[[], Figure] | None" = None,
 ) -> None:
-    """Prints an answer as text or JSON, and writes both to the folder of ``--out``, with a figure if it is drawn."""
+    """Prints an answer, and writes it as text, JSON and perhaps a figure to the folder of ``--out``."""
     text = show_text(text, PROSE)
     if arguments.out is not None:
         write_text(arguments.out / f"{name}.txt", text + "\n")
@@ -143,7 +158,7 @@ def give_answer(
             from affordance.reporting.figures import save_figure  # here, as runs without --out need not wait for it
 
             save_figure(draw(), arguments.out, name)
-    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+    print_answer(arguments, text, content)
 
 
 def add_run_options(
@@ -156,9 +171,9 @@ def add_run_options(
     jobs: int | None = None,
     models: str = "arm, materials and tools to use",
 ) -> None:
-    """Adds the options of every command that simulates observers: repeats, seed, jobs, results, models and settings.
+    """Adds the options of a command that simulates observers: repeats, seed, jobs, results, models and settings.
 
-    A command without text on the folder of models takes a robot.
+    A command takes a robot in place of a folder of models if ``models`` is empty.
     """
     add_repeats(parser, repeats, what, former)
     add_seed(parser, seed)
@@ -172,7 +187,7 @@ def add_run_options(
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Raises a BadValueError for a shared number out of bounds, or a folder of models that there is not."""
+    """Raises a BadValueError if a shared number is out of bounds, or the folder of models does not exist."""
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
         if value is not None:
@@ -191,49 +206,54 @@ def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
     """Returns the prior with the changes of ``--set``; a change of any other setting raises a BadValueError."""
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     refuse_changes(
-        arguments, [name for name in groups if name != "prior"], f"of all settings {what} has the prior's only"
+        arguments, [name for name in groups if name != "prior"], f"{what} uses only the settings of the prior"
     )
     return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Raises a BadValueError, with a reason, for a changed setting, or group, that a command does not use."""
+    """Raises a BadValueError that gives the reason if ``--set`` changes a setting or group that has no effect."""
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
-            raise BadValueError("--set", name, f"changes nothing here: {why}")
+            raise BadValueError("--set", name, f"has no effect here: {why}")
 
 
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
-    add = parser.add_argument
-    add("--tip", help="link or frame at the arm's end, where it holds things (default: the end of the longest limb)")
-    add("--base", help="link that is fixed to the world (default: where the limb begins)")
+    add = find_group(parser, ROBOT).add_argument
+    add(
+        "--tip", help="link or frame at the end of the arm, which holds things (default: the end of the longest limb)"
+    )
+    add("--base", help="link that is fixed to the world (default: the beginning of the limb)")
     what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
-    what = "how the gripper is mounted: turn of the hand about its x from the tip's axes (default: z up at home)"
+    what = "roll of the hand about its x axis, relative to the axes of the tip (default: z points up at home)"
     add("--roll", type=float, metavar="DEGREES", help=what)
-    what = "where other joints are frozen, and the arm's own at home (rad, m)"
+    what = "positions of joints: of the arm at home, and of other joints, which are frozen (rad, m)"
     add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
-    what = "of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE"
+    what = "inertia of rotors and gears reflected to the joints (kg m^2): one value for all, or JOINT=VALUE"
     add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "limits of torque in place of the file's (N m): one for all, or JOINT=VALUE"
+    what = "effort limits that replace those of the file (N m): one value for all, or JOINT=VALUE"
     add("--effort", nargs="+", default=[], metavar="VALUE", help=what)
-    what = "limits of velocity in place of the file's (rad/s): one for all, or JOINT=VALUE"
+    what = "velocity limits that replace those of the file (rad/s): one value for all, or JOINT=VALUE"
     add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
-    add("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
-    what = "replace impossible inertias by the nearest possible ones, even where that matters"
+    add("--damping", choices=("file", "none"), default="file", help="joint damping: that of the file, or none")
+    what = "replace impossible inertias by the nearest possible ones, even where that changes the motion"
     add("--mend-inertia", action="store_true", help=what)
-    what = "links whose weight an MJCF lets the simulator carry are refused, or carried by the motors (none)"
+    what = (
+        "links whose weight the simulator compensates (MJCF): refuse them (file), or let the motors carry them (none)"
+    )
     add("--gravcomp", choices=("file", "none"), default="file", help=what)
     what = "arguments of a xacro template"
     add("--xacro", nargs="+", default=[], metavar="NAME:=VALUE", help=what)
-    what = "folder of a package that a xacro template names, and that is not near it; more than once"
+    what = "folder of a package that a xacro template uses, if it is not found nearby; may be repeated"
     add("--package", action="append", default=[], metavar="NAME=DIR", help=what)
-    what = "expand a xacro template, which runs Python, even where the kernel cannot limit what it does"
+    what = "expand a xacro template, which runs Python code, even if the kernel cannot confine it"
     add("--trust-xacro", action="store_true", help=what)
-    what = "axis of the robot's root that points up (default: z, unless the file's gravity says otherwise)"
+    what = "axis of the robot's root that points up (default: opposite to the file's gravity, else z)"
     add("--up", metavar="AXIS", help=what)
-    add("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
+    what = "height of the base above the origin (default: the file's)"
+    add("--base-height", type=float, metavar="METRES", help=what)
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:
@@ -257,7 +277,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by their names, or all; one that is unknown or has no grips raises an AffordanceError."""
+    """Selects tools by name, or all of them; an unknown one, or one without grips, raises an AffordanceError."""
     known = {tool.name: tool for tool in tools}
     for name in names:
         if name not in known:
@@ -265,20 +285,21 @@ def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> lis
     chosen = [known[name] for name in names] or list(tools)
     for tool in chosen:
         if not tool.grips:
-            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
+            raise AffordanceError(f"{path}: {tool.name} has no grips, must have at least one")
     return chosen
 
 
 def add_same_colours(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--same-colour``, for what two cameras see differently."""
-    help_ = "colours that count as one, seen by two cameras, as #b5a642=#c0b050; more than once"
+    """Adds ``--same-colour``, for colours that two cameras see differently."""
+    help_ = "treat two colours as one, as seen by two cameras, for example #b5a642=#c0b050; may be repeated"
     parser.add_argument("--same-colour", action="append", default=[], metavar="A=B", help=help_)
 
 
 def read_same_colours(arguments: argparse.Namespace, at_hand: Mapping[str, Material]) -> SameColours:
-    """Reads pairs of colours, the first of each that of the material at hand, if it is of one.
+    """Reads the pairs of colours of ``--same-colour``.
 
-    Anything else than colours, two materials at hand, or pairs without a memory raise a BadValueError.
+    The first colour of a pair is that of a material at hand, if one of the two is. Words that are no colours, two
+    materials at hand, or pairs without a memory raise a BadValueError.
     """
     pairs = []
     for word in arguments.same_colour:
@@ -287,5 +308,5 @@ def read_same_colours(arguments: argparse.Namespace, at_hand: Mapping[str, Mater
             raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
         pairs.append((parse_colour(one), parse_colour(other)))
     if pairs and not arguments.memory:
-        raise BadValueError("--same-colour", "", "is of what is remembered, must come with --memory")
+        raise BadValueError("--same-colour", "", "is about remembered colours, must be given with --memory")
     return join_colours(pairs, {name: material.colour for name, material in at_hand.items()})

@@ -1,4 +1,4 @@
-"""Files of an identified payload: figures, samples of the ten parameters, and gains."""
+"""Writes the files of an identified payload: figures, posterior samples and gains."""
 
 from pathlib import Path
 
@@ -7,8 +7,8 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 
 
 def write_belief(folder: Path, belief: PayloadBelief, is_used: bool) -> None:
-    """Writes figures, samples and, if the result is used, gains that a weighed load has calibrated."""
-    # Imported here: they take most of a second, which runs without --out need not wait.
+    """Writes figures, samples and, if the result is used, the gains that a weighed load has calibrated."""
+    # Imported here, because they take most of a second, which runs without --out do not need.
     from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
     from affordance.reporting.figures import save_figure
     from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness

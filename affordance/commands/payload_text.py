@@ -1,4 +1,4 @@
-"""Text of an identified payload, as it is read: the answer, verdict, payload, materials, claim, lines to paste."""
+"""Text of an identified payload: answer, verdict, payload, materials, claim and lines to paste."""
 
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +16,7 @@ from affordance.robots.flange import Flange
 _NAMES = ("mass", "centre x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 # Decimals of mass, [kg], centre of mass, [m], and moments, [kg m^2]: a tenth of a gram and of a millimetre.
 _DECIMALS = (4, 4, 4, 4, *[6] * 6)
-_VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or wrong, the run cannot tell"}
+_VERDICTS = {"right": "is right", "wrong": "is wrong", "open": "may be right or wrong: the run cannot tell"}
 
 
 def describe_payload(
@@ -29,20 +29,22 @@ def describe_payload(
     anyway: bool,
     width: int = 0,
 ) -> str:
-    """Writes a belief for a terminal, with the verdict on claimed payloads, and what a memory has learned.
+    """Describes a belief, with the verdict on claimed payloads and what a memory has learned.
 
-    The answer is in the first line. Sentences are broken at the width of a terminal, [characters], if it is given;
-    lines to paste never are. Claims and lines are in the frame of the flange; a text in its place says why there are
-    none. Densities are named by the materials of their colours. Of a result that is not to be trusted, lines for the
-    robot are written only if ``anyway``.
+    The first line is the answer. Sentences are broken at the width of the terminal, [characters], unless it is 0;
+    lines to paste are not. Claims and the lines to paste are in the frame of the flange; a text in its place is
+    the reason why there are none. Densities are named after the materials of their colours. If the result is not to
+    be trusted, lines to paste are written with ``anyway`` only.
     """
     blocks = [f"{give_answer_line(belief, flange)}\n{_give_verdict(belief)}", _tabulate(belief)]
     if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
-        blocks.append(f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})")
+        blocks.append(
+            f"Mass of each half with gains from the other: {masses} kg (weighed: {belief.reference_mass:g} kg)"
+        )
     blocks += _list("Not seen", belief.unseen)
     learned = [
-        f"{_name_colour(each.colour, materials)}: {each.median:.0f} kg/m^3, 90 % from "
+        f"{_name_colour(each.colour, materials)}: {each.median:.0f} kg/m^3, 90 % interval "
         f"{each.interval90[0]:.0f} to {each.interval90[1]:.0f}"
         for each in belief.learned
     ]
@@ -60,7 +62,7 @@ def describe_payload(
 
 
 def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
-    """Gives the answer in one line: mass, centre of mass in the frame of the flange, and whether to trust it."""
+    """Returns the answer in one line: mass, centre of mass in the frame of the flange, and whether to trust it."""
     if isinstance(flange, str):
         frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
     else:
@@ -97,10 +99,10 @@ def _give_verdict(belief: PayloadBelief) -> str:
         lines += ["NOT TO BE TRUSTED:", *(f"  {doubt}" for doubt in belief.doubts)]
     elif not belief.shows_mass:
         low, high = belief.mass_interval90
-        lines.append(f"NOT SEEN: the mass, 90 % from {low:.2g} to {high:.2g} kg.")
+        lines.append(f"NOT SEEN: the mass (90 % interval {low:.2g} to {high:.2g} kg).")
         lines.append(f"  to see it: {belief.advice}")
     else:
-        lines.append("No reason was found to distrust the result.")
+        lines.append("No reason to distrust the result was found.")
     lines += [f"  warning: {warning}" for warning in belief.warnings]
     return "\n".join(lines)
 
@@ -134,17 +136,17 @@ def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> 
     """Writes the verdict on one setting, or says which of several is right, a line each."""
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     verdict = claims[0].comparison
-    tolerances = f"mass to {verdict.mass_tolerance:.3f} kg, first moment to {verdict.moment_tolerance:.4f} kg m"
+    tolerances = f"mass within {verdict.mass_tolerance:.3f} kg, first moment within {verdict.moment_tolerance:.4f} kg m"
     found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
     if len(claims) == 1:
         (claim,) = claims
         return "\n".join(
             [
-                f"Claimed{mark}: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
+                f"Claimed{mark}: the payload that is set on the controller {_VERDICTS[verdict.verdict]} (right with probability "
                 f"{verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
                 f"  set, in the frame {flange.name}: {_show_setting(claim.setting)}",
                 f"  found, in the same frame: {_show_setting(found)}",
-                f"  largest errors of torque in this run with the setting (N m): {_list_errors(belief, claim)}",
+                f"  largest torque errors in this run with the setting (N m): {_list_errors(belief, claim)}",
             ]
         )
     lines = [
@@ -155,7 +157,7 @@ def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> 
         lines.append(
             f"  {file}: {comparison.verdict} (probability {comparison.probability:.2f}{_note_moments(comparison)}), "
             f"{_show_setting(setting)}, "
-            f"largest error of torque {comparison.torque_error.max():.2g} N m"
+            f"largest torque error {comparison.torque_error.max():.2g} N m"
         )
     return "\n".join(lines)
 
@@ -188,12 +190,12 @@ def _list_errors(belief: PayloadBelief, claim: Claim) -> str:
 
 def _write_lines(belief: PayloadBelief, flange: Flange | str, anyway: bool) -> str:
     if belief.doubts and not anyway:
-        return "For the robot: no lines, as the result is not to be trusted (--anyway writes them)."
+        return "For the robot: no lines, because the result is not to be trusted (--anyway writes them)."
     if belief.setting is None:
         why = "little or nothing is held" if belief.is_light else "the mass was not seen"
-        return f"For the robot: no lines, as {why}."
+        return f"For the robot: no lines, because {why}."
     if isinstance(flange, str):
-        return f"For the robot: no lines, as {flange}."
+        return f"For the robot: no lines, because {flange}."
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     lines = [f"For the robot, with {flange.name} as its flange (--flange names another frame){mark}:"]
     payload = belief.setting.express(flange.X_FT)

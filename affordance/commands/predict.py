@@ -6,14 +6,24 @@ from pathlib import Path
 
 from affordance.arguments import check_number
 from affordance.belief.learners import list_learners
-from affordance.commands.options import add_learner, add_run_options, check_bounds, read_changes, read_robot
+from affordance.commands.options import (
+    add_json,
+    add_learner,
+    add_run_options,
+    check_bounds,
+    print_answer,
+    read_changes,
+    read_robot,
+)
 from affordance.commands.setups import check_experiment, check_learner, read_setup
 from affordance.commands.tables import SUFFIXES, add_table_options, open_table
+from affordance.commands.terminal import find_width
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict
 from affordance.experiments.suite import DESIGNS, NAMES, Experiment, check_own_name, find_experiment, open_experiment
 from affordance.experiments.table_lifts import TableExperiment
 from affordance.experiments.trials import check_cost
+from affordance.files.bounded import read_json
 from affordance.named_settings import change_settings
 from affordance.reporting.learner_predictions import POWER, format_predictions
 from affordance.robots.kept import open_robot
@@ -30,13 +40,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     names = [name for name in (*NAMES, *DESIGNS) if find_experiment(name).predict is not None]
     add("experiment", help=f"one of {', '.join(names)}, a Python file, or a table of trials (CSV)")
-    what = f"simulated observers of each learner, of a table for each participant (default: at most {_OBSERVERS}; 1)"
+    what = f"observers of each learner (default: at most {_OBSERVERS}; for a table 1 per participant)"
     add_run_options(parser, None, what, models="")
     add_learner(parser)
+    add_json(parser)
     add_table_options(parser)
-    what = "standard deviation of the force between people, [N], of a table (default: that of the table's own people)"
+    what = "for a table: standard deviation of the force between people, N (default: that of people in the table)"
     add("--people-sd", type=float, metavar="N", help=what)
-    add("--power", type=float, default=POWER, metavar="P", help=f"power of a test of two groups (default {POWER})")
+    what = f"power of a test between two groups (default {POWER})"
+    add("--power", type=float, default=POWER, metavar="P", help=what)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -57,7 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _predict(name, Experiment(trials.run, trials.read, trials.predict), arguments, robot)
     for option in ("objects", "columns", "people_sd", "meshes", "materials"):
         if getattr(arguments, option):
-            problem = f"is of a table of trials, must be omitted for {arguments.experiment}"
+            problem = f"is for a table of trials, must be omitted for {arguments.experiment}"
             raise BadValueError(f"--{option.replace('_', '-')}", "", problem)
     check_experiment(arguments, (*NAMES, *DESIGNS))
     with open_experiment(arguments.experiment) as (name, experiment):
@@ -71,9 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _predict(
     name: str, experiment: Experiment, arguments: argparse.Namespace, robot: Robot, *, is_own: bool = False
 ) -> int:
-    """Predicts an experiment; one of a user's own with one observer first."""
+    """Predicts an experiment; a user's own is tried with one observer first."""
     if (measure := experiment.predict) is None:
-        problem = f"is {arguments.experiment!r}, whose observers are of one learner; run it with --learner for each"
+        problem = f"is {arguments.experiment!r}, whose observers all have one learner; run it with --learner for each"
         raise BadValueError("experiment", "", problem)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
@@ -85,6 +97,6 @@ def _predict(
     if is_own:
         measure(replace(setup, observers=1, jobs=1))
     found = predict(name, setup, measure, power=arguments.power)
-    print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
-    print(f"The predictions: {found.path}")
+    text = format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads, find_width())
+    print_answer(arguments, f"{text}\nThe predictions: {found.path}", read_json(found.path))
     return 0

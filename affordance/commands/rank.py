@@ -14,7 +14,9 @@ from affordance.choice.payload import measure_payload
 from affordance.choice.pricing import plan_options
 from affordance.choice.ranking import explain_choice
 from affordance.commands.demo import TRIALS, announce, check_alone
-from affordance.commands.options import change_by_name, find_width, give_answer, read_robot
+from affordance.commands.options import change_by_name, give_answer, read_robot
+from affordance.commands.parser import OneLineParser
+from affordance.commands.terminal import find_width
 from affordance.commands.workbench import (
     add_choice,
     check_choice,
@@ -40,7 +42,7 @@ from affordance.settings import Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Bounds of a payload, [kg] and [m]: values beyond are mistakes in units; and exit status of one that is too heavy.
+# Bounds of a payload, [kg] and [m], beyond which a value must be in the wrong unit; exit status if it is too heavy.
 _PAYLOAD_MAX, _DISTANCE_MAX, _TOO_HEAVY = 1e4, 10.0, 3
 # Name of the written files.
 _NAME = "ranking"
@@ -48,19 +50,21 @@ _NAME = "ranking"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.epilog = "rank compares tools for one task; affordance next takes several"
+    if isinstance(parser, OneLineParser):
+        parser.hint = "rank compares tools for one task; affordance next takes several"
     add = parser.add_argument
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
-    add("--demo", action="store_true", help="rank our hammers by what simulated recordings of the package taught")
-    what = "in place of tools: a mass (kg) in the hand; the answer is what is left of each joint's torque limit"
+    what = "rank our hammers after learning from simulated recordings from the package"
+    add("--demo", action="store_true", help=what)
+    what = "in place of tools: a mass in the hand (kg); prints what remains of each joint's effort limit"
     add("--payload", type=float, metavar="KG", help=what)
-    what = "where its centre lies in the hand's frame (m; default 0 0 0)"
+    what = "centre of mass of that mass in the hand's frame (m; default 0 0 0)"
     add("--payload-at", type=float, nargs=3, default=(0.0, 0.0, 0.0), metavar=("X", "Y", "Z"), help=what)
     add_choice(parser, _NAME, samples=10_000)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ranks the options, prints the ranking, and writes it with a picture if there is a folder for it."""
+    """Ranks the options, prints the ranking, and writes it with a picture to the folder of ``--out``."""
     if arguments.demo:
         return _run_demo(arguments)
     names = [arguments.task] if arguments.task else []
@@ -101,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     text = "\n".join([describe_advice(ranking, question, width), *describe_expectations(expected, width)])
 
     def draw() -> "Figure":
-        # Imported here: they take most of a second, which runs without --out need not wait.
+        # Imported here, because they take most of a second, which runs without --out do not need.
         from affordance.reporting.advice_figure import draw_advice, render_choice
 
         pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
@@ -112,7 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> int:
-    """Prints what a payload leaves of each joint's torque limit during a task."""
+    """Prints what remains of each joint's effort limit when a payload is held during a task."""
     mass = check_number("--payload", arguments.payload, 0.0, _PAYLOAD_MAX, "kg")
     for value in arguments.payload_at:
         check_number("--payload-at", value, -_DISTANCE_MAX, _DISTANCE_MAX, "m")
@@ -132,8 +136,9 @@ def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence
         else [each.joint, "", "none", ""]
         for each in demand.joints
     ]
-    lines = [sentence, f"{name} with {robot.name}, the arm's own weight and motion included:"]
-    lines += [f"  {line}" for line in tabulate(rows, right=(1, 2, 3))]
+    lines = [sentence, f"{name} with {robot.name}, including the arm's own weight and motion:"]
+    width = max(find_width() - 2, 0)
+    lines += [f"  {line}" for line in tabulate(rows, (1, 2, 3), width)]
     lines.append(f"  at the grip: {format_number(demand.force)} N, {format_number(demand.moment)} N m")
     content = {
         "task": name,
@@ -152,7 +157,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
     """Ranks our hammers by a memory of the trials that come with the package."""
     check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
     teach = ["memory", "import", "demo.sqlite", TRIALS]
-    announce(teach, ["rank", "hammer", "--memory", "demo.sqlite"], quietly=arguments.json)
+    announce(arguments, teach, ["rank", "hammer", "--memory", "demo.sqlite"])
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder) / "demo.sqlite"
         with open_memory(place) as ledger:

@@ -2,12 +2,14 @@
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.commands import options
 from affordance.commands.setups import check_experiment, check_learner, read_setup
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.experiments.observers import Setup
 from affordance.experiments.suite import (
     DESIGNS,
     NAMES,
@@ -18,9 +20,11 @@ from affordance.experiments.suite import (
     rehearse,
     run_suite,
 )
+from affordance.files.bounded import read_json
 from affordance.memory.past_arms import describe_past_arms
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
+from affordance.reporting.formatting import count_observers, format_duration
 from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
 from affordance.vision.features import FeatureSource
@@ -33,21 +37,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
     others = ", ".join(name for name in (*NAMES, *DESIGNS) if name not in OF_THE_PAPER)
-    what = f"{', '.join(OF_THE_PAPER)}, all of these (default), one of {others}, or a Python file"
+    what = f"{', '.join(OF_THE_PAPER)}, or all of these (default); {others}; or a Python file"
     add("experiment", nargs="?", default="all", help=what)
-    what = (
-        "simulated observers, for vision objects (default: 200; for lifts of people's experiments 50 of each learner)"
-    )
+    what = "simulated observers; objects for vision (default: 200; 50 of each learner for experiments with people)"
     options.add_run_options(parser, None, what, models="")
-    what = "true features of objects (default), or from a picture of each; vision always takes pictures"
+    what = (
+        "take true features of objects (features, default), or find them in pictures (pixels), as vision always does"
+    )
     add("--vision", choices=[source.value for source in FeatureSource], help=what)
     options.add_learner(parser)
-    what = "what is to be wrong, of the models' faults.yaml; more than once"
-    add("--fault", action="append", default=[], help=what)
-    what = "lasting memory (SQLite file): the observer begins with it, and every trial is appended"
+    what = "simulate a fault named in the models' faults.yaml; may be repeated"
+    add("--fault", action="append", default=[], metavar="NAME", help=what)
+    what = "lasting memory (SQLite file): the observer starts with it, and every trial is added"
     add("--memory", default="", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
-    add("--cluster", metavar="ADDRESS", help="Dask scheduler to send observers to, in place of --jobs")
+    options.add_json(parser)
+    add("--cluster", metavar="ADDRESS", help="Dask scheduler that runs the observers, in place of --jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
-    """Runs experiments; one of a user's own with one observer first."""
+    """Runs experiments; a user's own is tried with one observer first."""
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
@@ -70,9 +75,9 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
             check_learner(name, changes)
     robot = open_robot(*options.read_robot(arguments))
     if arguments.robot is not None and arguments.robot.is_file():
-        print(f"{arguments.robot.name}: models in {robot.folder}")
+        options.tell(arguments, f"{arguments.robot.name}: models in {robot.folder}")
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
-        print(past, flush=True)
+        options.tell(arguments, past)
     setup = read_setup(arguments, robot, changes)
     if arguments.fault:
         joint_names = load_arm(setup.settings.arm).joint_names
@@ -83,25 +88,46 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
         for name, each in experiments.items():
             each.read(setup)
             rehearse(name, each, setup)
-        print("One observer went through the whole analysis; now all others.", flush=True)
+        options.tell(arguments, "One observer passed the whole analysis; now all others are run.")
     report, left_out = run_suite(
         experiments,
         setup,
         cluster=arguments.cluster,
-        announce=lambda page: print(f"The report, which grows: {page.resolve().as_uri()}", flush=True),
+        begin=lambda names: options.tell(arguments, describe_plan(names, setup)) if len(names) > 1 else None,
+        announce=lambda page: options.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
     )
-    print(f"The report: {report}")
+    numbers = {name: setup.out / name / "metrics.json" for name in experiments if name not in left_out}
+    content = {"report": report, "numbers": numbers, "left_out": left_out}
+    options.print_answer(arguments, f"The report: {report}", content)
     if left_out:
-        print(f"Left out, as the report says: {', '.join(left_out)}", file=sys.stderr)
+        print(f"Left out, for reasons given in the report: {', '.join(left_out)}", file=sys.stderr)
         return LEFT_OUT
     return 0
 
 
+def describe_plan(names: Sequence[str], setup: Setup) -> str:
+    """Describes what a run will do, and about how long it takes according to earlier runs in the same folder."""
+    seconds, unknown = 0.0, []
+    for name in names:
+        try:
+            kept = read_json(setup.out / name / "metrics.json")
+            jobs, repeats, took = kept["config"]["jobs"], kept["repeats"], kept["wall_s"]
+            share = check_whole("repeats", repeats, REPEATS) / setup.observers * setup.jobs
+            seconds += check_number("wall_s", took, 0.0) * check_whole("jobs", jobs, JOBS) / share
+        except (AffordanceError, KeyError, TypeError):
+            unknown.append(name)
+    what = f"{', '.join(names)}: {count_observers(setup.observers)} each, {setup.jobs} at a time, into {setup.out}/."
+    if len(unknown) == len(names):
+        return f"{what} No earlier run in this folder tells how long it takes; --repeats 10 is a quick look."
+    missing = f" without {', '.join(unknown)}, which has no earlier run" if unknown else ""
+    return f"{what} According to earlier runs it takes about {format_duration(seconds)}{missing}."
+
+
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Collects the changes of settings, from ``--set`` and from options of their own."""
+    """Collects the changes of settings by ``--set`` and by options of their own."""
     changes = options.read_changes(arguments)
     if arguments.vision is not None:
         if "feature_source" in changes:
-            raise BadValueError("--set", "feature_source", "is given with --vision, only one of them may be")
+            raise BadValueError("--set", "feature_source", "is given together with --vision, must be given once")
         changes["feature_source"] = arguments.vision
     return changes

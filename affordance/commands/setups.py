@@ -16,22 +16,24 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 
 def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
-    """Raises a BadValueError for no such experiment, unless it is a Python file.
+    """Raises a BadValueError for an unknown experiment, unless it is a Python file.
 
-    The name of a former protocol is answered with what has taken its place.
+    The message for a former protocol names what has replaced protocols.
     """
     if Path(arguments.experiment).suffix in (".yaml", ".yml"):
-        problem = f"is {arguments.experiment!r}: experiments are programs now, and protocols in YAML are gone"
-        raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); known are {', '.join(names)}")
+        problem = (
+            f"is {arguments.experiment!r}: experiments are now Python programs, and YAML protocols are no longer read"
+        )
+        raise BadValueError("experiment", "", f"{problem} (CHANGELOG.md); must be one of {', '.join(names)}")
     if arguments.experiment not in names and Path(arguments.experiment).suffix != ".py":
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, names))
 
 
 def check_learner(name: str, changes: Changes) -> None:
-    """Raises a BadValueError for a change of the learner where all of the program are compared, and it is one."""
+    """Raises a BadValueError if one of our learners is chosen for an experiment that compares all of them."""
     own = {each: value for each, value in changes.items() if each.partition(".")[0] == "learner"}
     if own and change_settings(DEFAULT_SETTINGS, own).learner in LEARNERS.values():
-        problem = f"has no effect on {name}, which simulates observers of {', '.join(LEARNERS)}; one's own is added"
+        problem = f"has no effect on {name}, which always simulates {', '.join(LEARNERS)}; you can add your own"
         raise BadValueError("--learner", "", problem)
 
 

@@ -1,7 +1,9 @@
-"""``affordance study``: lists the studies; each is a command of its own, in a clone of the repository."""
+"""``affordance study``: lists the studies, each of which is a command, in a clone of the repository."""
 
 import argparse
+import json
 
+from affordance.commands.terminal import find_width
 from affordance.files.model_folder import import_study, list_studies
 
 # Names that studies had as commands of their own.
@@ -9,14 +11,21 @@ FORMER = {"fit-kappa": "people", "robustness": "robustness"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares no arguments."""
+    """Adds ``--json``."""
+    parser.add_argument("--json", action="store_true", help="print the answer as JSON")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Prints the studies, one line each."""
-    names = list_studies()
-    for name in names:
-        print(f"  affordance study {name:<12} {import_study(name).HELP}")
-    if not names:
+    studies = {name: import_study(name).HELP for name in list_studies()}
+    if arguments.json:
+        print(json.dumps(studies, indent=2))
+    elif not studies:
         print("There are no studies here: they need a clone of the repository.")
+    else:
+        # Imported here, as --help does not need it.
+        from affordance.reporting.formatting import tabulate
+
+        rows = [[f"  affordance study {name}", text] for name, text in studies.items()]
+        print("\n".join(tabulate(rows, width=find_width())))
     return 0

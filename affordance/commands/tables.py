@@ -1,4 +1,4 @@
-"""Trial tables of the command line: the options that name objects and columns, and what they read."""
+"""Options of trial tables: objects and columns, and the table that they describe."""
 
 import argparse
 from pathlib import Path
@@ -15,19 +15,21 @@ SUFFIXES = (".csv", ".tsv", ".txt")
 
 
 def add_table_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options that say what a table of trials is about."""
+    """Adds the options that describe a table of trials."""
     add = parser.add_argument
-    add("--objects", type=Path, metavar="FILE", help="tools file with the objects that a table of trials names")
-    what = "names of columns in the table, as object=stim participant=subj; ours are " + ", ".join(COLUMNS)
+    add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
+    what = "columns of the table with other names, for example object=stim participant=subj; ours are " + ", ".join(
+        COLUMNS
+    )
     add("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=what)
     add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the objects' file)")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the objects file)")
 
 
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
-    """Reads a table with its objects, and the tasks that it names; something wrong in them raises a BadValueError."""
+    """Reads a table, its objects, and the tasks that it names; a mistake in them raises a BadValueError."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
@@ -39,5 +41,5 @@ def open_table(
 def _split(word: str) -> tuple[str, str]:
     ours, _, theirs = word.partition("=")
     if not (ours and theirs):
-        raise BadValueError("--columns", "", f"is {word!r}, must be OURS=THEIRS, such as object=stim")
+        raise BadValueError("--columns", "", f"is {word!r}, must be OURS=THEIRS, for example object=stim")
     return ours, theirs

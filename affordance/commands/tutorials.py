@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Copies the tutorials, except those that the folder has already, and opens Jupyter."""
+    """Copies the tutorials, except those that are already in the folder, and opens Jupyter."""
     folder = prepare_folder(arguments.out)
     for path in sorted(TUTORIALS.glob("*.md")):
         text, suffix = convert(path.read_text(encoding="utf-8"))
@@ -32,11 +32,13 @@ def run(arguments: argparse.Namespace) -> int:
         kept = target.exists()
         if not kept:
             write_text(target, text)
-        print(f"{target}{': kept as it is' if kept else ''}")
+        print(f"{target}{': exists, not changed' if kept else ''}")
     program = next((each for each in _PROGRAMS if importlib.util.find_spec(each)), None)
     if program is None:
         missing = ["jupyterlab", *([] if importlib.util.find_spec("jupytext") else ["jupytext"])]
-        print(f"after pip install {' '.join(missing)} this command opens them as notebooks; any editor shows them")
+        print(
+            f"To open them as notebooks: pip install {' '.join(missing)}, then run this again; any editor shows them."
+        )
     elif not arguments.copy_only:
         return subprocess.call([sys.executable, "-m", program, str(folder)])
     return 0

@@ -1,4 +1,4 @@
-"""``affordance watch``: an observer of an experiment, live in the browser."""
+"""``affordance watch``: shows an observer in an experiment, live in the browser."""
 
 import argparse
 import os
@@ -41,13 +41,13 @@ _PAUSE = 1.0  # between presentations, [s]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     names = ", ".join(_WATCHABLE)
-    parser.add_argument("experiment", nargs="?", default="weight", help=f"one of {names}")
+    parser.add_argument("experiment", nargs="?", default="weight", help=f"{names} (default: weight)")
     options.add_robot(parser)
     options.add_seed(parser)
     options.add_set(parser)
     options.add_learner(parser)
-    what = "lasting memory: the observer begins with it, and every hold is appended"
-    parser.add_argument("--memory", default="", help=what)
+    what = "lasting memory (SQLite file): the observer starts with it, and every hold is added"
+    parser.add_argument("--memory", default="", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
 
 
@@ -58,10 +58,10 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("experiment", "", f"is 'vision', in which nothing moves, must be {', '.join(_WATCHABLE)}")
     check_experiment(arguments, _WATCHABLE)
     if arguments.robot is not None and arguments.robot.is_file():
-        print(f"{arguments.robot.name} is imported first unless results/arms has it, some half a minute.", flush=True)
+        options.tell(arguments, f"{arguments.robot.name} is imported, if it is new: about half a minute.")
     robot = open_robot(*options.read_robot(arguments))
     if past := describe_past_arms(robot.name, robot.count_past_arms(arguments.memory)):
-        print(past, flush=True)
+        options.tell(arguments, past)
     arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
     setup = read_setup(arguments, robot, options.read_changes(arguments))
     show = _Show(arguments.experiment, setup)
@@ -89,7 +89,7 @@ class _Show:
         self.trial = 0
         self.task: Reach | Hammer | None = None
         if task is not None:
-            print("The task is planned with every grip first, which takes some seconds.", flush=True)
+            print("Planning the task with every grip, which takes some seconds.", flush=True)
             self.task, novel = task
             choices = plan_grips([novel], self.task, self.settings, seed=setup.seed, jobs=1, description="plans")
             self.choice: Choice = choices[novel.name]

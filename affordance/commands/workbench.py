@@ -33,11 +33,11 @@ from affordance.robots.object_file import SUFFIX, read_object
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
-# Ways in which the form of tools is known.
+# Ways in which the shape of tools is known.
 _SIGHTS = ("drawing", "features", "pictures")
 # Word of ``--know`` for no material.
 _NOTHING = "nothing"
-# Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
+# Bounds of what a gripper may hold, [N] and [N m], beyond which a value must be in the wrong unit.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
@@ -55,35 +55,32 @@ class Bench(NamedTuple):
     same_colours: SameColours
     tasks: Mapping[str, TaskCostModel]
     criterion: Criterion
-    remarks: tuple[str, ...] = ()  # what is to be said of the tools' file
+    remarks: tuple[str, ...] = ()  # warnings about the tools file
 
 
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
-    """Adds the options of a choice of tools: what they are, how they are known and compared, and for which robot."""
+    """Adds the options of a choice of tools: the tools, what is known of them, the criterion, and the robot."""
     add = parser.add_argument
-    what = "file of a task, in place of one of the robot's; next takes several, with those of the robot too"
+    what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
-    what = "how the tools' form is known; features are sizes with errors (vision_error)"
+    what = "how the shape of tools is known; features are sizes with errors (vision_error)"
     add("--see", choices=_SIGHTS, default=_SIGHTS[0], help=what)
     add(
         "--by",
         choices=[each.value for each in Criterion],
-        help="what is compared: expected work, effort, highest share of a torque limit, or wrench at the grip "
-        "(default: work for the paper's arm, grip for any other and for holding still)",
+        help="what is compared: expected work, effort, largest share of an effort limit, or wrench at the grip "
+        "(default: work for the paper's arm, grip for other arms and for holding still)",
     )
-    add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
-    add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
-    add("--samples", type=int, default=samples, metavar="N", help=f"samples of the belief (default {samples})")
+    add("--max-grip-force", type=float, metavar="N", help="largest force that the gripper can hold, N (default: any)")
+    what = "largest moment that the gripper can hold, N m (default: any)"
+    add("--max-grip-moment", type=float, metavar="NM", help=what)
+    what = f"number of samples of the belief (default {samples})"
+    add("--samples", type=int, default=samples, metavar="N", help=what)
     tools = MODELS / "workshop" / "tools.yaml"
-    add(
-        "--tools",
-        type=Path,
-        default=tools,
-        metavar="FILE",
-        help="tools with grips, or an object's URDF (default: ours)",
-    )
-    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
-    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
+    what = "tools file with grips, or an object's URDF (default: tools of the package)"
+    add("--tools", type=Path, default=tools, metavar="FILE", help=what)
+    add("--only", action="append", default=[], metavar="NAME", help="only the tool of this name; may be repeated")
+    add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add_know(parser)
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
@@ -96,15 +93,13 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
 
 
 def add_know(parser: argparse.ArgumentParser) -> None:
-    """Adds the option that names the materials whose handbook density is known."""
-    what = (
-        "materials whose density is known by their name: names with commas, or nothing (default: all that are named)"
-    )
+    """Adds ``--know``, which names the materials whose handbook density is known."""
+    what = "materials whose handbook density is known: names with commas, or nothing (default: all that are named)"
     parser.add_argument("--know", metavar="NAMES", help=what)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks what the options of a choice have in common, before a robot is opened; returns the gripper's bounds."""
+    """Checks the options of a choice before a robot is opened; returns what the gripper can hold."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
@@ -112,7 +107,7 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
 
 
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
-    """Loads what the options of a choice name, for tasks of the robot by name and those of files."""
+    """Loads everything that the options of a choice name; tasks are the robot's by name, or files."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     remarks: tuple[str, ...] = ()
@@ -136,7 +131,7 @@ def know_materials(
     materials: Mapping[str, Material],
     prior: Prior,
 ) -> NamedBelief:
-    """Adds to a memory what ``--know`` says about the materials of tools, by their names."""
+    """Adds the handbook densities that ``--know`` names to a memory."""
     names: list[str] | None = None
     if arguments.know is not None:
         names = [] if arguments.know == _NOTHING else [each.strip() for each in arguments.know.split(",")]
@@ -147,7 +142,7 @@ def know_materials(
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    """Lists the options that the tools offer, by drawings, features or pictures as ``--see`` says, as weighed."""
+    """Lists the options that the tools offer, seen as ``--see`` says, with their weighings."""
     return add_weighings(_see(arguments, bench), bench.tools)
 
 
@@ -180,9 +175,9 @@ def rank_tools(
 def keep_unlike(
     arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
 ) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
-    """Keeps one of the grips of a tool that are alike by its symmetry, as drawn.
+    """Keeps one grip of those that the symmetry of a drawn tool makes equal.
 
-    Returns: Options, and by the name of an option the grips that are like it.
+    Returns: Options, and the equal grips by name of the option.
     """
     if arguments.see != _SIGHTS[0]:  # what is seen is not symmetric
         return list(options), {}
@@ -194,7 +189,7 @@ def keep_unlike(
 
 
 def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
-    """Keeps the options that have a striking face, if the task is a blow, and names the tools without one.
+    """Keeps the options with a striking face if the task is a blow, and describes the tools without one.
 
     If no tool has one, a BadValueError is raised.
     """
@@ -205,26 +200,26 @@ def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) ->
     if not kept:
         problem = "has no tool with a striking face, must have strikes: {NAME: {point: [x, y, z], normal: [x, y, z]}}"
         raise BadValueError(path, "tools", problem)
-    return kept, tuple(f"{name} has no striking face (strikes), and is no option for a blow" for name in without)
+    return kept, tuple(f"{name} has no striking face (strikes) and cannot be used for a blow" for name in without)
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Reads the robot's tasks and those of files, by name; no name, or one twice, raises a BadValueError."""
+    """Reads tasks of the robot and of files, by name; no task, or a repeated name, raises a BadValueError."""
     if not (names or files):
-        raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or --task a file")
+        raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
     tasks = {name: robot.load_task(name) for name in names}
     for file in files:
         if file.stem in tasks:
-            problem = f"is {str(file)!r}, must not have the name of another task, {file.stem}"
+            problem = f"is {str(file)!r}, must not have the same name as another task, {file.stem}"
             raise BadValueError("--task", "", problem)
         tasks[file.stem] = load_task_file(file, robot.arm)
     return tasks
 
 
 def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
-    """Chooses what is compared: as named, else work on the paper's arm and the wrench at the grip on others.
+    """Returns the named criterion, else work for the paper's arm and the wrench at the grip for others.
 
-    Holding still, which takes no work, is compared by the wrench at the grip; to name work raises a BadValueError.
+    Holding still takes no work and is compared by the wrench at the grip; naming work raises a BadValueError.
     """
     holds_still = is_any_still(tasks)
     criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
@@ -235,7 +230,7 @@ def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCos
 
 
 def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
-    """Reads what the gripper holds; infinite where no option says it."""
+    """Reads the largest force and moment that the gripper can hold; infinite unless given."""
     given = {}
     for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
         value = getattr(arguments, f"max_grip_{name}")
@@ -245,7 +240,7 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
 
 
 def recall_memory(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
-    """Recalls a lasting memory, or without one that of an observer who knows nothing."""
+    """Recalls a lasting memory; without one, the empty memory of an observer."""
     if place is None:
         return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:

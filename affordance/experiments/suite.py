@@ -133,6 +133,7 @@ def run_suite(
     setup: Setup,
     *,
     cluster: str | None = None,
+    begin: Callable[[Sequence[str]], None] | None = None,
     announce: Callable[[Path], None] | None = None,
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder of results holds.
@@ -143,6 +144,7 @@ def run_suite(
         names: Name of an experiment, or several; or experiments of one's own by name.
         setup: Setup of all of them; each has a subfolder of its name in the folder of results.
         cluster: Address of a Dask scheduler that runs the observers; None for processes of this machine.
+        begin: Function that is given the names of those that can be done, before the first is run.
         announce: Function that is given the report after the first of several experiments, which then grows.
 
     Raises:
@@ -166,6 +168,8 @@ def run_suite(
         if attempts.make(name, partial(_read, name, each, setup), InfeasibleError)
     ]
     done: list[str] = []
+    if begin is not None:
+        begin(found)
     try:
         with use_cluster(cluster, setup.models) if cluster is not None else nullcontext():
             for name in found:

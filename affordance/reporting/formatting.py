@@ -1,7 +1,9 @@
 """Formatting of numbers and names, shared by report and figures."""
 
+import itertools
 import math
 import re
+import textwrap
 from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from affordance.exceptions import show_text
@@ -55,32 +57,51 @@ def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> s
     return " and ".join(f"{value:.{digits}f} {unit} ({name})" for name, value in values.items())
 
 
-def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = ()) -> list[str]:
-    """Formats rows of cells as lines, columns two spaces apart; those whose numbers are in ``right`` to the right.
+def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: int = 0) -> list[str]:
+    """Formats rows of cells as lines; columns are two spaces apart, and those in ``right`` are aligned to the right.
 
+    If the lines are wider than ``width`` (0 for any width), cells of the widest columns are broken between words.
     Invisible characters, and line ends within a cell, are replaced.
     """
     rows = [[show_text(cell) for cell in row] for row in rows]
-    widths = [max(len(cell) for cell in column) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(f"{cell:{'>' if k in right else '<'}{widths[k]}}" for k, cell in enumerate(row)).rstrip()
-        for row in rows
-    ]
+    columns = list(zip(*rows, strict=True))
+    widths = [max(len(cell) for cell in column) for column in columns]
+    least = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
+    while width and sum(widths) + 2 * (len(widths) - 1) > width:
+        shrinkable = [k for k, each in enumerate(widths) if each > least[k]]
+        if not shrinkable:
+            break
+        widths[max(shrinkable, key=widths.__getitem__)] -= 1
+    lines = []
+    for row in rows:
+        cells = [_break_cell(cell, widths[k]) for k, cell in enumerate(row)]
+        for parts in itertools.zip_longest(*cells, fillvalue=""):
+            padded = (f"{part:{'>' if k in right else '<'}{widths[k]}}" for k, part in enumerate(parts))
+            lines.append("  ".join(padded).rstrip())
+    return lines
+
+
+def _break_cell(cell: str, width: int) -> list[str]:
+    """Breaks a cell between words into lines of at most a width, if it is wider."""
+    if len(cell) <= width:
+        return [cell]
+    return textwrap.wrap(cell, width, break_long_words=False, break_on_hyphens=False)
 
 
 def tabulate_within(
     rows: Sequence[Sequence[str]], width: int, order: Sequence[int], left_out: Collection[int] = ()
 ) -> list[str]:
-    """Formats rows as ``tabulate`` does, without columns until lines fit a width; 0 for any width.
+    """Formats rows as ``tabulate`` does, without the less important columns if lines are wider than ``width``.
 
-    Columns that are left out anyway come first, then those of ``order``; what remains may still be wider.
+    Columns in ``left_out`` are always left out; those of ``order`` follow until the lines fit. If that is not
+    enough, cells are broken.
     """
     omitted = set(left_out)
     waiting = list(order)
     while True:
-        lines = tabulate([[cell for k, cell in enumerate(row) if k not in omitted] for row in rows])
-        if not (width and waiting and max(map(len, lines)) > width):
-            return lines
+        kept = [[cell for k, cell in enumerate(row) if k not in omitted] for row in rows]
+        if not (width and waiting and max(map(len, tabulate(kept))) > width):
+            return tabulate(kept, width=width)
         omitted.add(waiting.pop(0))
 
 
@@ -94,6 +115,13 @@ def format_known(value: float, uncertainty: float) -> str:
     if decimals < 0 or not 1e-4 <= abs(value) < 1e6:
         return format_number(value, max(1, 3 + min(0, of_uncertainty - of_value)))
     return f"{value:.{decimals}f}"
+
+
+def format_duration(seconds: float) -> str:
+    """Formats a duration in seconds, minutes or hours, whichever is readable."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 100.0 * 60.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def count_observers(num: int) -> str:

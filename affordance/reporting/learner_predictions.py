@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.stats import norm
 
 from affordance.arrays import Array
+from affordance.reporting.formatting import tabulate
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
@@ -118,26 +120,35 @@ def format_predictions(
     predictions: Mapping[str, Mapping[str, Prediction]],
     contrasts: Sequence[Contrast],
     spreads: Mapping[str, PeopleSpread] | None = None,
+    width: int = 0,
 ) -> str:
-    """Formats predictions as a table, with spreads between people and the measure that best separates each pair."""
+    """Formats predictions with spreads between people, and the measure that best separates each pair of learners.
+
+    Lines are broken at ``width`` if it is not 0.
+    """
     lines = []
     for name, by_learner in predictions.items():
         lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)
+        rows = [["", "mean", "95 % interval", "SD between observers", "90 % of observers"]]
         for learner, found in by_learner.items():
             interval = f"[{found.mean.low:.3g}, {found.mean.high:.3g}]"
             spread = f"{found.low:.3g} to {found.high:.3g}"
-            lines.append(
-                f"    {learner:12s} mean {float(found.mean.mean):8.3g} {interval:18s}"
-                f" SD between observers {found.sd:6.2g}, nine in ten from {spread}"
-            )
+            rows.append([learner, f"{float(found.mean.mean):.3g}", interval, f"{found.sd:.2g}", spread])
+        lines += [f"    {line}" for line in tabulate(rows, (1, 3), max(width - 4, 0))]
         if spreads and name in spreads:
-            lines.append(f"    {'people':12s} SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
+            lines.append(f"    SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
     told: set[tuple[str, str]] = set()
     for contrast in contrasts:
         if contrast.learners not in told:
             told.add(contrast.learners)
             lines.append(describe_contrast(contrast))
-    return "\n".join(lines)
+    return "\n".join(part for line in lines for part in (_wrap(line, width) if width else [line]))
+
+
+def _wrap(line: str, width: int) -> list[str]:
+    """Breaks a line at a width, with a deeper indent from the second line on."""
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    return [line] if len(line) <= width else textwrap.wrap(line, width, subsequent_indent=indent)
 
 
 def describe_contrast(contrast: Contrast) -> str:

@@ -84,12 +84,12 @@ def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
     return table.drop(columns=idle).set_index("learner")
 
 
-def describe_means(means: Sequence[Mapping[str, Any]]) -> str:
-    """Formats the table of means as text."""
+def describe_means(means: Sequence[Mapping[str, Any]], width: int = 0) -> str:
+    """Formats the table of means as text, within a width if it is not 0."""
     table = tabulate_means(means).reset_index()
     rows = [[str(name) for name in table], *table.to_numpy(str).tolist()]
     left = [number for number, name in enumerate(table) if name in (*BY, "chosen")]
-    return "\n".join(tabulate(rows, right=[number for number in range(len(rows[0])) if number not in left]))
+    return "\n".join(tabulate(rows, [number for number in range(len(rows[0])) if number not in left], width))
 
 
 def _show(mean: Mapping[str, Any], name: str) -> str:

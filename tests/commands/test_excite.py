@@ -21,8 +21,8 @@ def hasty(monkeypatch):
 def test_motion_is_said_and_written(tmp_path):
     said = answer("excite", "--seconds", 4, "--out", tmp_path).out
     assert (tmp_path / "excite.txt").read_text() == said
-    assert "predicted standard deviations: mass " in said
-    assert "not checked: collisions" in said
+    assert "Predicted standard deviations: mass " in said
+    assert "Not checked: collisions" in said
     message = yaml.safe_load((tmp_path / "trajectory.yaml").read_text())
     table = np.genfromtxt(tmp_path / "motion.csv", delimiter=",", names=True)
     assert set(message) == {"joint_names", "points"}
@@ -53,9 +53,9 @@ def test_task_and_postures_as_json():
         ("--postures 0", "--postures: is 0"),
         (
             "--seconds 1 --postures 20",
-            "--seconds: is 1: none of 8 motions of 1 s keeps the limits: most of them need more time; more seconds",
+            "--seconds: is 1: none of 8 motions of 1 s keeps the limits: most of them need more time; choose",
         ),
-        ("--mass 60", "times the limit of the torque of wrist_flexion; a lighter load"),
+        ("--mass 60", "times the limit of the torque of wrist_flexion; choose a lighter load"),
         ("--above 2", "--above: is 2 m: none of 8 motions of 8 s keeps the limits: most of them come at least"),
         ("--above 9", "--above: is 9"),
         ("--mass nan", "--mass: is nan"),
@@ -93,4 +93,4 @@ def test_a_robot_without_an_option_is_taken_and_limits_of_acceleration_are_count
     said = answer("excite", tmp_path / "a", "--robot", tmp_path / "b", status=2).err
     assert "--robot: is given twice" in said
     said = answer("excite", "--acceleration", 1, 2, status=2).err
-    assert "--acceleration: has 2 numbers, must have 1 or one for each of" in said
+    assert "--acceleration: has 2 numbers, must have 1, or one for each of" in said

@@ -70,9 +70,9 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     words = ("--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0])
     place = tmp_path / "memory.sqlite"
     text = _run(folder, *words, "--out", tmp_path, "--memory", place).out
-    assert f"{place} learns nothing: of no object was it said what a camera saw (--object)" in " ".join(text.split())
+    assert f"{place} learns nothing: no object was given as a camera saw it (--object)" in " ".join(text.split())
     assert not place.exists()
-    assert "gains from one half, the mass of the other" in text
+    assert "Mass of each half with gains from the other" in text
     assert "set_target_payload(" in text
     assert "Assumed:" in text
     pictures = ("fit.png", "posteriors.png", "whiteness.png")
@@ -162,9 +162,7 @@ def test_moments_of_a_seen_object_are_turned_from_the_hand_to_the_flange(folder,
     # What a controller subtracts is posed as a controller has it, so that the frame must be named.
     description.write_text(description.read_text() + "compensated_payload: {mass: 0.2, com: [0, 0, 0.1]}\n")
     said = answer("identify", tmp_path / "six", *words, status=2).err
-    assert (
-        "compensated_payload: is in the frame of the tip as the controller's payload is, so that --tip must" in said
-    )
+    assert "compensated_payload: is in the frame of the controller's tip, so --tip must" in said
     inertia = RotationalInertia(*found["inertia_kg_m2"]).ReExpress(R_FH)
     line = found["payload_settings"]["Universal Robots (URScript)"].split("#")[0]
     numbers = [float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", line)]
@@ -184,15 +182,15 @@ def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp
     old = [tmp_path / "six", "--description", description, "--empty", empty, "--loaded", loaded]
     old += ["--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500]
     for words, reason in (
-        (old, "six lacks the tip of the robot's file: import it again (affordance import-arm)"),
-        (["--demo"], "no controller knows hand_grip, our frame of the hand (--flange NAME names"),
+        (old, "six does not say which tip the robot's file has: import it again, or name one"),
+        (["--demo"], "controllers do not know hand_grip, our frame of the hand (name one"),
     ):
         text = answer("identify", *words).out
-        assert "For the robot: no lines, as " in text
+        assert "For the robot: no lines, because " in text
         assert reason in text
         assert "set_target_payload(" not in text
         said = answer("identify", *words, "--claimed", claimed, status=2).err
-        assert "--claimed: is a payload in the frame of the flange, but " in said
+        assert "--claimed: must be in the frame of the flange, but " in said
         assert reason in said
     found = answer("identify", "--demo", "--json").content
     assert found["flange"] is None
@@ -212,7 +210,7 @@ def test_the_frame_of_a_wrist_sensor_is_no_flange(folder, tmp_path):
     (tmp_path / "held.yaml").write_text(text)
     words = ["--loaded", tmp_path / "held.csv"]
     text = _run(folder, *words).out
-    assert "no lines, as no controller takes a payload in the frame of a sensor, flange (--flange NAME" in text
+    assert "no lines, because a controller takes no payload in the frame of a sensor, flange (name" in text
     lines = _run(folder, *words, "--flange", "link_6").out
     found = _run(folder, *words, "--json").content
     centre = ", ".join(show_number(value, 5) for value in found["com_m"] + np.array([0.08, 0.0, 0.0]))
@@ -227,14 +225,17 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
     with open_memory(memory) as ledger:
         before = ledger.recall().belief
     text = _run(folder, *words, "--loaded", loaded).out
-    assert "learns nothing: this run has taught it before" in text
-    assert "kg/m^3, 90 % from" in text
+    assert "learns nothing: it has learned from this run before" in text
+    assert "kg/m^3, 90 % interval" in text
     with open_memory(memory) as ledger:
         assert len(ledger) == 1
         assert np.array_equal(ledger.recall().belief.precision, before.precision)
     with open_memory(memory) as ledger, open_memory(tmp_path / "earlier.sqlite") as earlier:
         earlier.append([replace(ledger.list_trials()[0], source_hash=read_run(Path(loaded)).former_fingerprint)])
-    assert "taught it before" in _run(folder, *words[:-1], tmp_path / "earlier.sqlite", "--loaded", loaded).out
+    assert (
+        "learned from this run before"
+        in _run(folder, *words[:-1], tmp_path / "earlier.sqlite", "--loaded", loaded).out
+    )
     renamed = tmp_path / "\u202eagain.csv"
     for suffix in (".csv", ".yaml"):
         shutil.copy(Path(again).with_suffix(suffix), renamed.with_suffix(suffix))
@@ -299,7 +300,7 @@ def test_options_of_an_object_want_one(folder):
     empty, loaded = _name(folder, "empty", "loaded")
     for option in (["--object-name", "stick"], ["--object-pose", 0, 0, 0, 0, 0, 0]):
         answer_of = answer("identify", folder / "robot.urdf", "--empty", empty, "--loaded", loaded, *option, status=2)
-        assert f"{option[0]}: is of a seen object, must come with --object" in answer_of.err
+        assert f"{option[0]}: is about a seen object, must be given with --object" in answer_of.err
 
 
 def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_behind(folder, tmp_path, monkeypatch):
@@ -321,10 +322,10 @@ def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, 
     """Without an empty run the mass is hardly known; with one, an empty hand is known to hold next to nothing."""
     loaded, empty, nothing, heavy = _name(folder, "loaded", "empty", "nothing", "heavy")
     text = _run(folder, "--loaded", loaded, status=3).out
-    assert text.splitlines()[2].startswith("NOT SEEN: the mass, 90 % from ")
+    assert text.splitlines()[2].startswith("NOT SEEN: the mass (90 % interval ")
     assert text.splitlines()[3].startswith("  to see it: record the same motion with an empty hand (--empty)")
     assert "No reason was found" not in text
-    assert "no lines, as the mass was not seen" in text
+    assert "no lines, because the mass was not seen" in text
     found = _run(folder, "--loaded", loaded, "--json", status=3).content
     assert found["trusted"] is True
     assert found["mass_seen"] is False
@@ -333,9 +334,9 @@ def test_a_mass_that_was_not_seen_is_said_first_with_what_would_show_it(folder, 
     words = ("--empty", empty, "--loaded", nothing, "--gains", tmp_path / "gains.yaml")
     text = _run(folder, *words).out
     assert text.splitlines()[0].startswith("Little or nothing is held, 0.0")
-    assert text.splitlines()[2] == "No reason was found to distrust the result."
+    assert text.splitlines()[2] == "No reason to distrust the result was found."
     assert "mass (mass): little or nothing is held" in text
-    assert "no lines, as little or nothing is held" in text
+    assert "no lines, because little or nothing is held" in text
     assert _run(folder, *words, "--json").content["mass_seen"] is True
 
 
@@ -348,7 +349,7 @@ def test_payload_of_the_controller_is_compared(folder, tmp_path):
     assert found["claimed"]["verdict"] == "right"
     (tmp_path / "set.yaml").write_text("mass: 0.73\ncom: [0, 0, 0.06]\n")
     text = _run(folder, *words, "--claimed", tmp_path / "set.yaml").out
-    assert "Claimed: the payload that is set is wrong (right with probability 0.00" in text
+    assert "Claimed: the payload that is set on the controller is wrong (right with probability 0.00" in text
     assert text.index("Claimed:") < text.index("Assumed:") < text.index("set_target_payload(")
 
 
@@ -398,12 +399,12 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
         ("--memory nowhere/memory.sqlite", "memory.sqlite: cannot be created: there is no folder"),
         (
             "--memory new.sqlite --same-colour #b07a45=#305a95",
-            "--same-colour: is of what is remembered, but new.sqlite does not exist",
+            "--same-colour: is about remembered colours, but new.sqlite does not exist",
         ),
         ("--object-pose 0 0 3 0 0 0", "--object-pose Z: is 3.0, must be from -2 to 2"),
         (
             "--set mpc.horizon=1",
-            "--set: mpc.horizon: changes nothing here: of all settings a seen object has the prior",
+            "--set: mpc.horizon: has no effect here: a seen object uses only the settings of the prior",
         ),
     ],
 )
@@ -418,10 +419,10 @@ def test_mistake_is_refused_before_anything_is_written(tmp_path, monkeypatch, wo
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("robot.urdf", "--loaded: is missing, must be a recording with the load (or --demo)"),
-        ("robot.urdf --demo", "--demo: brings its own data, must be given without a robot"),
-        ("--demo --tip flange", "--demo: brings its own data, must be given without --tip"),
-        ("robot.urdf --loaded run.csv", "--tip: is missing, and the run's description names no tip either"),
+        ("robot.urdf", "--loaded: is missing, must be a recording with the load; or give --demo"),
+        ("robot.urdf --demo", "--demo: uses its own data, must be given without a robot"),
+        ("--demo --tip flange", "--demo: uses its own data, must be given without --tip"),
+        ("robot.urdf --loaded run.csv", "--tip: is missing, must be given here or in the run's description"),
     ],
 )
 def test_robot_recording_and_tip_must_be_given(tmp_path, monkeypatch, words, said):

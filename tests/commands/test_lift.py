@@ -80,7 +80,10 @@ def test_learners_are_told_apart_by_a_table(folder):
             ["--objects", "objects.yaml"],
             "trials.csv: row 1: is 'subj'; did you mean 'participant'?",
         ),
-        (["--objects", "objects.yaml", "--columns", "stim"], "--columns: is 'stim', must be OURS=THEIRS, such as"),
+        (
+            ["--objects", "objects.yaml", "--columns", "stim"],
+            "--columns: is 'stim', must be OURS=THEIRS, for example",
+        ),
         (
             ["--objects", "objects.yaml", "--columns", "objct=stim"],
             "--columns: is 'objct', must be one of participant",
@@ -92,7 +95,7 @@ def test_learners_are_told_apart_by_a_table(folder):
             ["--objects", "objects.yaml", *NAMED, "--learner", "kind"],
             "must be one of density, kinds_map, kinds_drawn",
         ),
-        (["--objects", "objects.yaml", *NAMED, "--set", "learner=density"], "--set: learner: changes nothing here"),
+        (["--objects", "objects.yaml", *NAMED, "--set", "learner=density"], "--set: learner: has no effect here"),
         (["--objects", "objects.yaml", *NAMED, "--set", "noise.model=white"], "noise"),
         (
             ["--objects", "object.yaml", *NAMED],
@@ -116,7 +119,7 @@ def test_table_does_not_write_to_the_results_of_an_experiment(folder):
 
 def test_options_of_tables_are_for_tables():
     said = refuse_command("predict", "two_families", "--people-sd", 2)
-    assert "--people-sd: is of a table of trials, must be omitted for two_families" in said
+    assert "--people-sd: is for a table of trials, must be omitted for two_families" in said
     said = refuse_command("predict", "trials.csv", "--objects", "objects.yaml", *NAMED, "--power", 2)
     assert "--power: is 2.0, must be from 0.5 to 0.999" in said
 

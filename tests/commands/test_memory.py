@@ -52,7 +52,7 @@ def test_show_prints_and_draws_materials_and_things(memory, tmp_path):
 
 def test_an_empty_memory_says_so(tmp_path):
     open_memory(tmp_path / "new.sqlite").close()
-    assert "It knows nothing yet." in answer("memory", "show", tmp_path / "new.sqlite").out
+    assert "The memory is empty." in answer("memory", "show", tmp_path / "new.sqlite").out
 
 
 def test_forget_merge_export_import_verify(memory, tmp_path):
@@ -66,6 +66,9 @@ def test_forget_merge_export_import_verify(memory, tmp_path):
         assert [trial.to_dict() for trial in one.list_trials()] == [trial.to_dict() for trial in two.list_trials()]
     assert "1 trial forgotten, 9 remain" in answer("memory", "forget", memory, "--object", "plank").out
     assert "9 trials, all sound" in answer("memory", "verify", memory).out
+    assert answer("memory", "verify", memory, "--json").content == {"faults": [], "trials": 9}
+    assert answer("memory", "merge", memory, other, "--json").content["trials"] >= 9
+    assert answer("memory", "export", memory, tmp_path / "all.json", "--json").content["written"] >= 9
 
 
 @pytest.mark.parametrize("action", ["merge", "import"])
@@ -127,8 +130,8 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
     [
         ("show nowhere.sqlite", "nowhere.sqlite: does not exist"),
         ("shwo workshop.sqlite", "did you mean 'show'"),
-        ("show workshop.sqlite more", "show: is given the file 'more', must be none"),
-        ("show workshop.sqlite --object bar", "--object: selects nothing in show"),
+        ("show workshop.sqlite more", "show: is given the file 'more', must be given none"),
+        ("show workshop.sqlite --object bar", "--object: has no effect on show"),
         ("show workshop.sqlite --set noise.sd=1", "--set: noise.sd"),
         ("show workshop.sqlite --same-colour red=blue", "--same-colour: is 'red=blue', must be two colours"),
         (
@@ -137,9 +140,9 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
         ),
         (
             "verify workshop.sqlite --same-colour #b38050=#b07a45",
-            "--same-colour: changes nothing in verify, only show takes it",
+            "--same-colour: has no effect on verify, must be given with show only",
         ),
-        ("forget workshop.sqlite", "forget: must be told what: --robot, --object"),
+        ("forget workshop.sqlite", "forget: must be given what to forget: --robot, --object"),
         ("forget workshop.sqlite --since noon", "since: is 'noon', must be a time"),
         (
             "forget workshop.sqlite --robot arn",
@@ -149,9 +152,9 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
             "forget workshop.sqlite --robot arm --object hamer",
             "--object: is 'hamer', must be one of bar, hammer, rod; did you mean 'hammer'",
         ),
-        ("merge workshop.sqlite", "merge: is given 0 files, must be at least one memory"),
+        ("merge workshop.sqlite", "merge: is given 0 files, must be given at least one memory"),
         ("merge workshop.sqlite nowhere.sqlite", "nowhere.sqlite: does not exist"),
-        ("export workshop.sqlite a b", "export: is given 2 files, must be one file"),
+        ("export workshop.sqlite a b", "export: is given 2 files, must be given one file"),
         ("import workshop.sqlite nowhere.jsonl", "nowhere.jsonl: cannot be read"),
     ],
 )

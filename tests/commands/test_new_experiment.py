@@ -20,7 +20,10 @@ def mine(tmp_path, monkeypatch):
     """A new experiment with few lifts."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
-    assert answer("new-experiment", "mine").out == "mine.py: change what you like, then: affordance run mine.py\n"
+    assert (
+        answer("new-experiment", "mine").out
+        == "mine.py: change it as you like, then run it: affordance run mine.py\n"
+    )
     path = change_file(tmp_path / "mine.py", "[*FAMILY], 10", "[*FAMILY], 2", '"odd"], 10', '"odd"], 3')
     yield path
     for name in [name for name in sys.modules if name.startswith("mine_")]:
@@ -38,7 +41,7 @@ def test_it_is_short():
 
 def test_new_experiment_runs_in_processes_and_is_predicted(mine, tmp_path):
     said = answer("run", "mine.py", "--repeats", 2, "--jobs", 2).out
-    assert said.splitlines()[0] == "One observer went through the whole analysis; now all others."
+    assert said.splitlines()[0] == "One observer passed the whole analysis; now all others are run."
     numbers = read_numbers(tmp_path / "results" / "mine")
     assert numbers["repeats"] == 2
     assert set(numbers["learners"]) == {"density", "kinds_map", "kinds_drawn"}
@@ -102,13 +105,13 @@ def test_mistake_in_another_process_is_named_by_its_line(mine):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["new-experiment", "mine"], "mine.py: is there already, must be a new file"),
+        (["new-experiment", "mine"], "mine.py: exists already, must be a new file"),
         (["new-experiment", "weight"], "weight.py: would write to the results of weight"),
         (["new-experiment", "my experiment"], "name: is 'my experiment', must be letters, digits and '_', a letter"),
         (["new-experiment", "../other"], "name: is '../other', must be letters"),
         (["run", "mime.py"], "mime.py"),
         (["predict", "mine.py", "--repeats", "1"], "--repeats: is 1, must be at least 2"),
-        (["run", "mine.py", "--learner", "density"], "--learner: has no effect on mine, which simulates observers"),
+        (["run", "mine.py", "--learner", "density"], "--learner: has no effect on mine, which always simulates"),
     ],
 )
 def test_what_cannot_be_done_is_refused(mine, words, said):

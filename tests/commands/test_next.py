@@ -36,7 +36,7 @@ def test_who_knows_its_materials_is_told_on_what_that_rests_and_how_to_check_it(
     assert "machinist hammer" in {each["name"] for each in content["ranked"]}
     said = answer(*ONE, "--memory", known, "--price", 100).out
     assert "Nothing more needs to be held: every choice is certain. But the" in said
-    assert "Stop as every choice is certain: yes. Stop as no hold is worth its price: yes." in said
+    assert "All choices certain? yes. No hold worth its price? yes." in said
 
 
 def test_a_tool_seen_in_pictures_may_be_held_itself():
@@ -49,9 +49,9 @@ def test_a_tool_seen_in_pictures_may_be_held_itself():
 
 def test_both_rules_of_stopping_are_reported():
     """Of a choice that is open the second rule depends on the price alone; a certain choice is worth nothing."""
-    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: no." in answer(*ONE).out
+    assert "All choices certain? no. No hold worth its price? no." in answer(*ONE).out
     said = answer(*ONE, "--price", 100).out
-    assert "Stop as every choice is certain: no. Stop as no hold is worth its price: yes." in said
+    assert "All choices certain? no. No hold worth its price? yes." in said
     assert "Nothing here is worth its price of 100 J: the bar of oak would save 0." in said
     assert "reach stays open (P = 0." in said
 
@@ -63,7 +63,7 @@ def test_sentence_says_worth_of_one_use_and_what_to_hold_then():
     assert one["sentence"].split(";")[0] == hundred["sentence"].split(";")[0]
     assert one["sentence"].startswith("Hold the bar of oak: worth 0.")
     assert one["plan"][:2] == ["bar of oak", "rod of cast steel"]
-    assert " J a use; then the rod of cast steel" in one["sentence"]
+    assert " J per use; then the rod of cast steel" in one["sentence"]
 
 
 def test_criterion_and_grip_of_a_choice_are_those_of_a_ranking(tmp_path):
@@ -98,7 +98,7 @@ def test_tie_says_by_how_little_the_best_two_differ(tmp_path):
     """One grip by two names is a tie, which no hold decides."""
     grips = "{one: {position: [0, 0, 0]}, two: {position: [0, 0, 0]}}"
     said = answer(*ANY, *write_tools(tmp_path, "[0.2, 0.01, 0.01]", grips)).out
-    assert said.startswith("Nothing here is worth holding: P = 0.50 of reach is a tie, the best two differ by 0 J.\n")
+    assert said.startswith("Nothing here is worth holding: reach is a tie (P = 0.50): the best two differ by 0 J.\n")
 
 
 def test_task_that_no_option_can_do_is_refused_as_by_a_ranking(tmp_path):
@@ -123,7 +123,9 @@ def test_tool_that_a_ranking_would_not_take_is_not_taken(tmp_path):
     words += ["--know", "nothing"]
     refused, advised = answer("rank", *words, status=2), answer("next", *words)
     nearest = re.search(r"nearest is (.* by \w+): is feasible with a probability of (0\.\d+)", refused.err)
-    assert advised.lines[1].startswith(f"hammer: nothing can be taken yet: the {nearest[1]} comes nearest, feasible ")
+    assert advised.lines[1].startswith(
+        f"hammer: nothing can be taken yet: the {nearest[1]} is the nearest, feasible "
+    )
     assert advised.lines[0].startswith("Hold the ")
     (decision,) = answer("next", *words, "--json").content["decisions"]
     assert decision["is_usable"] is False
@@ -165,7 +167,7 @@ def test_object_with_the_name_of_a_tool_is_refused_and_tools_may_be_what_is_held
     tools = write_tools(tmp_path, "[0.4, 0.03, 0.03]", "{one: {position: [0, 0, 0]}, two: {position: [0.1, 0, 0]}}")
     own = tmp_path / "own.yaml"
     own.write_text((tmp_path / "tools.yaml").read_text().replace("oak", "brass"))
-    assert "'block' is a tool of" in answer(*ANY, *tools, "--may-hold", own, status=2).err
+    assert "'block' is also a tool of" in answer(*ANY, *tools, "--may-hold", own, status=2).err
     assert "Hold the block: worth" in answer(*ANY, *tools, "--may-hold", tools[1], "--include-tools").out
 
 
@@ -184,15 +186,15 @@ TASKS = "hammer, reach, mash, carry, hold"
     ("words", "said"),
     [
         ("reech", f"task: is 'reech', must be one of {TASKS}"),
-        ("", f"task: is missing, must be one of {TASKS}, or --task a file"),
-        ("reach --task reach.yaml", "--task: is 'reach.yaml', must not have the name of another task, reach"),
+        ("", f"task: is missing, must be one of {TASKS}, or a file with --task"),
+        ("reach --task reach.yaml", "--task: is 'reach.yaml', must not have the same name as another task, reach"),
         ("reach --only nothing", "--only: is 'nothing', must be one of"),
         ("reach --may-hold nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("reach --uses -1", "--uses: is -1"),
         ("reach --price nan", "--price: is nan"),
         ("reach --samples 3", "--samples: is 3, must be from 100"),
         ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
-        ("reach --set cost_measure=effort", "--set: cost_measure: changes nothing here: --by says what is compared"),
+        ("reach --set cost_measure=effort", "--set: cost_measure: has no effect here: --by says what is compared"),
         (
             "reach hold --by work",
             "--by: is 'work', which is zero for holding still, must be one of effort, margin, grip",

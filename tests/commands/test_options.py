@@ -5,7 +5,9 @@ from pathlib import Path
 import pytest
 from helpers.refusals import refuse_command
 
-PROTOCOLS_ARE_GONE = "experiment: is 'mine.yaml': experiments are programs now, and protocols in YAML are gone"
+PROTOCOLS_ARE_GONE = (
+    "experiment: is 'mine.yaml': experiments are now Python programs, and YAML protocols are no longer read"
+)
 
 
 @pytest.mark.parametrize(
@@ -17,7 +19,7 @@ PROTOCOLS_ARE_GONE = "experiment: is 'mine.yaml': experiments are programs now, 
         ),
         ("run mine.yaml", PROTOCOLS_ARE_GONE),
         ("predict mine.yaml", PROTOCOLS_ARE_GONE),
-        ("predict vision", "experiment: is 'vision', whose observers are of one learner"),
+        ("predict vision", "experiment: is 'vision', whose observers all have one learner"),
         ("predict linear_pluss", "did you mean 'linear_plus'?"),
         ("watch vision", "experiment: is 'vision', in which nothing moves, must be weight, com, reach, hammer"),
         ("watch wieght", "experiment: is 'wieght', must be one of weight, com, reach, hammer"),
@@ -43,16 +45,16 @@ PROTOCOLS_ARE_GONE = "experiment: is 'mine.yaml': experiments are programs now, 
         ("run --models nowhere", "--robot: is 'nowhere', which is not a folder and no robot's file"),
         (
             "run weight --learner kinds_map --set learner=density",
-            "--set: learner: is given with --learner, only one of them may be",
+            "--set: learner: is given together with --learner, must be given once",
         ),
         (
             "run linear_plus --learner density",
-            "--learner: has no effect on linear_plus, which simulates observers of",
+            "--learner: has no effect on linear_plus, which always simulates",
         ),
         ("run next_lift --set learner=kinds_map", "--learner: has no effect on next_lift"),
         (
             "predict weight --set learner=kinds_map",
-            "--learner: has no effect on predict, which simulates observers of density, kinds_map, kinds_drawn",
+            "--learner: has no effect on predict, which always simulates density, kinds_map, kinds_drawn",
         ),
     ],
 )

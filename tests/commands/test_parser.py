@@ -2,13 +2,17 @@
 
 import argparse
 import os
+import shlex
 import sys
 from pathlib import Path
 
 import pytest
+from helpers.answers import answer
 
-from affordance.cli import OneLineParser
+from affordance.commands.catalogue import COMMANDS, EXAMPLES, load_command
 from affordance.commands.options import add_repeats, check_bounds
+from affordance.commands.parser import OneLineParser
+from affordance.files.model_folder import import_study
 
 
 @pytest.fixture
@@ -64,13 +68,42 @@ def test_shared_numbers_may_be_at_their_bounds():
 
 
 def test_help_imports_nothing_that_takes_long(children):
-    """Help imports neither matplotlib, pydantic, pydrake nor scipy, with which it took three seconds."""
+    """Help imports no library that takes long, with which it took three seconds."""
     program = "import sys; from affordance.cli import main; main(['--help']); print('imported', *sys.modules)"
     out, _ = children([sys.executable, "-c", program]).communicate()
     text, _, modules = out.partition("imported ")
-    assert "  identify     identify what a robot held" in text
+    assert "  identify       identify a payload from recordings" in text
     assert "affordance.commands.study" in modules.split()
-    assert not {"matplotlib", "pydantic", "pydrake", "scipy"} & set(modules.split())
+    assert not {"matplotlib", "numpy", "pydantic", "pydrake", "scipy"} & set(modules.split())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_example_of_a_command_is_one_that_it_takes(name):
+    parser, words = OneLineParser(prog=name), shlex.split(EXAMPLES.get(name, ""))
+    command = import_study(words.pop()) if name == "study" else load_command(name)
+    command.add_arguments(parser)
+    parser.parse(words)
+
+
+def test_help_has_groups_and_ends_with_an_example(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = answer("import-arm", "--help").lines
+    assert lines[0] == "usage: affordance import-arm --out DIR file [NAME:=VALUE ...] [options]"
+    assert [line for line in lines if line.endswith(":") and not line.startswith(" ")] == [
+        "what:",
+        "how:",
+        "robot:",
+        "output:",
+    ]
+    assert lines[-1] == "example: affordance import-arm robot.urdf --out my_arm"
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_list_of_commands_fits_the_terminal(monkeypatch, width):
+    monkeypatch.setenv("COLUMNS", str(width))
+    lines = answer("--help").lines
+    assert max(map(len, lines)) <= width
+    assert all(any(line.startswith(f"  {name} ") for line in lines) for name in COMMANDS)
 
 
 @pytest.mark.parametrize("words", [["settings"], ["--help"], ["study"]])

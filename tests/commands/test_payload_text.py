@@ -64,7 +64,7 @@ def test_the_answer_is_in_the_first_line_in_the_frame_of_the_flange(changes, say
 
 
 def test_without_a_flange_the_answer_is_in_the_frame_of_the_tip():
-    assert "(0, 0, 100) +- 1.7 mm in tip: trusted" in _describe(_believe(), flange="no controller knows it")
+    assert "(0, 0, 100) +- 1.7 mm in tip: trusted" in _describe(_believe(), flange="controllers do not know it")
 
 
 def test_tables_and_sentences_fit_the_terminal_and_lines_to_paste_stay_whole():

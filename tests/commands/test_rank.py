@@ -168,7 +168,7 @@ def test_robot_whose_arm_has_changed_is_said_and_its_trials_count(tmp_path, know
 
 def test_tool_without_grips_cannot_be_ranked():
     mallet = HAMMERS["mallet"]
-    with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
+    with pytest.raises(AffordanceError, match="has no grips, must have at least one"):
         options.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
 
 
@@ -224,16 +224,16 @@ KINDS = "hammer, reach, mash, carry, hold"
         ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
         (
             "reach --same-colour #b07a45=#305a95",
-            "--same-colour: is of what is remembered, must come with --memory",
+            "--same-colour: is about remembered colours, must be given with --memory",
         ),
         ("reach --tools nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("reach --effort 3", "--effort: is of a robot's file, which --robot must name"),
         ("reach --tip right_tool", "--tip: is of a robot's file, which --robot must name"),
-        ("reach --set cost_measure=effort", "--set: cost_measure: changes nothing here: --by says what is compared"),
+        ("reach --set cost_measure=effort", "--set: cost_measure: has no effect here: --by says what is compared"),
         ("reach --robot .", "has no arm.dmd.yaml, must be a folder that import-arm wrote"),
         ("reach --robot nowhere", "--robot: is 'nowhere', which is not a folder and no robot's file"),
-        ("reach --demo", "--demo: brings its own data, must be given without a task"),
-        ("--demo --task my.yaml", "--demo: brings its own data, must be given without --task"),
+        ("reach --demo", "--demo: uses its own data, must be given without a task"),
+        ("--demo --task my.yaml", "--demo: uses its own data, must be given without --task"),
     ],
 )
 def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
@@ -245,7 +245,7 @@ def test_mistake_is_refused_in_one_line(tmp_path, monkeypatch, words, said):
     ("words", "said"),
     [
         ("fly", f"two_arms: task: is 'fly', must be one of {KINDS}"),
-        ("", f"task: is missing, must be one of {KINDS}, or --task a file"),
+        ("", f"task: is missing, must be one of {KINDS}, or a file with --task"),
         ("reach --task my.yaml", "task: is given 2 times, must be given once; affordance next takes several"),
         ("--task my.yaml", "my.yaml: cannot be read"),
         ("hold --by work", "--by: is 'work', which is zero for holding still, must be one of effort, margin, grip"),
@@ -364,7 +364,7 @@ def test_tool_without_a_striking_face_is_no_option_for_a_blow(club, tmp_path):
     both.write_text(CLUB + CLUB.replace("tools:\n", "").replace("name: club", "name: beetle") + face)
     content = answer("rank", "hammer", "--samples", "200", "--tools", both, "--json").content
     assert {each["tool"] for each in content["options"]} == {"beetle"}
-    assert content["remarks"] == ["club has no striking face (strikes), and is no option for a blow"]
+    assert content["remarks"] == ["club has no striking face (strikes) and cannot be used for a blow"]
 
 
 @pytest.mark.parametrize("width", [60, 80, 140])

@@ -42,3 +42,19 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path):
 
 def test_unknown_group_is_refused_with_the_nearest():
     assert "did you mean 'prior'?" in refuse_command("settings", "priors")
+
+
+def test_settings_as_json_have_value_unit_and_source():
+    content = answer("settings", "prior", "--set", "prior.sd=8000", "--json").content
+    assert list(content) == ["prior.mode", "prior.sd", "prior.deviation_sd"]
+    assert content["prior.sd"] | {"meaning": ""} == {
+        "value": 8000,
+        "unit": "kg/m^3",
+        "meaning": "",
+        "source": "--set",
+    }
+
+
+def test_lines_of_settings_fit_the_terminal(monkeypatch):
+    monkeypatch.setattr("affordance.commands.settings.find_width", lambda: 60)
+    assert max(map(len, answer("settings", "prior").lines)) <= 60

@@ -3,14 +3,17 @@
 from pathlib import Path
 
 import pytest
+from helpers.answers import answer
 from helpers.refusals import refuse_command
+
+from affordance.files.model_folder import list_studies
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("robustness --set prior.sd=3", "--set: prior.sd: changes nothing here: the sample varies it"),
-        ("study people --set learner=density", "--set: learner: changes nothing here"),
+        ("robustness --set prior.sd=3", "--set: prior.sd: has no effect here: the sample varies it"),
+        ("study people --set learner=density", "--set: learner: has no effect here"),
         ("study people --lowest 0.5", "--lowest: is 0.5, must be more than 0 and less than --highest, 0.48"),
         ("study people --lowest 0", "--lowest: is 0, must be more than 0"),
         ("study people --count 2", "--count: is 2, must be at least 3"),
@@ -29,3 +32,12 @@ def test_mistake_is_refused_before_anything_is_written(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command(*words.split())
+
+
+def test_studies_are_listed_within_the_width_of_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = answer("study", "--json").content
+    assert list(known) == list_studies()
+    monkeypatch.setattr("affordance.commands.study.find_width", lambda: 80)
+    lines = answer("study").lines
+    assert max(map(len, lines)) <= 80
+    assert all(any(line.startswith(f"  affordance study {name} ") for line in lines) for name in known)

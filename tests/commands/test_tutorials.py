@@ -13,8 +13,9 @@ from helpers.answers import answer
 from helpers.imports import can_import
 from helpers.refusals import refuse_command
 
-from affordance.cli import OneLineParser, load_command
 from affordance.commands import tutorials
+from affordance.commands.catalogue import load_command
+from affordance.commands.parser import OneLineParser
 
 LESSONS = sorted(tutorials.TUTORIALS.glob("*.md"))
 
@@ -45,14 +46,18 @@ def test_lessons_are_copied_as_they_are_without_jupytext_and_kept_when_they_are_
     first = out / LESSONS[0].name
     assert first.read_text() == LESSONS[0].read_text()
     first.write_text("mine")
-    assert said.lines[-1].startswith("after pip install jupyterlab jupytext this command opens")
-    assert f"{first}: kept as it is" in answer("tutorials", "--out", out).out
+    assert said.lines[-1].startswith("To open them as notebooks: pip install jupyterlab jupytext, then")
+    assert f"{first}: exists, not changed" in answer("tutorials", "--out", out).out
     assert first.read_text() == "mine"
 
 
 def test_only_what_is_missing_is_named(tmp_path, monkeypatch):
     without(monkeypatch, "jupyterlab", "notebook")
-    assert answer("tutorials", "--out", tmp_path).lines[-1].startswith("after pip install jupyterlab this command")
+    assert (
+        answer("tutorials", "--out", tmp_path)
+        .lines[-1]
+        .startswith("To open them as notebooks: pip install jupyterlab, then")
+    )
 
 
 def test_notebooks_link_to_notebooks():

@@ -77,5 +77,5 @@ def test_wrong_weighings_are_refused(tmp_path: Path, old: str, new: str, said: s
 def test_file_without_weighings_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "club.yaml"
     path.write_text(TOOLS.replace(", mass: 0.28", "").replace("    mass: 1.2\n    mass_sd: 0.02\n", ""))
-    said = "has no weighing, must have mass (kg) of a tool or of a part"
+    said = "has no weighing, must have the mass (kg) of a tool or of a part"
     assert said in answer("memory", "weigh", tmp_path / "m.sqlite", path, status=2).err

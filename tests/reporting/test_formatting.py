@@ -6,10 +6,12 @@ from affordance.reporting.formatting import (
     fold,
     format_beside,
     format_by_name,
+    format_duration,
     format_list,
     format_number,
     label,
     tabulate,
+    tabulate_within,
 )
 
 
@@ -110,3 +112,36 @@ def test_label_never_begins_with_an_underscore():
 def test_cells_of_a_table_neither_steer_the_terminal_nor_break_lines():
     rows = [["name", "kg"], ["\x1b[2Ja\nb", "1.0"], ["\u202eoak", "12.0"]]
     assert tabulate(rows, right=[1]) == ["name       kg", "\ufffd[2Ja\ufffdb   1.0", "\ufffdoak     12.0"]
+
+
+ROWS = [["name", "kg", "why"], ["stick by steel", "1.0", "the lightest of all"], ["club", "12.0", "long"]]
+
+
+def test_cells_are_broken_between_words_where_a_table_is_too_wide():
+    assert tabulate(ROWS, right=[1], width=30) == [
+        "name           kg  why",
+        "stick by      1.0  the",
+        "steel              lightest of",
+        "                   all",
+        "club         12.0  long",
+    ]
+
+
+@pytest.mark.parametrize("width", range(24, 60))
+def test_table_fits_every_width_that_its_words_allow(width):
+    lines = tabulate(ROWS, width=width)
+    assert max(map(len, lines)) <= width
+    assert sorted(" ".join(lines).split()) == sorted(word for row in ROWS for cell in row for word in cell.split())
+
+
+def test_columns_that_matter_less_are_left_out_before_cells_are_broken():
+    assert tabulate_within(ROWS, 30, [2]) == ["name            kg", "stick by steel  1.0", "club            12.0"]
+    assert max(map(len, tabulate_within(ROWS, 12, [2]))) <= 12
+    assert tabulate_within(ROWS, 0, [2]) == tabulate(ROWS)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "shown"), [(0.4, "0 s"), (99.0, "99 s"), (101.0, "2 min"), (5400.0, "90 min"), (9000.0, "2.5 h")]
+)
+def test_duration_is_in_a_readable_unit(seconds, shown):
+    assert format_duration(seconds) == shown

@@ -125,7 +125,7 @@ def refuse(arguments):
     [
         ([], "--data: is missing"),
         (["--seed", -1], "--seed: is -1"),
-        (["--set", "learner=density"], "--set: learner: changes nothing here: nobody learns"),
+        (["--set", "learner=density"], "--set: learner: has no effect here: nobody learns"),
     ],
 )
 def test_what_cannot_be_run_leaves_nothing(tmp_path, words, message):

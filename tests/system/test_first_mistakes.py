@@ -32,7 +32,7 @@ MISTAKES = [
     ("run weight --repeats 0", "--repeats: is 0", "must be from 1 to 100000; the nearest is 1"),
     ("run weight --repeats 1.5", "--repeats: is '1.5'", "must be a whole number; the nearest is 2"),
     ("run weight --set prior.ds=3", "is 'prior.ds'", "did you mean 'prior.sd'?"),
-    ("run my.yaml", "experiment: is 'my.yaml'", "protocols in YAML are gone"),
+    ("run my.yaml", "experiment: is 'my.yaml'", "YAML protocols are no longer read"),
     ("predict", "experiment: is missing", "one of weight, com, linear_plus"),
     (
         "rank reach hammer",
@@ -44,7 +44,7 @@ MISTAKES = [
         "--point_estimate: is not an option",
         "point_estimate is a setting: --set point_estimate=mean",
     ),
-    ("rank hammer --demo", "--demo: brings its own data", "must be given without a task"),
+    ("rank hammer --demo", "--demo: uses its own data", "must be given without a task"),
     ("rank reach --tools .", "cannot be read: Is a directory", "must be a file"),
     ("rank reach --tools open.yaml", "open.yaml: line 3", "is not YAML: expected ',' or ']'"),
     (

@@ -202,7 +202,7 @@ def build_load(size):
         (lambda: Component(3, np.eye(4), GREY, GREY), "shape: is of type int, must be of type Shape"),
         (lambda: Grip("end", make_pose(scale=2.0)), "X_TG: has axes of the lengths 2, 2, 2"),
         (lambda: Tool("nothing", ()), "components: is empty, must hold at least one Component"),
-        (lambda: make_belief([[1.0, 0.5], [0.0, 1.0]]), "precision: is not symmetric, must be"),
+        (lambda: make_belief([[1.0, 0.5], [0.0, 1.0]]), "precision: is not symmetric, must be symmetric"),
         (lambda: make_belief([[1.0, 2.0], [2.0, 1.0]]), "precision: is not positive definite, must be"),
         (lambda: make_belief([[1.0]]), r"precision: has the shape \(1, 1\), must have \(2, 2\)"),
         (lambda: make_belief(np.eye(2), [NAN, 0.0]), r"information_vector\[0\]: is nan, must be finite"),

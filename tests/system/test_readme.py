@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from affordance.cli import COMMANDS, OneLineParser, load_command, main
+from affordance.cli import main
+from affordance.commands.catalogue import COMMANDS, load_command
 from affordance.commands.demo import TRIALS
+from affordance.commands.parser import OneLineParser
 from affordance.experiments.observers import Setup
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import import_study

@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import affordance
-from affordance.cli import COMMANDS
+from affordance.commands.catalogue import COMMANDS
 from affordance.experiments import weight
 from affordance.files.model_folder import MODELS
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior

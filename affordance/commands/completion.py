@@ -1,0 +1,99 @@
+"""``affordance completion SHELL``: prints a script by which a shell completes commands and options."""
+
+import argparse
+import shlex
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from affordance.commands.catalogue import COMMANDS, EXPERIMENTS, load_command
+from affordance.commands.parser import OneLineParser
+from affordance.experiments.suite import NAMES
+from affordance.files.model_folder import list_studies
+
+# Words in place of an argument without a dash; for other commands the shell completes names of files.
+_WORDS = {"run": ("all", *NAMES), "predict": NAMES, "watch": NAMES, "study": tuple(list_studies())}
+_BASH = """\
+_affordance() {{
+    local word=${{COMP_WORDS[COMP_CWORD]}} command=${{COMP_WORDS[1]}} before=${{COMP_WORDS[COMP_CWORD-1]}} words=
+    if [ "$COMP_CWORD" -eq 1 ]; then
+        words={commands}
+    else
+        case "$command $before" in
+{choices}
+        *) case "$command" in
+{options}
+        esac ;;
+        esac
+    fi
+    COMPREPLY=($(compgen -W "$words" -- "$word"))
+}}
+complete -o default -F _affordance affordance
+"""
+
+
+class _Option(NamedTuple):
+    """Option of a command: its names, its help, and the words that may follow it."""
+
+    names: tuple[str, ...]
+    help: str
+    choices: tuple[str, ...]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    what = 'shell; write the script where it reads such scripts, or: eval "$(affordance completion bash)"'
+    parser.add_argument("shell", choices=("bash", "zsh", "fish"), help=what)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints the script."""
+    options = {name: list(_list_options(name)) for name in COMMANDS}
+    if arguments.shell == "fish":
+        print("\n".join(_write_fish(options)))
+    else:
+        is_zsh = arguments.shell == "zsh"  # which reads bash's scripts
+        print(
+            "autoload -U +X compinit bashcompinit && compinit && bashcompinit\n" * is_zsh + _write_bash(options),
+            end="",
+        )
+    return 0
+
+
+def _list_options(name: str) -> Iterator[_Option]:
+    """Lists the options of a command; an option without names stands for its arguments without a dash."""
+    parser = OneLineParser(prog=name)
+    load_command(name).add_arguments(parser)
+    yield _Option((), "", _WORDS.get(name, ()))
+    yield _Option(("-q", "--quiet"), "print the answer alone", ())
+    for action in parser._actions:
+        if action.help is not argparse.SUPPRESS:
+            yield _Option(tuple(action.option_strings), action.help or "", tuple(map(str, action.choices or ())))
+
+
+def _write_bash(options: dict[str, list[_Option]]) -> str:
+    """Writes the script for bash."""
+    choices, cases = [], []
+    for name, known in options.items():
+        words = [word for each in known for word in (each.names or each.choices)]
+        also = "".join(f"|{each}" for each in EXPERIMENTS) if name == "run" else ""
+        cases.append(f"        {name}{also}) words={shlex.quote(' '.join(words))} ;;")
+        for each in known:
+            if each.names and each.choices:
+                places = "|".join(f'"{name} {option}"' for option in each.names)
+                choices.append(f"        {places}) words={shlex.quote(' '.join(each.choices))} ;;")
+    commands = shlex.quote(" ".join([*COMMANDS, *EXPERIMENTS, "--help", "--version"]))
+    return _BASH.format(commands=commands, choices="\n".join(choices), options="\n".join(cases))
+
+
+def _write_fish(options: dict[str, list[_Option]]) -> Iterator[str]:
+    """Writes the lines of the script for fish."""
+    for name, text in COMMANDS.items():
+        yield f"complete -c affordance -n __fish_use_subcommand -a {name} -d {shlex.quote(text)}"
+    for name, known in options.items():
+        start = f"complete -c affordance -n '__fish_seen_subcommand_from {name}'"
+        for each in known:
+            names = [f"-l {each[2:]}" if each.startswith("--") else f"-s {each[1:]}" for each in each.names]
+            words = [f"-a {shlex.quote(' '.join(each.choices))}"] if each.choices else []
+            if names or words:
+                exclusive = ["-x"] if each.choices and names else []
+                yield " ".join([start, *names, *exclusive, *words, f"-d {shlex.quote(each.help)}"])

@@ -1,0 +1,115 @@
+"""Parser of the options of one command: errors of one line, and help in groups with an example."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn, override
+
+from affordance.commands.terminal import RED, paint
+from affordance.exceptions import describe_choice, show_value, suggest
+
+# Titles of the last groups of options in a help; arguments without a dash, and other options, come first.
+ROBOT, OUTPUT = "robot", "output"
+_LAST: dict[str | None, int] = {ROBOT: 1, OUTPUT: 2}
+# What argparse says of arguments that are missing, before their names.
+_REQUIRED = "the following arguments are required: "
+_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
+
+
+def find_group(parser: argparse.ArgumentParser, title: str) -> argparse._ArgumentGroup:
+    """Finds a group of options by its title, or adds it."""
+    known = (group for group in parser._action_groups if group.title == title)
+    return next(known, None) or parser.add_argument_group(title)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line, without the usage in front; options must be written in full.
+
+    Attributes:
+        hint: Advice for an argument too many; empty for none.
+    """
+
+    def __init__(
+        self, *, prog: str, description: str | None = None, example: str = "", add_help: bool = True
+    ) -> None:
+        """Declares no options yet, except ``--help``; the example is the last line of the help."""
+        epilog = f"example: {example}" if example else None
+        super().__init__(prog=prog, description=description, epilog=epilog, add_help=add_help, allow_abbrev=False)
+        self._positionals.title, self._optionals.title = "what", "how"
+        self.hint = ""
+
+    @override
+    def format_help(self) -> str:
+        """Formats the help, whose usage shows only what has a place or is required."""
+        formatter = self._get_formatter()
+        shown = [action for action in self._actions if action.required or not action.option_strings]
+        formatter.add_usage(None, shown, [], prefix="")
+        self.usage = f"{formatter.format_help().strip()} [options]".replace("%", "%%")
+        self._action_groups.sort(key=lambda group: _LAST.get(group.title, 0))
+        return super().format_help()
+
+    @override
+    def error(self, message: str) -> NoReturn:
+        """Prints an error and exits with status 2."""
+        lead, _, missing = message.partition(_REQUIRED)
+        if not lead and missing:
+            message = self._describe_missing(missing.split(", ")[0])
+        self.exit(2, f"{paint(f'{self.prog}:', RED, sys.stderr)} {message.removeprefix('argument ')}\n")
+
+    def _describe_missing(self, shown: str) -> str:
+        """Describes a missing argument, as argparse names it, by its help."""
+        meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
+        return ": ".join([shown, "is missing", *(each.help for each in meant if each.help)])
+
+    def parse(self, words: Sequence[str]) -> argparse.Namespace:
+        """Parses arguments; an unknown one is reported with the nearest known one."""
+        found, unknown = self.parse_known_args(words)
+        if unknown:
+            self.error(self._describe_unknown(*unknown[:2]))
+        return found
+
+    def _describe_unknown(self, word: str, following: str = "") -> str:
+        if not word.startswith("-"):
+            hint = f": {self.hint}" if self.hint else ""
+            return f"is given {word!r}, which is one argument too many{hint}"
+        name, _, value = word.partition("=")
+        known = [
+            option
+            for action in self._actions
+            if action.help is not argparse.SUPPRESS
+            for option in action.option_strings
+            if option.startswith("--")
+        ]
+        hint = suggest(name, known)
+        if "--set" in known and not hint:
+            hint = _describe_setting(name.removeprefix("--"), value or following)
+        return f"{name}: is not an option (known: {', '.join(known)}){hint}"
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, describe_choice(value, map(str, action.choices)))
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if action.type not in _NUMBERS:
+                raise
+            problem = f"is {show_value(arg_string)}, must be {_NUMBERS[action.type]}{_find_whole(arg_string)}"
+            raise argparse.ArgumentError(action, problem) from error
+
+
+def _find_whole(word: str) -> str:
+    """Names the whole number that is nearest to one with a fraction; empty if it is no number."""
+    try:
+        return f"; the nearest is {round(float(word))}"
+    except (ValueError, OverflowError):
+        return ""
+
+
+def _describe_setting(name: str, value: str) -> str:
+    """Says how a setting is changed that was given as an option; empty if there is none of that name."""
+    from affordance.named_settings import list_settings  # here, as other messages need not wait for it
+
+    known = any(each.name == name for each in list_settings())
+    return f"; {name} is a setting: --set {name}={value or 'VALUE'}" if known else ""

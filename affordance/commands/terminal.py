@@ -1,0 +1,106 @@
+"""Width, colours and elapsed time on a terminal."""
+
+import os
+import re
+import shutil
+import sys
+import threading
+import time
+from typing import Any, TextIO
+
+from affordance.exceptions import PROSE, show_text
+
+# Colours of a terminal, as parameters of ANSI's "select graphic rendition".
+RED, GREEN, YELLOW = "31", "32", "33"
+# Words of the answers that are a verdict, with their colours.
+_VERDICTS = (
+    (
+        re.compile(
+            r"NOT TO BE TRUSTED|NOT SEEN|\bis too heavy\b|\bdoes not work\b|\bmissing\b(?=[;:])|^not met\b", re.M
+        ),
+        RED,
+    ),
+    (re.compile(r"(?<=: )trusted$|(?<=in the hand )fits\b|^met\b|^The arms agree\b", re.M), GREEN),
+    (re.compile(r"^ *warning:|^The arms differ\b", re.M), YELLOW),
+)
+# Seconds until the time is shown, and between two times.
+_PATIENCE = 1.0
+
+
+def find_width() -> int:
+    """Finds the width of the terminal, in characters; 0 if the output is not a terminal, as in a pipe."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+
+
+def paint(text: str, colour: str, stream: TextIO) -> str:
+    """Colours a text if the stream is a terminal that shows colours, and NO_COLOR is not set."""
+    is_wanted = stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    return f"\033[{colour}m{text}\033[0m" if is_wanted else text
+
+
+class ElapsedTime:
+    """Line on standard error with the seconds that a command has taken; shown on a terminal, until ``end``."""
+
+    def __init__(self, name: str) -> None:
+        """Starts the clock."""
+        self._ended = threading.Event()
+        self._stream = sys.stderr
+        self._thread = threading.Thread(target=self._show, args=(name, time.perf_counter()), daemon=True)
+        if self._stream.isatty():
+            self._thread.start()
+
+    def _show(self, name: str, start: float) -> None:
+        while not self._ended.wait(_PATIENCE):
+            # The cursor returns to the left, so that a message takes the place of the time.
+            self._stream.write(f"{name}: {time.perf_counter() - start:.0f} s\r")
+            self._stream.flush()
+        self._stream.write("\033[K")
+        self._stream.flush()
+
+    def end(self) -> None:
+        """Removes the line; later calls have no effect."""
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+
+class ShownOutput:
+    """Standard output of a command: invisible characters are replaced, and verdicts coloured.
+
+    The line with the elapsed time, if there is one, ends at the first text.
+    """
+
+    def __init__(self, stream: TextIO, elapsed: ElapsedTime | None = None) -> None:
+        """Wraps a stream."""
+        self._stream, self._elapsed = stream, elapsed
+
+    def write(self, text: str) -> int:
+        """Writes a text."""
+        if self._elapsed is not None:
+            self._elapsed.end()
+        shown = show_text(text, PROSE)
+        if not shown.lstrip().startswith(("{", "[")):  # JSON is for programs
+            for words, colour in _VERDICTS:
+                shown = words.sub(paint(r"\g<0>", colour, self._stream), shown)
+        self._stream.write(shown)
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        """Returns what the stream has."""
+        return getattr(self._stream, name)
+
+
+class QuietErrors:
+    """Standard error that is no terminal, so that no progress is shown; messages are written as before."""
+
+    def __init__(self, stream: TextIO) -> None:
+        """Wraps a stream."""
+        self._stream = stream
+
+    def isatty(self) -> bool:
+        """Returns False, by which tqdm and ElapsedTime show nothing."""
+        return False
+
+    def __getattr__(self, name: str) -> Any:
+        """Returns what the stream has."""
+        return getattr(self._stream, name)
