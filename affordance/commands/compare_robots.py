@@ -7,7 +7,7 @@ from pathlib import Path
 
 from affordance.commands.options import add_answer, give_answer
 from affordance.commands.terminal import find_width
-from affordance.reporting.formatting import format_number, tabulate_within
+from affordance.reporting.formatting import break_line, format_number, tabulate_within
 from affordance.robots.comparison import NAMES, TOLERANCE, Compared, compare, read_joints
 
 # Exit status where the files differ.
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
         ],
         "sentence": sentence,
     }
-    give_answer(arguments, "comparison", "\n".join([sentence, *lines]), content)
+    give_answer(arguments, "comparison", "\n".join([*break_line(sentence, find_width()), *lines]), content)
     return DIFFERENT if differing else 0
 
 

@@ -13,6 +13,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.advice_text import describe_knowledge
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
+from affordance.reporting.formatting import break_line
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
@@ -50,7 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     cautions = [describe_past_arms(robot.name, num_past)] if num_past else []
     name = Path(arguments.memory).name if arguments.memory else None
     knowledge = f"materials: {describe_knowledge(named, name or '')}"
-    text = "\n".join([*cautions, *describe_expectations(expected, find_width(), by_part=True), knowledge])
+    width = find_width()
+    lines = [*cautions, *describe_expectations(expected, width, by_part=True), knowledge]
+    text = "\n".join(part for line in lines for part in break_line(line, width))
     content = {
         "memory": name,
         "known": list(named.by_name),

@@ -1,7 +1,6 @@
 """``affordance import-arm``: makes a folder of models for the arm in a robot's file."""
 
 import argparse
-import textwrap
 import time
 from pathlib import Path
 
@@ -10,6 +9,7 @@ from tqdm import tqdm
 from affordance.commands.options import add_arm_arguments, add_json, print_answer, read_options
 from affordance.commands.parser import OUTPUT, find_group
 from affordance.commands.terminal import find_width
+from affordance.reporting.formatting import break_line
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
 
@@ -42,12 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
             tell=steps.set_description_str,
         )
     took = time.perf_counter() - start
-    folded = [part for line in lines for part in _fold(line, find_width())]
+    folded = [part for line in lines for part in break_line(line, find_width())]
     text = "\n".join([*folded, f"{arguments.out}: written in {took:.1f} s; see {PAGE} or {TEXT} there"])
     print_answer(arguments, text, {"folder": arguments.out, "report": arguments.out / PAGE, "findings": lines})
     return 0
-
-
-def _fold(line: str, width: int) -> list[str]:
-    """Breaks a line at the width of a terminal."""
-    return [line] if not width else textwrap.wrap(line, width, subsequent_indent="  ", break_long_words=False)

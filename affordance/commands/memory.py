@@ -17,11 +17,13 @@ from affordance.memory.weighed_trial import list_weighed_trials
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
-from affordance.reporting.formatting import tabulate
+from affordance.reporting.formatting import tabulate, tabulate_within
 from affordance.reporting.memory_figure import draw_memory
 
 # Exit status if verify found faults.
 FAULTY = 3
+# Columns of materials that are left out first if the table is too wide: things and since.
+_LESS_IMPORTANT = (4, 5)
 ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
 
 
@@ -176,7 +178,7 @@ def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str
         interval = f"{low:6.0f} to {high:5.0f}"
         numbers = [f"{each.median:.0f}", interval, str(felt.trials), str(len(each.things))]
         rows.append([names[each.colour], *numbers, felt.since[:10], ", ".join(felt.robots)])
-    lines += ["", *tabulate(rows, range(1, 5), width)] if summary.materials else []
+    lines += ["", *tabulate_within(rows, width, _LESS_IMPORTANT, right=range(1, 5))] if summary.materials else []
     rows = [["thing".ljust(pad), "     kg", "     SD", "trials", "since", "robots"]]
     for thing in summary.things:
         felt = thing.experience

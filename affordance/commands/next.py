@@ -38,7 +38,7 @@ from affordance.objects.tool import Tool
 from affordance.reporting.advice_figure import draw_holds
 from affordance.reporting.advice_text import describe_knowledge
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
-from affordance.reporting.formatting import tabulate_within
+from affordance.reporting.formatting import break_line, tabulate_within
 from affordance.robots.kept import open_robot
 from affordance.settings import Settings
 
@@ -125,7 +125,8 @@ def run(arguments: argparse.Namespace) -> int:
     knowledge = f"materials: {describe_knowledge(named, Path(arguments.memory).name if arguments.memory else '')}"
     width = find_width()
     held = describe_holds(advice, arguments.uses, width)
-    text = "\n".join([sentence, *cautions, *held, *describe_expectations(expected, width), knowledge])
+    lines = [sentence, *cautions, *held, *describe_expectations(expected, width), knowledge]
+    text = "\n".join(part for line in lines for part in break_line(line, width))
 
     def draw() -> Figure:
         return draw_holds(

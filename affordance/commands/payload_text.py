@@ -1,6 +1,5 @@
 """Text of an identified payload: answer, verdict, payload, materials, claim and lines to paste."""
 
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -11,6 +10,7 @@ from affordance.identification.payload_lines import format_payload, show_number
 from affordance.identification.posterior.marginals import COM, UNITS
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.objects.colour import Colour, is_same_colour, show_colour
+from affordance.reporting.formatting import break_line
 from affordance.robots.flange import Flange
 
 _NAMES = ("mass", "centre x", "y", "z", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
@@ -57,7 +57,7 @@ def describe_payload(
     pasted = "\n" in lines
     text = "\n\n".join(blocks if pasted else [*blocks, lines])
     if width:
-        text = "\n".join(_break_line(line, width) for line in text.splitlines())
+        text = "\n".join(part for line in text.splitlines() for part in break_line(line, width))
     return f"{text}\n\n{lines}" if pasted else text
 
 
@@ -77,14 +77,6 @@ def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
     sd = np.format_float_positional(1e3 * belief.marginals.sd[COM].max(), 2, fractional=False, trim="-")
     where = f"centre of mass ({centre}) +- {sd} mm in {frame}"
     return f"{belief.mass:.{decimals}f} kg +- {grams} g, {where}: {trust}"
-
-
-def _break_line(line: str, width: int) -> str:
-    """Breaks a line that is too long for a terminal, with a deeper indent from the second line on."""
-    if len(line) <= width:
-        return line
-    indent = " " * (len(line) - len(line.lstrip()) + 2)
-    return textwrap.fill(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
@@ -136,14 +128,15 @@ def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> 
     """Writes the verdict on one setting, or says which of several is right, a line each."""
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     verdict = claims[0].comparison
-    tolerances = f"mass within {verdict.mass_tolerance:.3f} kg, first moment within {verdict.moment_tolerance:.4f} kg m"
+    moment = f"first moment within {verdict.moment_tolerance:.4f} kg m"
+    tolerances = f"mass within {verdict.mass_tolerance:.3f} kg, {moment}"
     found = PayloadSetting(belief.mass, belief.centre_of_mass).express(flange.X_FT)
     if len(claims) == 1:
         (claim,) = claims
         return "\n".join(
             [
-                f"Claimed{mark}: the payload that is set on the controller {_VERDICTS[verdict.verdict]} (right with probability "
-                f"{verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
+                f"Claimed{mark}: the payload that is set on the controller {_VERDICTS[verdict.verdict]} "
+                f"(right with probability {verdict.probability:.2f}: {tolerances}{_note_moments(verdict)})",
                 f"  set, in the frame {flange.name}: {_show_setting(claim.setting)}",
                 f"  found, in the same frame: {_show_setting(found)}",
                 f"  largest torque errors in this run with the setting (N m): {_list_errors(belief, claim)}",

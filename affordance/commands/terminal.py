@@ -50,12 +50,15 @@ class ElapsedTime:
             self._thread.start()
 
     def _show(self, name: str, start: float) -> None:
+        is_shown = False
         while not self._ended.wait(_PATIENCE):
             # The cursor returns to the left, so that a message takes the place of the time.
             self._stream.write(f"{name}: {time.perf_counter() - start:.0f} s\r")
             self._stream.flush()
-        self._stream.write("\033[K")
-        self._stream.flush()
+            is_shown = True
+        if is_shown:
+            self._stream.write("\033[K")
+            self._stream.flush()
 
     def end(self) -> None:
         """Removes the line; later calls have no effect."""

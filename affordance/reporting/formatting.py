@@ -89,7 +89,11 @@ def _break_cell(cell: str, width: int) -> list[str]:
 
 
 def tabulate_within(
-    rows: Sequence[Sequence[str]], width: int, order: Sequence[int], left_out: Collection[int] = ()
+    rows: Sequence[Sequence[str]],
+    width: int,
+    order: Sequence[int],
+    left_out: Collection[int] = (),
+    right: Collection[int] = (),
 ) -> list[str]:
     """Formats rows as ``tabulate`` does, without the less important columns if lines are wider than ``width``.
 
@@ -99,10 +103,20 @@ def tabulate_within(
     omitted = set(left_out)
     waiting = list(order)
     while True:
-        kept = [[cell for k, cell in enumerate(row) if k not in omitted] for row in rows]
-        if not (width and waiting and max(map(len, tabulate(kept))) > width):
-            return tabulate(kept, width=width)
+        columns = [k for k in range(len(rows[0])) if k not in omitted]
+        kept = [[row[k] for k in columns] for row in rows]
+        aligned = [place for place, k in enumerate(columns) if k in right]
+        if not (width and waiting and max(map(len, tabulate(kept, aligned))) > width):
+            return tabulate(kept, aligned, width)
         omitted.add(waiting.pop(0))
+
+
+def break_line(line: str, width: int) -> list[str]:
+    """Breaks a line between words at a width (0 for any), with a deeper indent from the second line on."""
+    if not width or len(line) <= width:
+        return [line]
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    return textwrap.wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
 def format_known(value: float, uncertainty: float) -> str:

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -10,7 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from affordance.arrays import Array
-from affordance.reporting.formatting import tabulate
+from affordance.reporting.formatting import break_line, tabulate
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
@@ -142,13 +141,7 @@ def format_predictions(
         if contrast.learners not in told:
             told.add(contrast.learners)
             lines.append(describe_contrast(contrast))
-    return "\n".join(part for line in lines for part in (_wrap(line, width) if width else [line]))
-
-
-def _wrap(line: str, width: int) -> list[str]:
-    """Breaks a line at a width, with a deeper indent from the second line on."""
-    indent = " " * (len(line) - len(line.lstrip()) + 2)
-    return [line] if len(line) <= width else textwrap.wrap(line, width, subsequent_indent=indent)
+    return "\n".join(part for line in lines for part in break_line(line, width))
 
 
 def describe_contrast(contrast: Contrast) -> str:

@@ -84,6 +84,13 @@ def test_time_is_shown_until_the_command_prints(monkeypatch):
     assert screen.getvalue() == shown
 
 
+def test_time_of_a_quick_command_is_not_shown(monkeypatch):
+    screen = Screen()
+    monkeypatch.setattr("sys.stderr", screen)
+    ElapsedTime("memory").end()
+    assert screen.getvalue() == ""
+
+
 def test_nothing_is_shown_where_there_is_no_terminal(monkeypatch):
     monkeypatch.setattr(terminal, "_PATIENCE", 0.01)
     for stream in (io.StringIO(), QuietErrors(Screen())):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from affordance.reporting.formatting import (
+    break_line,
     count_observers,
     fold,
     format_beside,
@@ -145,3 +146,16 @@ def test_columns_that_matter_less_are_left_out_before_cells_are_broken():
 )
 def test_duration_is_in_a_readable_unit(seconds, shown):
     assert format_duration(seconds) == shown
+
+
+def test_line_is_broken_with_a_deeper_indent():
+    assert break_line("  one two three", 9) == ["  one two", "    three"]
+    assert break_line("one two three", 0) == ["one two three"]
+
+
+def test_columns_stay_on_the_right_when_others_are_left_out():
+    assert tabulate_within(ROWS, 0, [], left_out=[0], right=[1]) == [
+        "  kg  why",
+        " 1.0  the lightest of all",
+        "12.0  long",
+    ]
