@@ -71,7 +71,10 @@ def run(setup: Setup) -> Results:
         claims=judge(numbers),
         figures={
             "figure5": (
-                "Figure 5. The objects, seen from the side; the cross is the true centre of mass.",
+                (
+                    "Figure 5. The objects, seen from the side. The cross is the true centre of mass; the ring is"
+                    " where that of the decoy would be if it were what it looks like."
+                ),
                 partial(draw_made_and_seen, tools),
             ),
             "figure6": (

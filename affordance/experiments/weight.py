@@ -61,11 +61,11 @@ def run(setup: Setup) -> Results:
         claims=judge(numbers),
         figures={
             "figure3": (
-                "Figure 3. Left: density believed before and after each trial. Right: drop.",
+                "Figure 3. Left: density believed before and after each trial. Others: drop, in two scales.",
                 partial(draw_density_and_drop, rods, tools[:-1]),
             ),
             "figure4": (
-                "Figure 4. Height of each object's geometric centre above where it was given.",
+                "Figure 4. Height of each object's geometric centre. The goal is to keep it where it was given.",
                 partial(draw_heights, data, setup.seed),
             ),
         },

@@ -48,7 +48,8 @@ def describe_diagram(diagram: Diagram) -> str:
     for number, (group, (fill, _)) in enumerate(_GROUPS.items()):
         lines += [
             f"  subgraph cluster_{number} {{",
-            f'    label=<<B>{group}</B>>; labeljust=l; style="rounded,filled"; color="{fill}"; fillcolor="{fill}";',
+            f"    label=<<B>{group}</B>>; labeljust=l; labelloc=t; fontsize=12;",
+            f'    style="rounded,filled"; color="{fill}"; fillcolor="{fill}";',
         ]
         lines += [
             f"    {name} [label=<{_describe_ports(name, inputs[name], outputs[name])}>];"

@@ -68,13 +68,13 @@ def mix_colour(colour: str, grey: float, share: float) -> tuple[float, float, fl
 def draw_density_and_drop(
     *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
 ) -> Figure:
-    """Draws figure 3: the density belief after each trial, and the drop of the arm in each.
+    """Draws figure 3: the density belief after each trial, and the drop of the arm in each, in two scales.
 
     Quartiles, (K + 1, 3), and mode, which control uses, (K + 1,), are those before the first and after each trial,
     [kg/m^3]. Drop, [m], and masses, [kg], are of the K trials.
     """
-    figure = Figure(figsize=(9.0, 3.8))
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(12.0, 3.8))
+    left, right, near = figure.subplots(1, 3, width_ratios=(1.25, 1.0, 1.0))
     trials = np.arange(len(quartiles))
     left.axhline(density_true, color="#000000", linewidth=1.2, label="true density")
     left.plot(trials, quartiles[:, 1], "o-", color=OBJECT_COLOURS[0], label="median of the belief")
@@ -91,24 +91,32 @@ def draw_density_and_drop(
     left.legend(frameon=False, loc="lower right")
     left.set_title(f"Density believed, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
 
-    positions = np.arange(1, len(masses) + 1)
-    height = _METRES_TO_CM * drop.mean
-    error = _METRES_TO_CM * np.array([drop.mean - drop.low, drop.high - drop.mean])
-    right.bar(
-        positions, height, color=[_style(k)[0] for k in range(len(masses))], yerr=error, capsize=4.0, width=0.65
-    )
-    for position, value, top in zip(positions, height, height + error[1], strict=True):
-        right.annotate(
+    _draw_drops(right, drop, masses, crowded=crowded)
+    right.set_title(f"Drop, mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
+    if len(masses) > 1:  # beside the first object, of which nothing is known, the others would hardly be seen
+        _draw_drops(near, drop, masses, crowded=crowded, first=1)
+        near.set_title("The same after the first trial, enlarged", fontsize=FONT_SIZE)
+    else:
+        near.remove()
+    tidy(*figure.axes)
+    return figure
+
+
+def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, first: int = 0) -> None:
+    """Draws the mean drop in each trial from a first one on, [m], by the mass of its object, [kg]."""
+    positions = np.arange(first, len(masses)) + 1
+    height, low, high = (_METRES_TO_CM * each[first:] for each in drop)
+    colours = [_style(k)[0] for k in range(first, len(masses))]
+    axes.bar(positions, height, color=colours, yerr=[height - low, high - height], capsize=4.0, width=0.65)
+    for position, value, top in zip(positions, height, high, strict=True):
+        axes.annotate(
             f"{value:.2f}", (position, top), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=9
         )
     unit, unit_of_axis = ("", " (kg)") if crowded else (" kg", "")
-    right.set_xticks(positions, [f"{k}\n{mass:.2f}{unit}" for k, mass in zip(positions, masses, strict=True)])
-    right.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
-    right.tick_params(axis="x", labelsize=7 if crowded else None)
-    right.set(ylabel="drop (cm)", ylim=(0.0, 1.15 * (height + error[1]).max()))
-    right.set_title(f"Drop, mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
-    tidy(left, right)
-    return figure
+    axes.set_xticks(positions, [f"{k}\n{masses[k - 1]:.2f}{unit}" for k in positions])
+    axes.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
+    axes.tick_params(axis="x", labelsize=7 if crowded else None)
+    axes.set(ylabel="drop (cm)", ylim=(0.0, 1.15 * high.max() or 1.0))
 
 
 def draw_heights(
@@ -133,7 +141,7 @@ def draw_heights(
     if len(labels) > 2:  # between the first, still unknown, and the decoy
         learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
         near.set_ylim(max(low, -learned), min(high, learned))
-    one.set_ylabel("height of the object's centre (cm)")
+    one.set_ylabel("height above the goal (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     enlarged = near.get_ylim() != (low, high)
@@ -172,7 +180,7 @@ def draw_heights_of_points(
         colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
         _plot_mean(points, times, heights, line, colour, point)
     _mark_times(times, one, every, points)
-    one.set_ylabel("height above the start (cm)")
+    one.set_ylabel("height above the goal (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
@@ -229,10 +237,11 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Labels the time axis, and draws a line at the initial height."""
+    """Labels the time axis, and draws the goal, which is named in the first plot."""
     for axes in all_axes:
-        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+        goal = axes.axhline(0.0, color="#000000", linewidth=1.2, linestyle=":")
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
+    all_axes[0].legend([goal], ["goal: the height when given"], frameon=False, loc="best")
 
 
 def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:

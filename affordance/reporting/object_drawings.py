@@ -1,7 +1,8 @@
 """Drawings of objects seen from the side, made from the tools themselves."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,10 +28,18 @@ _LINE = 0.8  # width of outlines
 # Directions in which the outline of a convex solid is sampled; the offset keeps them off the edges of a straight box.
 _DIRECTIONS, _OFF_AXIS = 256, 1e-3
 _MANY = 5000  # triangles above which they are rasterised
+_APART = 1e-3  # distance from which the expected centre of mass is drawn beside the true one, [m]
+_EXPECTED: dict[str, Any] = {
+    **{"marker": "o", "linestyle": "none", "markersize": 10.0, "markeredgewidth": 2.2},
+    **{"markerfacecolor": "none", "markeredgecolor": "#000000"},
+}
 
 
 class Drawing(NamedTuple):
-    """Object in a drawing, as it is held, in the colours of its appearance or, as made, of its true materials."""
+    """Object in a drawing, as it is held, in the colours of its appearance or, as made, of its true materials.
+
+    A decoy also shows its expected centre of mass, which is where it would be if the object were what it looks like.
+    """
 
     tool: Tool
     title: str
@@ -60,6 +69,8 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         f"{_SCALE_BAR:.0f} cm", (right - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
     )
     handles = last.plot([], [], "x", color="#000000", markersize=9.0, markeredgewidth=2.0, label="centre of mass")
+    if any(_find_expected_centre(drawing.tool) is not None for drawing in drawings):
+        handles += last.plot([], [], **_EXPECTED, label="expected centre")
     colours = {}
     for drawing in drawings:
         for part in drawing.tool.components:
@@ -128,6 +139,13 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
         axes.add_collection(collection, autolim=False)
 
 
+def _find_expected_centre(tool: Tool) -> Array | None:
+    """Finds the centre of mass that a tool seems to have; None if the true centre is there."""
+    parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
+    seeming = replace(tool, components=parts)
+    return None if np.linalg.norm(seeming.p_TTcm - tool.p_TTcm) < _APART else seeming.p_TTcm
+
+
 def draw_object(axes: Axes, drawing: Drawing) -> None:
     """Draws an object as projected along Tz, in centimetres, with its hand and its true centre of mass."""
     tool = drawing.tool
@@ -142,6 +160,11 @@ def draw_object(axes: Axes, drawing: Drawing) -> None:
     hand = _METRES_TO_CM * _HAND
     axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
     x, y, _ = _METRES_TO_CM * tool.p_TTcm
+    if (expected := _find_expected_centre(tool)) is not None:
+        axes.plot(
+            *(_METRES_TO_CM * expected[:2]), **_EXPECTED | {"markeredgewidth": 5.0, "markeredgecolor": "#FFFFFF"}
+        )
+        axes.plot(*(_METRES_TO_CM * expected[:2]), **_EXPECTED)
     axes.plot(x, y, "x", color="#FFFFFF", markersize=12.0, markeredgewidth=4.5)
     axes.plot(x, y, "x", color="#000000", markersize=11.0, markeredgewidth=2.2)
     axes.set_title(fold(f"{drawing.title} ({tool.mass:.2f} kg)", _TITLE_WIDTH), fontsize=10)

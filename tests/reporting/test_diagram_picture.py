@@ -1,10 +1,15 @@
 """Diagrams as pictures: names of ports, which may come from a stranger's models, are shown as text."""
 
+import numpy as np
 import pytest
 from pydrake.common.value import Value
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
+from affordance.drake.system_libraries import hide_font_warnings
+from affordance.experiments import weight
 from affordance.reporting.diagram_picture import describe_diagram, save_diagram
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.diagram import build_trial_diagram
 
 HOSTILE = ("<script>alert(1)</script>", 'a"]; b [label="\\"', "</TD></TABLE>>")
 
@@ -44,3 +49,26 @@ def test_names_of_ports_are_shown_as_they_are(tmp_path, name):
 
 def test_ordinary_names_are_written_as_before():
     assert '  source:"state":e -> sink:"state":w [];' in describe_diagram(build("state"))
+
+
+def test_no_connection_crosses_the_name_of_a_group():
+    """Points along every connection of the Diagram of an experiment are outside the boxes of the groups' names."""
+    pygraphviz = pytest.importorskip("pygraphviz")
+    trial = build_trial_diagram(DEFAULT_SETTINGS, weight.DURATION)
+    graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
+    with hide_font_warnings():
+        graph.layout("dot")
+    shares = np.linspace(0.0, 1.0, 50)[:, None]
+    points = []
+    for edge in graph.edges():
+        ends = np.array([pair.split(",")[-2:] for pair in edge.attr["pos"].split() if pair[0] != "e"], dtype=float)
+        for first in range(0, len(ends) - 1, 3):  # cubic curves, each of which begins where the one before ends
+            a, b, c, d = ends[first : first + 4]
+            points.append((1 - shares) ** 3 * a + 3 * shares * (1 - shares) ** 2 * b)
+            points[-1] += 3 * shares**2 * (1 - shares) * c + shares**3 * d
+    names = [group.graph_attr for group in graph.subgraphs()]
+    assert len(names) == 4
+    for name in names:
+        middle = np.array(name["lp"].split(","), dtype=float)
+        half = 36.0 * np.array([float(name["lwidth"]), float(name["lheight"])])  # half of so many inches, in points
+        assert not (np.abs(np.concatenate(points) - middle) < half).all(axis=1).any()

@@ -29,13 +29,32 @@ def draw_figure3():
 
 
 def test_density_is_drawn_as_given():
-    left, right = draw_figure3().axes
+    left, right, _ = draw_figure3().axes
     lines = {line.get_label(): line for line in left.get_lines()}
     np.testing.assert_array_equal(lines["median of the belief"].get_ydata(), [3100, 8200, 8500, 8400, 8450])
     assert lines["true density"].get_ydata()[0] == 8500.0
     assert "kg/m³" in left.get_ylabel()
     assert "cm" in right.get_ylabel()
     assert len(right.patches) == 4
+
+
+def test_drops_after_the_first_are_seen_beside_it():
+    """A drop of 0.2 cm beside one of 20 cm fills more than half of its panel, in both scales the same numbers."""
+    drops = estimate_mean(np.tile([0.2, 0.002, 0.0015, 0.001], (5, 1)))
+    figure = draw_density_and_drop(
+        quartiles=QUARTILES,
+        mode=QUARTILES[:, 1],
+        density_true=8500.0,
+        drop=drops,
+        masses=np.array([0.4, 0.6, 0.8, 1.0]),
+        num_repeats=5,
+    )
+    _, every, near = figure.axes
+    heights = [[bar.get_height() for bar in axes.patches] for axes in (every, near)]
+    np.testing.assert_allclose(heights[0], 100.0 * drops.mean)
+    np.testing.assert_allclose(heights[1], 100.0 * drops.mean[1:])
+    assert heights[1][0] > 0.5 * near.get_ylim()[1]
+    assert [text.get_text().split("\n")[0] for text in near.get_xticklabels()] == ["2", "3", "4"]
 
 
 def draw_heights_of(heights, labels):
@@ -57,6 +76,7 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
     assert [line.get_label() for line in drawn] == ["one", "two", "decoy"]
     np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
     assert len({line.get_color() for line in drawn}) == 3
+    assert [text.get_text() for text in one.get_legend().get_texts()] == ["goal: the height when given"]
     np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
 
 

@@ -1,5 +1,7 @@
 """Pictures of objects, against the projection of many points on their surfaces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.patches import Circle, Ellipse, Polygon
@@ -96,6 +98,21 @@ def test_object_is_drawn_as_it_looks_or_as_it_is_made():
     looks, made = draw_objects([Drawing(tool, "looks"), Drawing(tool, "made", as_made=True)]).axes
     assert looks.patches[0].get_facecolor()[:3] == STEEL.colour
     assert made.patches[0].get_facecolor()[:3] == WOOD.colour
+
+
+def test_a_decoy_shows_where_its_centre_of_mass_is_and_where_it_seems_to_be():
+    """Two equal parts of wood and steel, exchanged: the centres mirror each other in the middle of the two."""
+    sizes = (0.05, 0.02, 0.02)
+    near, far = place(sizes, (0.05, 0.0, 0.0)), place(sizes, (0.15, 0.0, 0.0))  # wood that looks like steel
+    decoy = Tool("decoy", (near, replace(far, material=STEEL, looks_like=WOOD)))
+    honest = Tool("honest", (replace(near, material=STEEL), replace(far, looks_like=WOOD)))
+    first, second = draw_objects([Drawing(honest, "honest"), Drawing(decoy, "decoy")]).axes
+    true = {(*line.get_xdata(), *line.get_ydata()) for line in second.get_lines() if line.get_marker() == "x"}
+    seeming = {(*line.get_xdata(), *line.get_ydata()) for line in second.get_lines() if line.get_marker() == "o"}
+    x = (5.0 * 700.0 + 15.0 * 7800.0) / 8500.0
+    assert any(np.allclose(each, (x, 0.0)) for each in true if each)
+    assert any(np.allclose(each, (20.0 - x, 0.0)) for each in seeming if each)
+    assert not any(line.get_marker() == "o" for line in first.get_lines())
 
 
 def draw_part(shape, X_TE):
