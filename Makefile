@@ -73,7 +73,7 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 	$(PYTHON) diagrams/redraw.py
 
 picture: $(VENV)/run.stamp ## redraw the moving picture of README from a simulation
-	$(PYTHON) docs/moving_picture.py
+	$(PYTHON) -m affordance film weight docs/images/weight.gif --seconds 1 --slower 3
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 	$(PYTHON) -m affordance study speed

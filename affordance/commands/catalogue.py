@@ -10,6 +10,7 @@ SUBJECTS = {
     "Simulated people and robots": {
         "run": "run the paper's simulations or other experiments; write numbers, figures and a report",
         "watch": "watch an observer in an experiment, live in the browser",
+        "film": "write a moving picture of an experiment: the arm with every object, side by side",
         "predict": "predict what each learner would do in an experiment, and which number separates them best",
         "lift": "simulate the trials of a table: observers lift, hold or look at objects",
         "fit": "fit a learner to the pushes of people, person by person or pooled",
@@ -42,6 +43,7 @@ COMMANDS = {name: text for group in SUBJECTS.values() for name, text in group.it
 EXAMPLES = {
     "run": "weight --repeats 20",
     "watch": "com",
+    "film": "weight out.gif",
     "predict": "weight --repeats 20",
     "lift": "--trials trials.csv --objects objects.yaml",
     "fit": "lifts.csv --learner kinds_drawn",

@@ -16,7 +16,7 @@ from affordance.files.model_folder import MODELS
 from affordance.version import __version__
 
 # Optional extras, and the module that each installs.
-EXTRAS = {"cluster": "distributed", "bags": "rosbags", "xacro": "xacrodoc"}
+EXTRAS = {"cluster": "distributed", "bags": "rosbags", "xacro": "xacrodoc", "film": "imageio_ffmpeg"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

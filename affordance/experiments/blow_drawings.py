@@ -12,7 +12,7 @@ from affordance.arrays import about
 from affordance.objects.tool import Tool
 from affordance.reporting.blow_figures import draw_renderings
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
-from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.replay import Replay, Scene
 from affordance.simulation.blow import Blow
 
 TOUCH = np.arange(-0.002, 0.012, 2e-5)  # time around the first touch that is kept, if the nail rests by then, [s]
@@ -56,8 +56,8 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
     return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
 
 
-def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow], file: Path) -> None:
-    """Writes the blow with each grip as a page, in slow motion around the strike."""
+def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Replay:
+    """Returns the replay of the blow with each grip, in slow motion around the strike."""
     held = tool.list_gripped()
     scenes = []
     for grip, blow in blows.items():
@@ -73,4 +73,4 @@ def replay(arm: Path, tool: Tool, blows: Mapping[str, Blow], file: Path) -> None
                 slow=(strike - SLOW_BEFORE, strike + SLOW_AFTER, SLOWER),
             )
         )
-    write_replay(file, arm, scenes, title=f"Simulation IV: {tool.name}")
+    return Replay(arm, f"Simulation IV: {tool.name}", scenes)

@@ -1,9 +1,7 @@
 """Figures of labelled datasets of observers, and their motions, Diagram and replay."""
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from pathlib import Path
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -20,7 +18,7 @@ from affordance.reporting import figures
 from affordance.reporting.formatting import label
 from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
 from affordance.reporting.object_drawings import Drawing, draw_objects
-from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.replay import Replay, Scene
 from affordance.reporting.statistics import estimate_mean
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord
@@ -122,17 +120,23 @@ def label_motions(done: Mapping[str, Simulated], settings: Settings) -> xr.Datas
     )
 
 
-def replay_holds(
-    tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str
-) -> Callable[[Path], None]:
-    """Returns a function that writes the holds of one observer as a page, one scene per object."""
+def replay_holds(tools: Sequence[Tool], records: Sequence[TrialRecord], settings: Settings, title: str) -> Replay:
+    """Returns the replay of the holds of one observer, one scene per object."""
     pairs = zip(tools, records, strict=True)
-    scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in pairs]
-    return partial(_write_replay, settings.arm, scenes, title)
+    scenes = [Scene(tool, record.times, record.q, _describe(tool)) for tool, record in pairs]
+    return Replay(settings.arm, title, scenes)
 
 
-def _write_replay(arm: Path, scenes: Sequence[Scene], title: str, path: Path) -> None:
-    write_replay(path, arm, scenes, title=title)
+def _describe(tool: Tool) -> str:
+    """Describes an object by name and mass, and a decoy by what it looks like too."""
+    made, looks = (
+        " and ".join(dict.fromkeys(getattr(part, name).name for part in tool.components))
+        for name in ("material", "looks_like")
+    )
+    if made != looks:
+        return f"{label(tool.name)}, {tool.mass:.2f} kg: looks like {looks}, is {made}"
+    is_honest = all(part.material == part.looks_like for part in tool.components)
+    return f"{label(tool.name)}, {tool.mass:.2f} kg{'' if is_honest else ': made otherwise than it looks'}"
 
 
 def draw_forces(

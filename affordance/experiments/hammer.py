@@ -167,7 +167,7 @@ def run(setup: Setup) -> Results:
         diagram=lambda: (
             get_runner(setup.settings).get_diagram(duration, first.list_gripped()[best], strike.placement).diagram
         ),
-        replay=partial(replay, setup.settings.arm, first, blows_first),
+        replay=replay(setup.settings.arm, first, blows_first),
         seen=tools,
     )
 

@@ -53,7 +53,7 @@ from affordance.reporting.claims import ClaimResult, Unit, check, claim
 from affordance.reporting.figures import draw_paths
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.object_drawings import Drawing, draw_objects
-from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.replay import Replay, Scene
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.rollout import Rollout, roll_out
@@ -129,7 +129,7 @@ def run(setup: Setup) -> Results:
         ],
         lifts=tabulate_experience(experience, held, setup.settings.learner.name),
         diagram=lambda: runner.get_diagram(task.duration, first.list_gripped()[numbers["correct_grip"]]).diagram,
-        replay=partial(replay, setup.settings.arm, first, done, best),
+        replay=replay(setup.settings.arm, first, done, best),
         seen=tools,
     )
 
@@ -268,11 +268,11 @@ def label_paths(motions: Mapping[str, Rollout]) -> xr.Dataset:
     )
 
 
-def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout, file: Path) -> None:
-    """Writes the reach with each grip as a page."""
+def replay(arm: Path, tool: Tool, motions: Mapping[str, Rollout], best: Rollout) -> Replay:
+    """Returns the replay of the reach with each grip."""
     held = tool.list_gripped()
     scenes = [
         Scene(held[grip], done.record.times, done.record.q, f"held by {grip}: absolute work {done.work:.1f} J")
         for grip, done in motions.items()
     ]
-    write_replay(file, arm, scenes, title=f"Simulation III: {tool.name}", p_WG=best.reference)
+    return Replay(arm, f"Simulation III: {tool.name}", scenes, best.reference)

@@ -4,6 +4,7 @@ Frames: W the world, C the camera (Cz the viewing direction, Cy down). The camer
 right arm hides nothing of what it holds, and a little from above and ahead.
 """
 
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,9 +14,13 @@ from numpy.typing import NDArray
 from pydrake.geometry import (
     ClippingRange,
     ColorRenderCamera,
+    Cylinder,
+    GeometryInstance,
     LightParameter,
+    PerceptionProperties,
     RenderCameraCore,
     RenderEngineVtkParams,
+    Rgba,
     Role,
     SceneGraph,
 )
@@ -39,6 +44,8 @@ _AZIMUTH, _ELEVATION = np.radians(20.0), np.radians(10.0)
 _MARGIN = 0.04
 # Pictures are rendered this many times larger, then averaged: the renderer leaves edges ragged.
 _OVERSAMPLING = 3
+# Radius and colour of the line that is asked for, [m].
+_LINE, _RED = 0.0015, Rgba(0.8, 0.2, 0.1, 1.0)
 # Extent of close-ups above and below the highest point of the nail's head, along the nail, [m].
 _ABOVE, _BELOW = 0.045, 0.06
 # A key light from above the camera's left, one from the camera itself, and one from below its right, so that nothing
@@ -58,15 +65,20 @@ class Pose(NamedTuple):
     travel: float = 0.0
 
 
-def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
+def render_poses(
+    directives: Path, poses: Sequence[Pose], *, width: int, height: int, p_WG: Array | None = None
+) -> list[Image]:
     """Renders the whole arm with tool and nail, all poses by one camera that sees everything of every pose.
 
-    Each picture is red, green and blue, (height, width, 3).
+    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is red, green and blue,
+    (height, width, 3).
     """
-    scenes = [_Scene(directives, pose) for pose in poses]
+    kinds = {(id(pose.tool), id(pose.placement)): pose for pose in poses}
+    scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}  # each for all of its poses
     R_WC = _turn_camera(_ELEVATION)
-    p_WC = _step_back(np.concatenate([scene.find_corners() for scene in scenes]), R_WC, width / height)
-    return [scene.render(RigidTransform(R_WC, p_WC), width, height) for scene in scenes]
+    corners = [scenes[id(pose.tool), id(pose.placement)].find_corners(pose) for pose in poses]
+    X_WC = RigidTransform(R_WC, _step_back(np.concatenate(corners), R_WC, width / height))
+    return [scenes[id(pose.tool), id(pose.placement)].render(pose, X_WC, width, height) for pose in poses]
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
@@ -82,44 +94,52 @@ def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, hei
         along = pose.placement.direction_W
         ends = pose.placement.p_WNo + np.outer([-_ABOVE, _BELOW], along)
         p_WC = _step_back(ends, R_WC, width / height)
-        pictures.append(_Scene(directives, pose).render(RigidTransform(R_WC, p_WC), width, height))
+        pictures.append(_Scene(directives, pose).render(pose, RigidTransform(R_WC, p_WC), width, height))
     return pictures
 
 
 class _Scene:
-    """Diagram of a pose that can be rendered."""
+    """Diagram of an arm with a tool and a nail, whose poses can be rendered."""
 
-    def __init__(self, directives: Path, pose: Pose) -> None:
-        """Builds the Diagram."""
+    def __init__(self, directives: Path, pose: Pose, p_WG: Array | None = None) -> None:
+        """Builds the Diagram for the tool and the nail of a pose, with a line through points, (N, 3), [m]."""
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)
         scene_graph = builder.GetSubsystemByName("scene_graph")
         assert isinstance(scene_graph, SceneGraph)  # add_arm added it
         params = RenderEngineVtkParams(default_clear_color=np.ones(3), lights=_LIGHTS)  # white behind everything
         scene_graph.AddRenderer(_RENDERER, make_renderer(params))
+        if p_WG is not None:
+            _add_line(scene_graph, p_WG)
         diagram = builder.Build()
         self._context = diagram.CreateDefaultContext()  # kept, for the query refers to it
-        plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)
-        travel = [] if arm.nail is None else [pose.travel]
-        arm.plant.SetPositions(plant_context, np.concatenate([pose.q, travel]))
+        self._plant, self._has_nail = arm.plant, arm.nail is not None
+        self._plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)
         self._world = scene_graph.world_frame_id()
-        self._query: Any = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(self._context))
+        self._port = scene_graph.get_query_output_port()
+        self._graph_context = scene_graph.GetMyContextFromRoot(self._context)
 
-    def find_corners(self) -> Array:
-        """Returns corners of boxes that contain all visible geometry, in W, (N, 3), [m]."""
-        inspector = self._query.inspector()
+    def _take(self, pose: Pose) -> Any:
+        """Takes a pose; returns the query object of the scene graph."""
+        self._plant.SetPositions(self._plant_context, np.append(pose.q, [pose.travel] if self._has_nail else []))
+        return self._port.Eval(self._graph_context)
+
+    def find_corners(self, pose: Pose) -> Array:
+        """Returns corners of boxes that contain all visible geometry in a pose, in W, (N, 3), [m]."""
+        query = self._take(pose)
+        inspector = query.inspector()
         corners = []
         signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
         for geometry in inspector.GetAllGeometryIds(Role.kPerception):
             box = inspector.GetObbInGeometryFrame(geometry)
             if box is None:
                 continue  # a half space is unbounded
-            X_WG = self._query.GetPoseInWorld(geometry)
+            X_WG = query.GetPoseInWorld(geometry)
             corners.append((X_WG @ box.pose()).multiply((signs * box.half_width()).T).T)
         return np.concatenate(corners)
 
-    def render(self, X_WC: RigidTransform, width: int, height: int) -> Image:
-        """Renders the picture, (height, width, 3)."""
+    def render(self, pose: Pose, X_WC: RigidTransform, width: int, height: int) -> Image:
+        """Renders the picture of a pose, (height, width, 3)."""
         n = _OVERSAMPLING
         camera = ColorRenderCamera(
             RenderCameraCore(
@@ -129,10 +149,24 @@ class _Scene:
                 RigidTransform(),
             )
         )
-        image = self._query.RenderColorImage(camera, self._world, X_WC)
+        image = self._take(pose).RenderColorImage(camera, self._world, X_WC)
         colours = image.data[:, :, :3].reshape(height, n, width, n, 3).mean(axis=(1, 3))
         picture: Image = np.rint(colours).astype(np.uint8)
         return picture
+
+
+def _add_line(scene_graph: SceneGraph, p_WG: Array) -> None:
+    """Adds thin red cylinders between successive points, (N, 3), [m]."""
+    source = scene_graph.RegisterSource("line")
+    for number, (start, end) in enumerate(itertools.pairwise(p_WG)):
+        along = end - start
+        if not (length := float(np.linalg.norm(along))) > 0.0:
+            continue
+        X_WL = RigidTransform(RotationMatrix.MakeFromOneVector(along, 2), 0.5 * (start + end))
+        line = GeometryInstance(X_WL, Cylinder(_LINE, length), f"line_{number}")
+        line.set_perception_properties(PerceptionProperties())
+        line.mutable_perception_properties().AddProperty("phong", "diffuse", _RED)
+        scene_graph.RegisterAnchoredGeometry(source, line)
 
 
 def _turn_camera(elevation: float) -> RotationMatrix:

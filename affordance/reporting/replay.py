@@ -6,6 +6,7 @@ A blow lasts a few milliseconds, so a scene may run slower around it, with the c
 import gc
 import html
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,6 +42,50 @@ _ZOOM = 5.0
 _ZOOMING = 0.7
 
 
+# Bar at the foot of a page, with places for title and captions, each of which begins with its first time.
+# A narrow window, as of a telephone, sees as much to the sides as one whose width is ``wide`` times its height.
+_BAR = """<meta name="viewport" content="width=device-width, initial-scale=1">
+<style>
+#bar{position:fixed;left:0;right:0;bottom:0;padding:8px 12px;background:#ffffffe6;font:14px/1.5 sans-serif;
+display:grid;grid-template-columns:auto 1fr auto;gap:2px 12px;align-items:center}#bar b,#bar div{grid-column:1/-1}
+#bar span{display:none}#bar span.now{display:inline}#bar button{width:5em;font:inherit}#bar output{min-width:8em}
+</style>
+<div id="bar"><b>%s</b><div>%s</div><button type="button">Pause</button>
+<input type="range" min="0" step="0.01" aria-label="time"><output></output></div>
+<script>
+(() => {
+  const film = viewer.animator, bar = document.getElementById("bar"), wide = 1.35, half = Math.PI * 75 / 360;
+  const [button, slider, clock] = bar.querySelectorAll("button, input, output"), lines = bar.querySelectorAll("span");
+  const starts = Array.from(lines, line => parseFloat(line.textContent));
+  let fitted = 0;  // ratio of width to height to which the angle of view was fitted
+  const fit = () => {
+    const narrow = Math.max(1, wide / viewer.camera.aspect);
+    viewer.camera.fov = 360 / Math.PI * Math.atan(narrow * Math.tan(half));
+    viewer.camera.updateProjectionMatrix();
+    viewer.set_dirty();
+    fitted = viewer.camera.aspect;
+  };
+  const show = () => {
+    if (viewer.camera.aspect != fitted) fit();
+    slider.max = film.duration;
+    slider.value = film.time;
+    clock.textContent = `${film.time.toFixed(1)} of ${film.duration.toFixed(1)} s`;
+    button.textContent = film.playing ? "Pause" : "Play";
+    const now = starts.filter(start => start <= film.time + 1e-3).length - 1;
+    lines.forEach((line, number) => line.classList.toggle("now", number == Math.max(0, now)));
+    requestAnimationFrame(show);
+  };
+  button.onclick = () => {
+    if (film.playing) return film.pause();
+    if (film.time > film.duration - 0.05) film.reset();
+    film.play();
+  };
+  slider.oninput = () => { const time = Number(slider.value); film.pause(); film.time = time; film.seek(time); };
+  show();
+})();
+</script>"""
+
+
 class Scene(NamedTuple):
     """Motion of the arm with one tool in its hand, and a nail if there is one."""
 
@@ -52,6 +97,20 @@ class Scene(NamedTuple):
     travel: Array | None = None  # travel of the nail, (N,), [m]; None for a nail that stays where it was set
     # Begin and end of slow motion, [s], and its factor, for a strike; None for none.
     slow: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Replay:
+    """Scenes of an experiment, to be called with the path of a page, or to be made a film of."""
+
+    directives: Path
+    title: str
+    scenes: Sequence[Scene]
+    p_WG: Array | None = None  # points of the demanded path, (N, 3), [m]; None for the height to hold
+
+    def __call__(self, path: Path) -> None:
+        """Writes the page, as ``write_replay``."""
+        write_replay(path, self.directives, self.scenes, title=self.title, p_WG=self.p_WG)
 
 
 def write_replay(
@@ -121,7 +180,7 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
         for other_number, joint in nails.items():
             for path in (joint.name(), f"{joint.name()}_block"):
                 meshcat.SetProperty(f"arm/{path}", "visible", other_number == number, start)
-        shown = _slow_down(scene)
+        shown = slow_down(scene)
         end = start + shown.times[-1] + _PAUSE
         for time in np.arange(0.0, end - start, 1.0 / _FRAMES_PER_SECOND):
             row = min(int(np.searchsorted(shown.times, time)), len(shown.q) - 1)
@@ -142,7 +201,7 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
     return captions
 
 
-def _slow_down(scene: Scene) -> Scene:
+def slow_down(scene: Scene) -> Scene:
     """Resamples a scene at the frames of the replay, interpolating between rows of the log."""
     if scene.slow is None:
         return scene
@@ -177,6 +236,12 @@ def _describe(scene: Scene, start: float) -> str:
     return f"{scene.caption} ({factor:g} × slower around the strike, {start + begin:.1f} to {last:.1f} s)"
 
 
+def find_held_height(p_WB: Array, p_WH: Array) -> Array:
+    """Finds the ends of a line at the height to hold, (2, 3), [m], from the places of base and hand at home."""
+    out = (p_WH - p_WB) * [1.0, 1.0, 0.0]
+    return np.array([p_WH - 0.3 * out, p_WH + 0.45 * out])
+
+
 def set_stage(
     meshcat: Meshcat,
     plant: MultibodyPlant,
@@ -189,7 +254,7 @@ def set_stage(
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
-    middle = p_WBo + 0.6 * (p_WH - p_WBo)
+    middle = p_WBo + 0.72 * (p_WH - p_WBo)
     reach = float(np.linalg.norm(p_WH - p_WBo))
     side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)
     if placements:
@@ -197,10 +262,9 @@ def set_stage(
         middle = np.mean([placement.p_WNo for placement in placements], axis=0)
         meshcat.SetCameraPose(middle - 1.35 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
     else:
-        meshcat.SetCameraPose(middle - 1.05 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
+        meshcat.SetCameraPose(middle - 0.8 * side + np.array([0.0, 0.0, 0.15 * reach]), middle)
     if p_WG is None and not placements:
-        out = (p_WH - p_WBo) * [1.0, 1.0, 0.0]  # the height to hold
-        p_WG = np.array([p_WH - 0.3 * out, p_WH + 0.6 * out])
+        p_WG = find_held_height(p_WBo, p_WH)
     if p_WG is not None:
         meshcat.SetLine(HELD_HEIGHT, np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
     for end in ("top_color", "bottom_color"):
@@ -210,11 +274,7 @@ def set_stage(
 
 
 def _add_captions(page: str, title: str, captions: Sequence[str]) -> str:
-    """Sets the title of the page and adds captions with their times in its lower left corner."""
-    lines = "<br>".join(html.escape(caption) for caption in captions)
-    note = (
-        '<div style="position:fixed;left:12px;bottom:12px;padding:8px 12px;background:#ffffffd9;'
-        f'font:14px/1.5 sans-serif;border-radius:6px"><b>{html.escape(title)}</b><br>{lines}</div>'
-    )
+    """Sets the title of the page and adds a bar to its foot: play, clock, time, and the caption of what is shown."""
+    lines = "".join(f"<span>{html.escape(caption)}</span>" for caption in captions)
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")
-    return page.replace("</body>", f"{note}\n</body>")
+    return page.replace("</body>", f"{_BAR % (html.escape(title), lines)}\n</body>")

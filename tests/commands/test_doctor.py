@@ -15,7 +15,7 @@ def test_only_its_own_lines_are_printed(children):
     assert err == ""
     lines = [line.split()[0] for line in out.splitlines()]
     assert lines[:6] == ["affordance", "libraries", "drake", "solvers", "renderer", "graphviz"]
-    assert lines[6:] == ["meshcat", "models", "[cluster]", "[bags]", "[xacro]"]
+    assert lines[6:] == ["meshcat", "models", "[cluster]", "[bags]", "[xacro]", "[film]"]
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def test_without_drake_it_says_what_does_not_work(children, without_drake):
     out, err = child.communicate(timeout=PATIENCE)
     assert (child.returncode, err) == (2, "")
     assert "drake       does not work: no Drake here\n" in out
-    assert out.splitlines()[-1].startswith("[xacro]")
+    assert out.splitlines()[-1].startswith("[film]")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import threading
 import msgpack
 import numpy as np
 import pytest
+from helpers.browser import open_page
 
 from affordance.choice.hammer import load_hammer
 from affordance.exceptions import AffordanceError
@@ -31,6 +32,49 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
     # Everything is carried inside; nothing is fetched.
     assert 'src="http' not in page
     assert 1e6 < len(page) < 5e6
+
+
+# Extent of arm and object on the page, from -1 to 1: least and greatest to the right, and upwards.
+_EXTENT = """() => {
+    const box = [1, -1, 1, -1];
+    viewer.camera.updateMatrixWorld();
+    viewer.scene_tree.find(["drake", "arm"]).object.traverseVisible(node => {
+        if (!node.geometry) return;
+        const points = node.geometry.attributes.position;
+        for (let i = 0; i < points.count; i++) {
+            const p = new MeshCat.THREE.Vector3().fromBufferAttribute(points, i);
+            p.applyMatrix4(node.matrixWorld).project(viewer.camera);
+            [box[0], box[1]] = [Math.min(box[0], p.x), Math.max(box[1], p.x)];
+            [box[2], box[3]] = [Math.min(box[2], p.y), Math.max(box[3], p.y)];
+        }
+    });
+    return box;
+}"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(420, 750), (1200, 700), (1200, 420)])
+def test_arm_is_wholly_seen_and_large_above_a_bar_that_plays(tmp_path, weight, scenes, width, height):
+    """The arm takes more than half of the width, if the window is not low; clock and caption follow the bar."""
+    path = tmp_path / "replay.html"
+    write_replay(path, weight.settings.arm, scenes, title="A & B")
+    with open_page(width, height) as page:
+        errors = []
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto(path.as_uri())
+        clock, bar = page.locator("#bar output"), page.locator("#bar")
+        page.wait_for_function("() => viewer.animator.duration > 1 && !viewer.animator.playing")  # played once
+        for time, caption in (("0.1", "0.0 to 0.2 s: rod_10cm <shown>"), ("0.8", "0.7 to 0.9 s: rod_15cm <shown>")):
+            bar.locator("input").fill(time)
+            page.wait_for_function(f"() => document.querySelector('#bar .now').textContent == '{caption}'")
+            assert clock.text_content() == f"{time} of 1.4 s"
+            left, right, low, high = page.evaluate(_EXTENT)
+            assert -1.0 < left < right < 1.0
+            assert -1.0 < low < high < 1.0
+            assert height < 0.5 * width or right - left > 1.0
+        assert bar.locator("b").text_content() == "A & B"
+        page.get_by_role("button", name="Play").click()
+        page.wait_for_function("() => viewer.animator.time > 0.8")
+    assert errors == []
 
 
 def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight, scenes):

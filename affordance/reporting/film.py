@@ -1,0 +1,103 @@
+"""Films of an arm with objects, side by side, by Drake's renderer and matplotlib."""
+
+from functools import partial
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.atomic import write_atomic
+from affordance.plant.load import load_arm
+from affordance.reporting.formatting import fold
+from affordance.reporting.renderings import Pose, render_poses
+from affordance.reporting.replay import Replay, find_held_height, slow_down
+
+# Codecs of films that FFmpeg writes, by suffix; a GIF needs none.
+_CODECS = {".webm": "libvpx-vp9", ".mp4": "libx264"}
+_RATE, _PAUSE = 12, 1.5  # pictures per second, and the pause before the film begins again, [s]
+_PIXELS, _DPI = (290, 150), 100  # of the picture of an arm
+_TITLE, _CLOCK = 0.42, 0.3  # heights, [inches]
+_WIDTH = 42  # of the title of a picture, [characters]
+
+
+def check_film(path: Path) -> None:
+    """Checks that a film of this suffix can be written; raises a BadValueError if it cannot."""
+    if path.suffix not in (".gif", *_CODECS):
+        raise BadValueError("FILE", "suffix", describe_choice(path.suffix, (".gif", *_CODECS)))
+    if path.suffix in _CODECS:
+        _find_ffmpeg(path)
+
+
+def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> None:
+    """Writes a film of all scenes at the same time, of so many seconds of each, and so many times slower.
+
+    The suffix says whether it is a GIF, WebM or MP4 (H.264).
+    """
+    scenes = [slow_down(scene) for scene in replay.scenes]
+    seconds = min(seconds, max(float(scene.times[-1]) for scene in scenes))
+    times = np.linspace(0.0, seconds, max(2, round(seconds * slower * _RATE) + 1))
+    poses = []
+    for scene in scenes:
+        for row in np.minimum(np.searchsorted(scene.times, times), len(scene.times) - 1):
+            travel = 0.0 if scene.travel is None else float(scene.travel[row])
+            poses.append(Pose(scene.tool, scene.placement, scene.q[row], travel))
+    has_nail = any(scene.placement is not None for scene in scenes)
+    p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _find_height(replay.directives)
+    images = render_poses(replay.directives, poses, width=_PIXELS[0], height=_PIXELS[1], p_WG=p_WG)
+    columns = len(scenes) if len(scenes) < 4 else (len(scenes) + 1) // 2
+    rows = -(-len(scenes) // columns)
+    wide, high = np.array(_PIXELS) / _DPI
+    figure = Figure(figsize=(columns * wide, rows * (high + _TITLE) + _CLOCK), dpi=_DPI)
+    shown: list[AxesImage] = []
+    for number, scene in enumerate(scenes):
+        row, column = divmod(number, columns)
+        top = (row * (high + _TITLE) + _TITLE + _CLOCK) / figure.get_figheight()
+        share = high / figure.get_figheight()
+        axes = figure.add_axes((column / columns, 1.0 - top - share, 1.0 / columns, share))
+        axes.axis("off")
+        axes.set_title(fold(scene.caption, _WIDTH), fontsize=9, parse_math=False)
+        shown.append(axes.imshow(images[number * len(times)], interpolation="nearest", aspect="auto"))
+    pace = f", {slower:g} times slower" if slower != 1.0 else ""
+    clock = figure.text(0.01, 1.0 - 0.2 / figure.get_figheight(), "", fontsize=9, parse_math=False)
+
+    def show(frame: int) -> list[AxesImage]:
+        k = min(frame, len(times) - 1)
+        for number, image in enumerate(shown):
+            image.set_data(images[number * len(times) + k])
+        clock.set_text(f"{replay.title}: {times[k]:.2f} s{pace}; red line: the goal")
+        return shown
+
+    film = FuncAnimation(figure, show, frames=len(times) + round(_PAUSE * _RATE), blit=False)
+    write_atomic(path, partial(_save, film))
+
+
+def _save(film: FuncAnimation, path: Path) -> None:
+    writer: AbstractMovieWriter = PillowWriter(fps=_RATE)
+    if path.suffix in _CODECS:
+        matplotlib.rcParams["animation.ffmpeg_path"] = _find_ffmpeg(path)
+        even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
+        writer = FFMpegWriter(fps=_RATE, codec=_CODECS[path.suffix], extra_args=even)
+    film.save(path, writer=writer)
+
+
+def _find_ffmpeg(path: Path) -> str:
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+    except ImportError as error:
+        problem = f"is {path}, which needs FFmpeg: pip install imageio-ffmpeg (a .gif needs nothing)"
+        raise BadValueError("FILE", "", problem) from error
+    return str(get_ffmpeg_exe())
+
+
+def _find_height(directives: Path) -> Array:
+    """Finds the line at the height to hold."""
+    arm = load_arm(directives)
+    context = arm.plant.CreateDefaultContext()
+    arm.set_posture(context, arm.home)
+    base = arm.plant.get_joint_actuator(arm.plant.GetJointActuatorIndices()[0]).joint().frame_on_parent()
+    return find_held_height(*(each.CalcPoseInWorld(context).translation() for each in (base, arm.hand)))
