@@ -44,5 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     took = time.perf_counter() - start
     folded = [part for line in lines for part in break_line(line, find_width())]
     text = "\n".join([*folded, f"{arguments.out}: written in {took:.1f} s; see {PAGE} or {TEXT} there"])
-    print_answer(arguments, text, {"folder": arguments.out, "report": arguments.out / PAGE, "findings": lines})
+    print_answer(
+        arguments, text, {"folder": str(arguments.out), "report": str(arguments.out / PAGE), "findings": lines}
+    )
     return 0

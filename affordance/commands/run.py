@@ -96,8 +96,8 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
         begin=lambda names: options.tell(arguments, describe_plan(names, setup)) if len(names) > 1 else None,
         announce=lambda page: options.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
     )
-    numbers = {name: setup.out / name / "metrics.json" for name in experiments if name not in left_out}
-    content = {"report": report, "numbers": numbers, "left_out": left_out}
+    numbers = {name: str(setup.out / name / "metrics.json") for name in experiments if name not in left_out}
+    content = {"report": str(report), "numbers": numbers, "left_out": left_out}
     options.print_answer(arguments, f"The report: {report}", content)
     if left_out:
         print(f"Left out, for reasons given in the report: {', '.join(left_out)}", file=sys.stderr)

@@ -3,8 +3,11 @@
 from pathlib import Path
 
 import pytest
+from helpers.answers import answer
 from helpers.refusals import refuse_command
 from helpers.robot_files import write_urdf
+
+from affordance.commands import import_arm
 
 
 @pytest.mark.parametrize(
@@ -35,3 +38,10 @@ def test_file_and_tip_must_be_given(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert (
         "--tip: is missing: link or frame of two_arms.urdf that holds things; limbs end in right_4 (4 joints)" in said
     )
+
+
+def test_answer_as_json_names_the_folder_and_the_findings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(import_arm, "import_arm", lambda *_, **__: ["7 joints", "warning: no mesh"])
+    content = answer("import-arm", "any.urdf", "--out", tmp_path / "new", "--json").content
+    assert content["folder"] == str(tmp_path / "new")
+    assert content["findings"] == ["7 joints", "warning: no mesh"]

@@ -26,6 +26,7 @@ def test_exit_status_says_whether_all_could_be_done(left_out, status, monkeypatc
     said = answer("run", "--repeats", 1, "--out", tmp_path, "--json", status=status)
     assert said.content["left_out"] == left_out
     assert list(said.content["numbers"]) == [name for name in OF_THE_PAPER if name not in left_out]
+    assert said.content["report"] == "results/report.html"
     assert plan in said.err
 
 
