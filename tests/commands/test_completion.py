@@ -23,7 +23,7 @@ def script(tmp_path_factory):
     ("words", "completed"),
     [
         (["ra"], "rank"),
-        (["com"], "compare-robots completion com"),
+        (["com"], "compare-learners compare-robots completion com"),
         (["rank", "--se"], "--see --seed --set"),
         (["rank", "--see", ""], "drawing features pictures"),
         (["run", "two"], "two_families"),

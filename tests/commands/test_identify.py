@@ -363,7 +363,9 @@ def test_of_several_settings_the_right_one_is_named(folder, tmp_path):
     words = ("--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0])
     text = _run(folder, *words, "--claimed", wrong, right).out
     assert f"Claimed: {right} is right, of 2 settings\n  found, in the frame flange: " in text
-    assert f"\n  {wrong}: wrong (probability 0.00), 0.730 kg at (0.0000, 0.0000, 0.0600) m, largest error" in text
+    assert (
+        f"\n  {wrong}: wrong (probability 0.00), 0.730 kg at (0.0000, 0.0000, 0.0600) m, largest torque error" in text
+    )
     assert re.search(rf"\n  {right}: right \(probability [01]\.\d\d; its moments were not compared, as", text)
     found = _run(folder, *words, "--claimed", wrong, right, other, "--json").content
     assert "claimed" not in found

@@ -72,7 +72,7 @@ def test_help_imports_nothing_that_takes_long(children):
     program = "import sys; from affordance.cli import main; main(['--help']); print('imported', *sys.modules)"
     out, _ = children([sys.executable, "-c", program]).communicate()
     text, _, modules = out.partition("imported ")
-    assert "  identify       identify a payload from recordings" in text
+    assert "  identify         identify a payload from recordings" in text
     assert "affordance.commands.study" in modules.split()
     assert not {"matplotlib", "numpy", "pydantic", "pydrake", "scipy"} & set(modules.split())
 
