@@ -34,7 +34,7 @@ def check_film(path: Path) -> None:
 
 
 def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> None:
-    """Writes a film of all scenes at the same time, of so many seconds of each, and so many times slower.
+    """Writes a film of all scenes at the same time: their first seconds, slowed down by a factor.
 
     The suffix says whether it is a GIF, WebM or MP4 (H.264).
     """
