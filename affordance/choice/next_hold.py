@@ -153,7 +153,7 @@ def advise_hold(
 def _rank(
     candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
 ) -> tuple[tuple[RankedHold, ...], Outlook]:
-    """Ranks objects by the worth of holding each, and prepares to look further ahead."""
+    """Ranks objects by the value of holding each one, and prepares the samples for looking further ahead."""
     arm, noise = load_arm(settings.arm), settings.noise
     static, priced = StaticHold(arm), PricedDecisions(decisions)
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))

@@ -20,7 +20,7 @@ _PEAK = 0.95
 
 
 class Share(NamedTuple):
-    """Share of one material in the uncertainty of the difference of two options' costs."""
+    """Fraction of the uncertainty in the cost difference between two options that is due to one material."""
 
     colour: Colour  # colour by which the material is known
     # Share of the variance that its density explains, [1]; negative where materials act against each other.

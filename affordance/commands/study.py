@@ -1,4 +1,4 @@
-"""``affordance study``: lists the studies, each of which is a command, in a clone of the repository."""
+"""``affordance study``: in a clone of the repository, lists the studies, each of which is a command."""
 
 import argparse
 import json

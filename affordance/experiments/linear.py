@@ -152,7 +152,7 @@ def read(name: str, setup: Setup) -> list[Tool]:
 
 
 def collect(name: str, setup: Setup) -> pd.DataFrame:
-    """Lets observers of each learner lift the objects of a group."""
+    """Simulates observers with each of the learners, who lift the objects of a group."""
     return run_lifts(name, setup, read(name, setup), design)
 
 

@@ -222,7 +222,7 @@ def _read(name: str, experiment: Experiment, setup: Setup) -> None:
 
 
 class _Attempts:
-    """Collects the errors of some of several experiments, by name, so that the others can be done."""
+    """Collects errors by name of the experiment, so that the other experiments can still be run."""
 
     def __init__(self, number: int) -> None:
         """Sets the number of experiments."""

@@ -357,7 +357,7 @@ def save_picture(seed: int, number: int, reason: str, folder: Path) -> None:
 
 
 def draw_pictures(seed: int, numbered: Sequence[tuple[int, str]]) -> Figure:
-    """Draws pictures of random objects, each by its number and a note."""
+    """Draws pictures of random objects, each labelled with its number and a note."""
     views = []
     for number, note in numbered:
         name, picture = draw_numbered_object(seed, number).name, take_picture(seed, number)

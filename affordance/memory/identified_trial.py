@@ -26,7 +26,7 @@ def build_identified_trial(
 ) -> TrialEvidence:
     """Builds the evidence of a run with an object that a camera saw, in the object's frame.
 
-    The share is the standard deviation of the unseen mass, relative to the mass. A payload that was identified
+    The share is the standard deviation of the unseen mass divided by the total mass. A payload that was identified
     without the object raises a BadArgumentError.
     """
     if belief.felt is None:

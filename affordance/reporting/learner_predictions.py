@@ -99,7 +99,7 @@ def contrast_learners(
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
-    """Computes the probability that the second value exceeds the first, both with further normal noise."""
+    """Computes the probability that the second value exceeds the first after normal noise is added to each."""
     differences = second[:, None] - first
     if extra_sd > 0.0:
         return float(norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())

@@ -69,7 +69,7 @@ def find_joint_fault(
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     unit: str = "rad",
 ) -> str:
-    """Describes a range or an axis that no joint can have, with the unit of angles; empty for a valid joint.
+    """Returns a message about a range or an axis that is impossible for a joint; empty if the joint is valid.
 
     Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses,
     and it is reported only if it belongs to the arm.
@@ -130,7 +130,7 @@ class Inertial(NamedTuple):
 
 
 class Visual(NamedTuple):
-    """Shape that a file draws on a link."""
+    """Visual shape of a link in a robot's file."""
 
     shape: str  # ``mesh``, ``box``, ``cylinder``, ``sphere``, ``ellipsoid`` or ``capsule``
     # Scale of a mesh, edges of a box, radius and length of a cylinder or capsule, radii, [m].

@@ -1,7 +1,8 @@
 """Path, blow and objects that an arm can handle, found by proposals in a fixed order; every change is reported.
 
-The path is tried unchanged, mirrored, slower, and last smaller; the blow unchanged, slower, and less deep; objects
-are changed only if the arm cannot hold them. Everything is planned as in the experiments, with the true densities,
+The path is tried unchanged, mirrored, slower and, finally, smaller; the blow is tried unchanged, slower and less
+deep; objects are changed only if the arm cannot hold them. Everything is planned as in the experiments, with the
+true densities,
 and feasible plans are simulated as in the experiments; how is handed in.
 """
 

@@ -1,4 +1,4 @@
-"""Extraction of an arm from a robot's file, by the options of an import; nothing is written here."""
+"""Extraction of an arm from a robot's file according to the options of an import; writes no files."""
 
 import math
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Arm alone, with every body that is fixed to a link merged into that link.
 
-Frames: L the frame of a link, which is the frame of the joint that carries it, on the moving side; B the base; H the
-hand, at the tip, Hx pointing out of it.
+Frames: L the frame of a link, that is the frame, on the moving side, of the joint that carries the link; B the base;
+H the hand, at the tip, Hx pointing out of it.
 """
 
 from collections.abc import Mapping, Sequence

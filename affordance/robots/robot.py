@@ -23,7 +23,7 @@ from affordance.robots.recorded_arm import load_robot
 
 @dataclass(frozen=True)
 class Robot:
-    """Robot of a folder of models, as ``import_arm`` writes it; the paper's arm by default.
+    """Robot that is loaded from a folder of models such as ``import_arm`` writes; by default the paper's arm.
 
     ``identify``, ``rank`` and ``TrialRunner`` take one. Everything is read when it is asked for.
 

@@ -1,4 +1,4 @@
-"""Programs in files that a command names: the only code of a user's own that is loaded.
+"""Program files that are named on the command line: the only code written by a user that is loaded.
 
 Only the options that say so load one (SECURITY.md); no table, memory or cache ever does.
 """

@@ -89,9 +89,10 @@ def compute_key(
 ) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
-    It covers the program without the folders that only report, of a folder of models the files that the program
-    reads, of a configuration defined elsewhere its package, or the folder of its module, and any further folders of
-    sources. Of a function that is run with given values, all counts that it reaches (``describe_run``). A change of
+    It covers the program, except the folders that are used only for reporting; for a folder of models, the files
+    that the program reads; for a configuration that is defined elsewhere, its package or the folder of its module;
+    and any further folders of sources. Of a function that is run with given values, all counts that it reaches
+    (``describe_run``). A change of
     anything else keeps the repeats.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())

@@ -151,10 +151,11 @@ class Observer:
     def __init__(
         self, runner: TrialRunner, memory: MaterialMemory, *, duration: float, remembered: tuple[Colour, ...] = ()
     ) -> None:
-        """Sets the memory before the first presentation; each lasts a duration of at least one sample period, [s].
+        """Sets the memory before the first presentation, and the duration of every presentation, [s].
 
-        Of the memory only the colours ``remembered`` are kept beyond a presentation, or all if there are none. A
-        memory of the wrong kind, or a duration out of bounds, raises a BadArgumentError.
+        A duration is at least one sample period. Of the memory only the colours ``remembered`` are kept beyond a
+        presentation, or all if there are none. A memory of the wrong kind, or a duration out of bounds, raises a
+        BadArgumentError.
         """
         check_duration(duration, runner.settings)
         check_kind("memory", memory, MaterialMemory, _MEMORIES)

@@ -48,7 +48,7 @@ class RepeatsConfig:
 
 
 def run_block(config: RepeatsConfig, block: int) -> dict[str, NDArray[Any]]:
-    """Runs a block of observers; returns errors over standard deviations, (observers, materials), by learner."""
+    """Runs a block of observers; returns each learner's errors divided by their SDs, (observers, materials)."""
     settings = DEFAULT_SETTINGS
     static = StaticHold(load_arm(settings.arm))
     pieces = load_stock()

@@ -89,7 +89,7 @@ def _cut(first: float, seconds: float) -> Callable[[Run], Run]:
 
 
 def _close_gap(seconds: float) -> Callable[[Run], Run]:
-    """Returns a change that leaves out a stretch and hides it: the clock continues as if nothing were missing."""
+    """Returns a function that cuts a segment out of a run and conceals the gap, so that the clock continues."""
 
     def change(run: Run) -> Run:
         middle = len(run.times) // 2

@@ -299,7 +299,8 @@ def factor(covariance: Array) -> Array:
 def _invert_with_identity(M: Array) -> Array:
     """Computes inverses of many I + M, several times faster than a solver.
 
-    M is positive semidefinite, shape (..., 2, 2), so that the determinant is at least one, however large M is.
+    M, of shape (..., 2, 2), is positive semidefinite, so that the determinant of I + M is at least one, however
+    large M is.
     """
     b, c = M[..., 0, 1], M[..., 1, 0]
     of_M = np.maximum(M[..., 0, 0] * M[..., 1, 1] - b * c, 0.0)

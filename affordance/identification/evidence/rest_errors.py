@@ -1,4 +1,4 @@
-"""Errors of an arm that is held at rest: the variance that a few postures show, and how sure they are of it."""
+"""Errors of an arm that is held at rest: their variance from a few postures, and the uncertainty of that variance."""
 
 import numpy as np
 import scipy

@@ -72,8 +72,9 @@ class WeightedBodies(NamedTuple):
     def effective_size(self) -> float:
         """Number of independent samples that would estimate the means as well, for the worst of the ten parameters.
 
-        The variance of a weighted mean is estimated from sums over the samples of each ancestor, which may be
-        correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
+        The variance of a weighted mean is estimated from sums over the samples that descend from each ancestor,
+        because samples with a common ancestor may be correlated (Lee & Whiteley 2018, Variance estimation in the
+        particle filter).
         """
         away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
         sums = np.zeros_like(away)

@@ -117,7 +117,7 @@ def infer_parts(
     rng: np.random.Generator,
     num_samples: int,
 ) -> PartPosterior:
-    """Applies Bayes' rule to a run with a seen object, placed in the frame of the tip.
+    """Applies Bayes' rule to a run with an object that was seen, whose pose is in the frame of the tip.
 
     Standard deviations are of the density about its material's mean, [kg/m^3], of the unseen mass, as a fraction of
     the mass, and, relative, of a factor common to all gains, which is treated to first order. If fewer than one

@@ -56,7 +56,7 @@ def join_tables(parts: Sequence[Path], tables: Sequence[RunTable]) -> RunTable:
 
 
 def check_clock(parts: Sequence[Path], tables: Sequence[RunTable], time: int) -> None:
-    """Raises a BadValueError for a part that begins before the one before it has ended, by the column of times."""
+    """Raises a BadValueError if, according to the time column, a part begins before the previous part ends."""
     times = [table.values[:, time] for table in tables]
     for (before, earlier), (part, later) in itertools.pairwise(zip(parts, times, strict=True)):
         if len(earlier) and len(later) and not later[0] > earlier[-1]:
