@@ -118,7 +118,7 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
         (["--draws", "2"], "--draws: is 2, must be from 4 to 10000; the nearest is 4"),
         (["--draws", "10000", "--particles", "100"], "--draws: is 10000, must be at most 1000 with 100 particles"),
         (["--of", "people"], "lifts.csv: --of: is 'people', must be"),
-        (["--set", "learner.kappa=2"], "--set: learner.kappa: changes nothing here"),
+        (["--set", "learner.kappa=2"], "--set: learner.kappa: has no effect here"),
     ],
 )
 def test_what_cannot_be_fitted_is_refused_in_one_line(table, tmp_path, monkeypatch, words, said):
