@@ -4,6 +4,7 @@ A command is a module of ``affordance.commands``, imported on demand, so that ``
 cannot be imported. The name of an experiment stands for ``run`` with that experiment.
 """
 
+import argparse
 import contextlib
 import logging
 import os
@@ -21,6 +22,7 @@ from affordance.commands.terminal import RED, ElapsedTime, QuietErrors, ShownOut
 from affordance.drake.system_libraries import provide_libraries
 from affordance.exceptions import PROSE, AffordanceError, describe_choice, show_text
 from affordance.files.model_folder import import_study
+from affordance.runs.program_errors import blame_programs
 from affordance.version import __version__
 
 # Commands that need no library of the system.
@@ -106,7 +108,15 @@ def _run(words: Sequence[str], program: str) -> int:
         if elapsed is not None:
             stack.callback(elapsed.end)
         stack.enter_context(contextlib.redirect_stdout(cast(TextIO, output)))
+        stack.enter_context(blame_programs(_list_programs(chosen)))
         return command.run(chosen)
+
+
+def _list_programs(chosen: argparse.Namespace) -> list[Path]:
+    """Lists the files of a user's own learners that the options name."""
+    given = getattr(chosen, "learner", None) or []
+    words = [given] if isinstance(given, str) else given
+    return [Path(word.rpartition(":")[0]) for word in words if ".py:" in str(word)]
 
 
 def describe_import_error(error: ImportError) -> str:

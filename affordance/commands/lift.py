@@ -12,18 +12,19 @@ from affordance.commands.options import (
     check_bounds,
     print_answer,
     read_robot,
-    refuse_changes,
 )
 from affordance.commands.setups import read_setup
 from affordance.commands.tables import add_table_options, open_table
 from affordance.commands.terminal import find_width
+from affordance.exceptions import BadValueError
 from affordance.experiments.suite import Experiment, check_own_name, run_suite
 from affordance.experiments.table_lifts import TableExperiment
 from affordance.experiments.trials import check_cost
 from affordance.files.bounded import read_json
-from affordance.named_settings import parse_changes
+from affordance.named_settings import change_settings, parse_changes
 from affordance.reporting.lift_means import describe_means
 from affordance.robots.kept import open_robot
+from affordance.settings import DEFAULT_SETTINGS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,14 +41,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prints means with intervals, and writes the table of lifts, figures and a report."""
     check_bounds(arguments)
-    refuse_changes(arguments, ["learner"], "learners are chosen by --learner, which may be repeated")
+    changes = dict(parse_changes(arguments.changes))
+    if "learner" in changes:
+        raise BadValueError("--set", "learner", "has no effect here: learners are chosen by --learner")
+    own = {name: changes.pop(name) for name in list(changes) if name.startswith("learner.")}
+    if own and len(arguments.learner) != 1:
+        raise BadValueError("--set", next(iter(own)), "is of one learner, must come with one --learner")
     robot = open_robot(*read_robot(arguments))
     learners = tuple(dict.fromkeys(map(load_learner, arguments.learner))) or tuple(LEARNERS.values())
+    if own:
+        learners = (change_settings(replace(DEFAULT_SETTINGS, learner=learners[0]), own).learner,)
     name = check_own_name(arguments.trials)
     table, tasks = open_table(arguments, arguments.trials, robot)
     check_cost(table, arguments.repeats, len(learners))
     trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
-    setup = replace(read_setup(arguments, robot, parse_changes(arguments.changes)), observers=trials.observers)
+    setup = replace(read_setup(arguments, robot, changes), observers=trials.observers)
     report, _ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
     means = read_json(setup.out / name / "metrics.json")["means"]
     lines = [describe_means(means, find_width())]

@@ -2,7 +2,7 @@
 
 import re
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -25,6 +25,20 @@ def blame_program(path: Path) -> Iterator[None]:
         if not where and (frames := traceback.extract_tb(error.__traceback__)):
             what += f" (in {Path(frames[-1].filename).name}, line {frames[-1].lineno})"
         raise BadValueError(path, where, what) from error
+
+
+@contextmanager
+def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
+    """Translates mistakes that went through one of a user's files to a BadValueError that names file and line."""
+    try:
+        yield
+    except (AffordanceError, MemoryError):
+        raise
+    except Exception as error:
+        for path in paths:
+            if where := _find_line(path.resolve(), error):
+                raise BadValueError(path, where, f"{type(error).__name__}: {error}") from error
+        raise
 
 
 def _find_line(path: Path, error: BaseException) -> str:

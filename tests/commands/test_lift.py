@@ -138,3 +138,20 @@ def test_participants_of_experiments_whose_objects_are_held_are_refused():
     said = refuse_command("run", "weight", "--set", "participant.push_error=0.2")
     problem = "changes nothing in weight, whose objects are held in simulations; it is for lifts"
     assert said == f"affordance: --set: participant: {problem}"
+
+
+def test_parameter_and_slip_of_ones_own_learner(folder):
+    """A parameter of the one learner is changed, and a mistake in its file is named by file and line."""
+    own = folder / "slip.py"
+    own.write_text(
+        "from affordance.belief.one_density import OneDensity\n\n\n"
+        "class Mine(OneDensity):\n"
+        "    def learn(self, state, seen, find_likelihood, rng):\n"
+        '        return state["gian"]\n'
+    )
+    words = ("lift", "--trials", "trials.csv", "--objects", "objects.yaml", *NAMED, "--jobs", 1)
+    said = refuse_command(*words, "--learner", f"{own}:Mine")
+    assert said.endswith("slip.py: line 6, in learn: KeyError: 'gian'")
+    changed = ("--set", "learner.kappa=0.3")
+    assert "is of one learner, must come with one --learner" in refuse_command(*words, *changed)
+    assert answer(*words, "--learner", "kinds_map", *changed).lines
