@@ -9,6 +9,7 @@ from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.pricing import Amount
+from affordance.choice.weighed import Surprise, WeighedObject, condition_object
 from affordance.objects.colour import show_colour
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -42,6 +43,7 @@ class Expectation(NamedTuple):
 
     whole: ExpectedBody
     parts: tuple[ExpectedBody, ...]
+    surprises: tuple[Surprise, ...] = ()  # weighings that contradict drawing and materials
 
 
 def expect(
@@ -50,7 +52,9 @@ def expect(
     settings: Settings = DEFAULT_SETTINGS,
     features: Sequence[ComponentFeatures] | None = None,
 ) -> Expectation:
-    """Returns what is expected of a thing by its look, before anything is held.
+    """Returns what is expected of a thing by its look and its weighings, before anything is held.
+
+    A weighing is evidence of densities. Errors of the drawing are added to it, so that intervals are not too narrow.
 
     Args:
         tool: Thing that is looked at; its true densities are not.
@@ -67,7 +71,13 @@ def expect(
     seen = measure_drawing(tool) if features is None else features
     recalled = memory.recall([part.appearance for part in seen], settings.prior)
     rng = np.random.default_rng(_SEED)
-    drawn = recalled.densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
+    densities, surprises = recalled.densities, tuple[Surprise, ...]()
+    weighings = tuple(each for each in tool.weighings if len(seen) == len(tool.components) or not each.parts)
+    if weighings:
+        of_colours = measure_geometry(seen, recalled.columns, densities.size)
+        weighed = WeighedObject(seen, recalled.columns, of_colours, weighings)
+        densities, surprises = condition_object(densities, tool.name, weighed, settings.prior)
+    drawn = densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     rho = drawn[:, list(recalled.columns)]  # (S, parts)
     geometry = measure_geometry(seen, range(len(seen)), len(seen))
     errors = rng.standard_normal((_NUM_SAMPLES, len(geometry.Phi_errors)))
@@ -79,7 +89,7 @@ def expect(
     shown = {part.looks_like.colour: part.looks_like.name for part in tool.components}
     names = [shown.get(part.colour) or show_colour(part.colour) for part in seen]
     parts = tuple(_summarise(name, pi) for name, pi in zip(names, bodies, strict=True))
-    return Expectation(_summarise(tool.name, np.sum(bodies, axis=0)), parts)
+    return Expectation(_summarise(tool.name, np.sum(bodies, axis=0)), parts, surprises)
 
 
 def _summarise(name: str, pi: Array) -> ExpectedBody:

@@ -71,15 +71,9 @@ def condition_on_weighings(
         if not weighed.weighings:
             continue
         likelihood = compute_likelihood(weighed, np.maximum(single.untruncated_mean, 0.0))
-        for each in weighed.weighings:
-            volumes = _sum_volumes(weighed, each, size)
-            expected, variance = (
-                float(volumes @ single.untruncated_mean),
-                float(volumes @ single.covariance @ volumes),
-            )
-            if abs(each.mass - expected) > _ODD * np.sqrt(variance + each.sd**2):
-                surprises.append(Surprise(name, each.mass, expected, float(np.sqrt(variance))))
-                odd.append(number)
+        found = _find_surprises(single, name, weighed)
+        surprises += found
+        odd += [number] * len(found)
         evidence.append(likelihood.embed(range(number * size, (number + 1) * size), joint.size))
     if odd:
         covariance = joint.covariance.copy()
@@ -90,6 +84,30 @@ def condition_on_weighings(
     for likelihood in evidence:
         joint = joint.condition(likelihood)
     return joint, tuple(surprises)
+
+
+def condition_object(
+    belief: DensityBelief, name: str, weighed: WeighedObject, prior: Prior
+) -> tuple[DensityBelief, tuple[Surprise, ...]]:
+    """Conditions the belief about one object's own densities on its weighings, as ``condition_on_weighings`` does."""
+    surprises = _find_surprises(belief, name, weighed)
+    likelihood = compute_likelihood(weighed, np.maximum(belief.untruncated_mean, 0.0))
+    if surprises:
+        wider = belief.covariance + prior.sd**2 * np.eye(belief.size)
+        belief = DensityBelief.from_moments(belief.untruncated_mean, wider)
+    return belief.condition(likelihood), tuple(surprises)
+
+
+def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) -> list[Surprise]:
+    """Finds the weighings that contradict the belief about an object's own densities."""
+    found = []
+    for each in weighed.weighings:
+        volumes = _sum_volumes(weighed, each, belief.size)
+        expected = float(volumes @ belief.untruncated_mean)
+        variance = float(volumes @ belief.covariance @ volumes)
+        if abs(each.mass - expected) > _ODD * np.sqrt(variance + each.sd**2):
+            found.append(Surprise(name, each.mass, expected, float(np.sqrt(variance))))
+    return found
 
 
 def _sum_volumes(weighed: WeighedObject, weighing: Weighing, size: int) -> Array:

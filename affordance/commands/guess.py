@@ -11,7 +11,7 @@ from affordance.exceptions import BadValueError, describe_choice
 from affordance.memory.past_arms import describe_past_arms
 from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
-from affordance.reporting.advice_text import describe_knowledge
+from affordance.reporting.advice_text import describe_knowledge, describe_surprise
 from affordance.reporting.expectation_text import build_expectations, describe_expectations
 from affordance.reporting.formatting import break_line
 from affordance.robots.kept import open_robot
@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     name = Path(arguments.memory).name if arguments.memory else None
     knowledge = f"materials: {describe_knowledge(named, name or '')}"
     width = find_width()
+    cautions += [describe_surprise(surprise) for each in expected for surprise in each.surprises]
     lines = [*cautions, *describe_expectations(expected, width, by_part=True), knowledge]
     text = "\n".join(part for line in lines for part in break_line(line, width))
     content = {

@@ -31,7 +31,7 @@ def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -
     """Writes an advice for a terminal of a width, 0 for any; the first line is that of ``describe_choice_of``."""
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
-    lines = [describe_choice_of(advice, question), title, *map(_say_surprise, question.surprises)]
+    lines = [describe_choice_of(advice, question), title, *map(describe_surprise, question.surprises)]
     lines += [f"warning: {each}" for each in question.remarks]
     if question.num_other_arms:
         lines.append(describe_past_arms(question.robot, question.num_other_arms))
@@ -107,7 +107,8 @@ def describe_knowledge(known: NamedBelief, memory: str) -> str:
     return "; ".join(parts)
 
 
-def _say_surprise(surprise: Surprise) -> str:
+def describe_surprise(surprise: Surprise) -> str:
+    """Warns of a weighing that contradicts drawing and materials."""
     return (
         f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, and its drawing and materials say "
         f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing counts"

@@ -71,3 +71,20 @@ def test_memory_narrows_what_it_knows(memory):
 def test_what_cannot_be_guessed_is_refused(words, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert said in refuse_command("guess", *words)
+
+
+@pytest.mark.parametrize(
+    ("mass", "words", "warns"), [(7.6, ("--know", "nothing"), False), (7.6, (), False), (3.0, (), True)]
+)
+def test_weighing_decides_the_mass_and_a_contradiction_is_said(tmp_path, mass, words, warns):
+    path = tmp_path / "box.yaml"
+    part = "{{box: [0.1, 0.1, 0.1], material: steel}}"
+    box = "tools:\n  - name: box\n    mass: {}\n    mass_sd: 0.01\n    components: [" + part + "]\n"
+    path.write_text(box.format(mass), encoding="utf-8")
+    said = answer("guess", path, *words)
+    assert ("warning: box weighs" in said.out) == warns
+    found = answer("guess", path, *words, "--json").content["expected"][0]["mass"]
+    assert found["mean"] == pytest.approx(mass, abs=0.03)
+    assert 2.0 * 1.645 * 0.01 < found["p95"] - found["p05"] < 0.15  # errors of the drawing remain
+    ranked = answer("rank", "carry", "--tools", path, *words, "--samples", 200, "--json", status=2)
+    assert "grips" in ranked.err
