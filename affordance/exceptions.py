@@ -19,7 +19,7 @@ _BLANK = re.compile(
 )
 # Most marks on one letter; more of them cover the lines around. Vietnamese has two, Hebrew four.
 _MOST_MARKS = 4
-# What a text of several lines may hold besides: line ends, tabs, and spaces of fixed width.
+# Invisible characters that a text of several lines may hold: line ends, tabs, and spaces of fixed width.
 PROSE = "\n\t\u00a0\u2009\u202f\u3000"
 # Words that replace an article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}

@@ -49,7 +49,7 @@ class FindLikelihood(Protocol):
 
 
 class Lesson(NamedTuple):
-    """What was learned from a lift: state, and belief about the object's own densities with their likelihood."""
+    """Result of learning from a lift: state, and belief about the object's own densities with their likelihood."""
 
     state: State
     densities: Normals  # (B, m)

@@ -1,4 +1,4 @@
-"""What a thing looks like it weighs: mass, centre of mass and inertia that are expected before it is held."""
+"""Mass, centre of mass and inertia that are expected of a thing by its look, before it is held."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

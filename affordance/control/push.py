@@ -14,7 +14,7 @@ from affordance.exceptions import BadArgumentError
 
 
 class Pushes(NamedTuple):
-    """How each of B observers pushes, (B,) each."""
+    """Parameters of the pushes of B observers, (B,) each."""
 
     error: Array  # SD over mean
     gain: Array

@@ -1,4 +1,4 @@
-"""What observers do in the trials of a table: each participant of the table is an observer, repeated if asked for.
+"""Simulation of the trials of a table: each participant of the table is an observer, repeated if asked for.
 
 Lifts and looks are computed in closed form, holds are simulated; one memory goes through all trials of an observer in
 their order. The seed is made of the root and the place of the participant; of a repeat after the first, its number
