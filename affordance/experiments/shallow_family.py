@@ -60,10 +60,14 @@ def run(setup: Setup) -> Results:
         numbers=numbers,
         claims=(),
         figures={
-            "ends": (
-                "Force before each lift of the smallest and the largest cylinder, over its weight.",
-                partial(draw_forces, lifts, [SMALLEST, LARGEST], title="Smallest and largest of a shallow family"),
-            )
+            "smallest": (
+                "Force before each lift of the smallest cylinder.",
+                partial(draw_forces, lifts, [SMALLEST], title="Smallest cylinder of a shallow family"),
+            ),
+            "largest": (
+                "Force before each lift of the largest cylinder.",
+                partial(draw_forces, lifts, [LARGEST], title="Largest cylinder of a shallow family"),
+            ),
         },
         lifts=select_columns(lifts),
         learners=[*numbers["learners"]],

@@ -79,11 +79,18 @@ def run(setup: Setup) -> Results:
         figures={
             "odd": (
                 "Force before each lift of the odd one.",
-                partial(draw_forces, lifts, ["odd"], title="Six lifts of an odd one, a third as heavy as it looks"),
+                partial(
+                    draw_forces, lifts, ["odd"], title="Six lifts of an odd object, a third as heavy as it looks"
+                ),
             ),
             "family": (
                 "Force before each lift of the family, over the true weight of its object.",
-                partial(draw_forces, lifts, [*FAMILY], title="Its family, the last four lifts after the odd one"),
+                partial(
+                    draw_forces,
+                    lifts,
+                    [*FAMILY],
+                    title="The rest of the family; the last four lifts come after the odd object",
+                ),
             ),
         },
         lifts=select_columns(lifts),

@@ -74,11 +74,11 @@ def run(setup: Setup) -> Results:
         figures={
             "small": (
                 "Force before each lift of the small ones, over the true weight of the object.",
-                partial(draw_forces, lifts, [*SMALL], title="Small ones, 15 kg/m"),
+                partial(draw_forces, lifts, [*SMALL], title="Small objects, dense: 15 kg per metre of height"),
             ),
             "large": (
                 "Force before each lift of the large ones, over the true weight of the object.",
-                partial(draw_forces, lifts, [*LARGE], title="Large ones, 5 kg/m"),
+                partial(draw_forces, lifts, [*LARGE], title="Large objects, light: 5 kg per metre of height"),
             ),
         },
         lifts=select_columns(lifts),

@@ -97,7 +97,7 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
         left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
         left.plot(100.0 * targets[label], 0.5, MARKERS[k % len(MARKERS)], color=colour)
     left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
-    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
+    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="bound of the median")
     left.set(
         xscale="log", xlim=(0.01, 100.0), ylim=(0.0, 1.02), xlabel="error at most (%)", ylabel="proportion of cases"
     )
@@ -107,7 +107,9 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
     right.plot(levels, levels, ":", color="#000000", label="exact")
     right.plot(levels, covered, color=OBJECT_COLOURS[0], label=f"predicted mass, {len(claimed)} objects")
     right.plot([0.9, 0.9], [0.85, 0.95], color=OBJECT_COLOURS[2], linewidth=3.0, label="target")
-    right.set(xlabel="interval claimed to hold the truth with probability", ylabel="proportion of intervals that do")
+    right.set(
+        xlabel="interval claimed to hold the truth with probability", ylabel="proportion of intervals that hold it"
+    )
     right.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
     tidy(left, right)
     return figure

@@ -1,5 +1,6 @@
 """Figures of learners: forces lift by lift, with human data."""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from affordance.reporting.statistics import estimate_mean
 _BLACK = "#000000"
 # Most observers that are drawn one by one, and most objects that have a row of panels.
 _MOST_DRAWN, _MOST_OBJECTS = 30, 8
+_MOST_COLUMNS = 3  # of panels side by side, so that text is readable on a slide
 
 
 class LiftCurve(NamedTuple):
@@ -57,8 +59,13 @@ def draw_lifts(
     True weights in each lift, (C,), [N], are None if forces were divided by them. Forces of P people lift by lift,
     (P, C), [N], NaN where missing, are drawn behind.
     """
-    figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
-    panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
+    columns = min(len(curves), _MOST_COLUMNS)
+    rows = math.ceil(len(curves) / columns)
+    figure = Figure(figsize=(4.0 * max(2, columns), 1.3 + 3.0 * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    panels = grid.ravel()[: len(curves)]
+    for axes in grid.ravel()[len(curves) :]:
+        axes.remove()
     for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
         lifts = np.arange(1, curve.forces.shape[1] + 1)
         if people_lifts is not None and len(people_lifts):
@@ -89,10 +96,12 @@ def draw_lifts(
                 zorder=5,
             )
         axes.set_title(f"{curve.label}, {count_observers(len(curve.forces))}", fontsize=FONT_SIZE)
+        axes.tick_params(labelbottom=True)
         axes.set_xlabel("lift")
         tidy(axes)
-    unit = "(true weights)" if weights is None else "(N)"
-    panels[0].set_ylabel(f"upward force before release {unit}")
+    unit = "over weight" if weights is None else "(N)"
+    for axes in grid[:, 0]:
+        axes.set_ylabel(f"force before release {unit}")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=2)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)
