@@ -12,4 +12,4 @@ def test_forces_for_different_weights_are_drawn_as_shares_of_them():
     curves = {line.get_label(): line.get_ydata() for line in axes.lines}
     np.testing.assert_allclose(curves["mean of observers"], [0.5, 1.0, 1.0])
     np.testing.assert_array_equal(curves["true weight"], 1.0)
-    assert axes.get_ylabel() == "upward force before release (true weights)"
+    assert axes.get_ylabel() == "force before release over weight"
