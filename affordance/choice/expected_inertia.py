@@ -9,7 +9,7 @@ from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.pricing import Amount
-from affordance.choice.weighed import Surprise, WeighedObject, condition_object
+from affordance.choice.weighed import Surprise, WeighedObject, condition_object, draw_drawing_errors
 from affordance.objects.colour import show_colour
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -54,7 +54,7 @@ def expect(
 ) -> Expectation:
     """Returns what is expected of a thing by its look and its weighings, before anything is held.
 
-    A weighing is evidence of densities. Errors of the drawing are added to it, so that intervals are not too narrow.
+    A weighing is evidence of densities and of errors of the drawing, which together make the mass that was weighed.
 
     Args:
         tool: Thing that is looked at; its true densities are not.
@@ -80,7 +80,10 @@ def expect(
     drawn = densities.draw_samples(rng, _NUM_SAMPLES, is_even=True)
     rho = drawn[:, list(recalled.columns)]  # (S, parts)
     geometry = measure_geometry(seen, range(len(seen)), len(seen))
-    errors = rng.standard_normal((_NUM_SAMPLES, len(geometry.Phi_errors)))
+    if weighings:
+        errors = draw_drawing_errors(weighed, rho, rng)
+    else:
+        errors = rng.standard_normal((_NUM_SAMPLES, len(geometry.Phi_errors)))
     bodies = []
     for number in range(len(seen)):
         alone = np.zeros_like(rho)

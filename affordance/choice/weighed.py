@@ -11,6 +11,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import Geometry
 from affordance.objects.weighing import Weighing
 from affordance.vision.features import ComponentFeatures
+from affordance.vision.systems import measure_geometry
 
 # Distance between a weighing and what was believed, in standard deviations, above which the object is odd: it is not
 # of its materials, or not as it is drawn. Outliers of lifts are counted from the same distance.
@@ -38,14 +39,57 @@ class Surprise(NamedTuple):
 def compute_likelihood(weighed: WeighedObject, expected: Array) -> Likelihood:
     """Computes the likelihood of an object's own densities, (M,); sizes have errors at the expected densities."""
     size = weighed.geometry.Phi.shape[1]
-    found = Likelihood(np.zeros((size, size)), np.zeros(size), 0.0)
-    errors_of_mass = weighed.geometry.Phi_errors[:, 0] @ expected  # (G,), [kg] per standard deviation
-    for each in weighed.weighings:
-        volumes = _sum_volumes(weighed, each, size)
-        variance = each.sd**2 + float(errors_of_mass @ errors_of_mass)
-        own = Likelihood(np.outer(volumes, volumes) / variance, volumes * each.mass / variance, 0.0)
-        found = found.add(own._replace(log_peak=0.0, num_values=1))
-    return found
+    volumes = np.array([_sum_volumes(weighed, each, size) for each in weighed.weighings]).reshape(-1, size)
+    errors = compute_mass_errors(weighed, expected[list(weighed.columns)])  # (W, G)
+    covariance = np.diag([each.sd**2 for each in weighed.weighings]) + errors @ errors.T
+    weights = np.linalg.solve(covariance, volumes)  # (W, M)
+    masses = np.array([each.mass for each in weighed.weighings])
+    return Likelihood(volumes.T @ weights, weights.T @ masses, 0.0, 0.0, len(masses))
+
+
+def compute_mass_errors(weighed: WeighedObject, rho: Array) -> Array:
+    """Computes how weighed masses change with the errors of the drawing, in standard deviations of these.
+
+    Args:
+        weighed: Object of K parts with W weighings and G errors of its drawing.
+        rho: Densities of the parts, shape (..., K), [kg/m^3].
+
+    Returns: Derivatives, shape (..., W, G), [kg].
+    """
+    parts = measure_geometry(weighed.parts, range(len(weighed.parts)), len(weighed.parts))
+    is_weighed = np.array(
+        [[not each.parts or k in each.parts for k in range(len(weighed.parts))] for each in weighed.weighings]
+    ).reshape(-1, len(weighed.parts))
+    return np.einsum("wk,gk,...k->...wg", is_weighed, parts.Phi_errors[:, 0], rho)
+
+
+def draw_drawing_errors(weighed: WeighedObject, rho: Array, rng: np.random.Generator) -> Array:
+    """Draws errors of a drawing, given weighings and samples of the densities that were conditioned on these.
+
+    Given the densities, the weighed masses are linear in the errors e, m = V rho + G e + noise, and e is a priori
+    N(0, I), so that its posterior is normal too. Errors that were drawn from the prior would be counted twice: the
+    likelihood of the densities has them already.
+
+    Args:
+        weighed: Object of K parts with G errors of its drawing.
+        rho: Samples of the densities of its parts, shape (S, K), [kg/m^3].
+        rng: Random number generator.
+
+    Returns: Errors, shape (S, G), in standard deviations.
+    """
+    slopes = compute_mass_errors(weighed, rho)  # (S, W, G)
+    volumes = np.array([part.shape.volume for part in weighed.parts])
+    weights = slopes / np.array([each.sd**2 for each in weighed.weighings])[:, None]
+    masses = [
+        each.mass - sum(volumes[k] * rho[:, k] for k in range(len(volumes)) if not each.parts or k in each.parts)
+        for each in weighed.weighings
+    ]
+    precision = np.eye(slopes.shape[-1]) + np.swapaxes(weights, -1, -2) @ slopes
+    mean = np.linalg.solve(precision, np.einsum("swg,ws->sg", weights, np.array(masses))[..., None])
+    noise = rng.standard_normal((*mean.shape[:2], 1))
+    factor = np.linalg.cholesky(precision)
+    drawn: Array = (mean + np.linalg.solve(np.swapaxes(factor, -1, -2), noise))[..., 0]
+    return drawn
 
 
 def condition_on_weighings(
@@ -91,11 +135,14 @@ def condition_object(
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
     """Conditions the belief about one object's own densities on its weighings, as ``condition_on_weighings`` does."""
     surprises = _find_surprises(belief, name, weighed)
-    likelihood = compute_likelihood(weighed, np.maximum(belief.untruncated_mean, 0.0))
     if surprises:
         wider = belief.covariance + prior.sd**2 * np.eye(belief.size)
         belief = DensityBelief.from_moments(belief.untruncated_mean, wider)
-    return belief.condition(likelihood), tuple(surprises)
+    # Errors of sizes count at the densities that the weighings give, as in a step of Gauss and Newton.
+    posterior = belief
+    for _ in range(3):
+        posterior = belief.condition(compute_likelihood(weighed, np.maximum(posterior.untruncated_mean, 0.0)))
+    return posterior, tuple(surprises)
 
 
 def _find_surprises(belief: DensityBelief, name: str, weighed: WeighedObject) -> list[Surprise]:

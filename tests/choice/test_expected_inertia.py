@@ -1,6 +1,7 @@
 """What is expected of a thing: the belief for one material, brute force for two, nothing of the truth."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,9 +14,11 @@ from affordance.exceptions import BadArgumentError
 from affordance.experiments.lifts import cylinder
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
+from affordance.objects.weighing import Weighing
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.eye import measure_features
+from affordance.vision.eye import measure_drawing, measure_features
 from affordance.vision.features import VisionError
+from affordance.vision.systems import measure_geometry
 
 CAN = cylinder("can", radius=0.04, height=0.1, mass=0.5)
 (STICK, *_) = load_tools(MODELS / "tools" / "novel.yaml")
@@ -70,6 +73,25 @@ def test_parts_of_two_materials_are_those_of_brute_force():
     assert [part.name for part in expected.parts] == ["beech", "steel"]
     assert sum(part.mass.mean for part in expected.parts) == pytest.approx(expected.whole.mass.mean, rel=1e-9)
     assert all(part.com[0].p95 - part.com[0].p05 < 1e-12 for part in expected.parts)
+
+
+def test_weighed_thing_has_the_moments_of_samples_weighted_by_the_weighing():
+    """Importance sampling of densities and drawing errors, whose product is in the mass, gives the same moments."""
+    sd = 0.01
+    memory, heavy = MaterialMemory(), replace(CAN, weighings=(Weighing((), 1.5, sd),))
+    found = expect(heavy, memory).whole
+    seen = measure_drawing(CAN)
+    rng = np.random.default_rng(3)
+    densities = memory.recall([part.appearance for part in seen], Prior()).densities
+    rho = densities.draw_samples(rng, 1_000_000)
+    geometry = measure_geometry(seen, [0], 1)
+    pi = geometry.compute_parameters(rho, rng.standard_normal((len(rho), len(geometry.Phi_errors))))
+    weights = np.exp(-0.5 * ((pi[:, 0] - 1.5) / sd) ** 2)
+    chosen = rng.choice(len(pi), 20_000, p=weights / weights.sum())
+    low, high = np.quantile(pi[chosen, 0], [0.05, 0.95])
+    assert found.mass.mean == pytest.approx(np.average(pi[:, 0], weights=weights), abs=0.001)
+    assert found.mass.p95 - found.mass.p05 == pytest.approx(high - low, rel=0.05)
+    assert found.inertia[0].mean == pytest.approx(np.average(pi[:, 4], weights=weights), rel=0.01)
 
 
 def test_truth_is_not_looked_at_and_same_question_has_same_answer():
