@@ -19,6 +19,8 @@ test -s results/report.html
 test "$(ls lessons | wc -l)" -eq 9
 "$work/env/bin/affordance" identify --demo
 "$work/env/bin/affordance" rank --demo
+examples=$project/examples/experiments
+"$work/env/bin/affordance" lift --objects "$examples/objects.yaml" --trials "$examples/counterbalanced.csv" --out lifted
 # The examples of README and of the page of own objects, one file each.
 awk '/^```python/ {n++; on = 1; next} /^```/ {on = 0} on {print > ("example_" n ".py")}' "$project/README.md" "$project/docs/objects.md"
 for example in example_*.py; do

@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     check_cost(table, arguments.repeats, len(learners))
     trials = TableExperiment(name, table, tasks, arguments.repeats, learners)
     setup = replace(read_setup(arguments, robot, changes), observers=trials.observers)
-    report, _ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
+    report, *_ = run_suite({name: Experiment(trials.run, trials.read)}, setup)
     means = read_json(setup.out / name / "metrics.json")["means"]
     lines = [describe_means(means, find_width())]
     if table.unused:

@@ -8,6 +8,7 @@ from typing import Any
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.commands import options
 from affordance.commands.setups import check_experiment, check_learner, read_setup
+from affordance.commands.terminal import find_width
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.observers import Setup
 from affordance.experiments.suite import (
@@ -24,7 +25,7 @@ from affordance.files.bounded import read_json
 from affordance.memory.past_arms import describe_past_arms
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
-from affordance.reporting.formatting import count_observers, format_duration
+from affordance.reporting.formatting import break_line, count_observers, format_duration
 from affordance.robots.kept import open_robot
 from affordance.runs.repeats import check_folder
 from affordance.vision.features import FeatureSource
@@ -89,7 +90,7 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
             each.read(setup)
             rehearse(name, each, setup)
         options.tell(arguments, "One observer passed the whole analysis; now all others are run.")
-    report, left_out = run_suite(
+    report, left_out, findings = run_suite(
         experiments,
         setup,
         cluster=arguments.cluster,
@@ -97,8 +98,10 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
         announce=lambda page: options.tell(arguments, f"The report so far: {page.resolve().as_uri()}"),
     )
     numbers = {name: str(setup.out / name / "metrics.json") for name in experiments if name not in left_out}
-    content = {"report": str(report), "numbers": numbers, "left_out": left_out}
-    options.print_answer(arguments, f"The report: {report}", content)
+    content = {"report": str(report), "numbers": numbers, "findings": findings, "left_out": left_out}
+    width = find_width()
+    lines = [line for name, finding in findings.items() for line in break_line(f"{name}: {finding}", width)]
+    options.print_answer(arguments, "\n".join([*lines, f"The report: {report}"]), content)
     if left_out:
         print(f"Left out, for reasons given in the report: {', '.join(left_out)}", file=sys.stderr)
         return LEFT_OUT

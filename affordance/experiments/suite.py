@@ -84,10 +84,17 @@ _TAKEN = (*NAMES, *DESIGNS, *COMPARISONS, "arms", "frames")
 
 
 class SuiteResult(NamedTuple):
-    """Report of several experiments, and the reasons why some of them could not be done, by name."""
+    """Report of several experiments.
+
+    Attributes:
+        report: HTML page.
+        left_out: Reasons why some experiments could not be done, by name.
+        findings: What the others found, in a sentence each, by name.
+    """
 
     report: Path
     left_out: dict[str, str]
+    findings: dict[str, str]
 
 
 def find_experiment(name: str) -> Experiment:
@@ -167,7 +174,7 @@ def run_suite(
         for name, each in known.items()
         if attempts.make(name, partial(_read, name, each, setup), InfeasibleError)
     ]
-    done: list[str] = []
+    findings: dict[str, str] = {}
     if begin is not None:
         begin(found)
     try:
@@ -178,18 +185,18 @@ def run_suite(
                     prepare_folder(setup.out / name)
                     remove_leftovers(setup.out)
                     write_results(results, name, setup, start)
-                    done.append(name)
+                    findings[name] = results.finding
                     end_processes()
                     if len(found) > 1:
                         report = write_report(setup.out)
-                        if announce is not None and len(done) == 1:
+                        if announce is not None and len(findings) == 1:
                             announce(report)
     except SeeingError as error:
         raise save_frame(error, prepare_folder(setup.out) / "frames", type(error).__name__) from error
     for name in (*attempts.left_out, *COMPARISONS):
         remove_section(setup.out / name)  # from another run, perhaps with other models
-    note_left_out(setup.out, attempts.left_out, done=done)
-    return SuiteResult(write_report(setup.out), attempts.left_out)
+    note_left_out(setup.out, attempts.left_out, done=list(findings))
+    return SuiteResult(write_report(setup.out), attempts.left_out, findings)
 
 
 def rehearse(name: str, experiment: Experiment, setup: Setup) -> None:

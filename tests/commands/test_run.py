@@ -15,12 +15,13 @@ from affordance.experiments.suite import OF_THE_PAPER, SuiteResult
 def test_exit_status_says_whether_all_could_be_done(left_out, status, monkeypatch, tmp_path):
     def run_suite(experiments, setup, *, begin, **_):
         begin(list(experiments))
-        return SuiteResult(Path("results/report.html"), left_out)
+        return SuiteResult(Path("results/report.html"), left_out, {"weight": "the decoy rises"})
 
     monkeypatch.setattr(run, "run_suite", run_suite)
     printed = answer("run", "all", "--repeats", 1, "--out", tmp_path, status=status)
-    plan, report = printed.lines
+    plan, finding, report = printed.lines
     assert plan.startswith("weight, com, reach, hammer, vision: 1 observer each, ")
+    assert finding == "weight: the decoy rises"
     assert report == "The report: results/report.html"
     assert ("hammer" in printed.err) == bool(left_out)
     said = answer("run", "--repeats", 1, "--out", tmp_path, "--json", status=status)

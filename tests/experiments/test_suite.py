@@ -74,7 +74,7 @@ def test_experiments_are_read_first_and_run_in_turn_each_in_a_folder_of_its_name
         ["other", "one"], Setup(out=out), announce=lambda report: announced.append((report, list_files(out)))
     )
     assert made_up.done == ["read other", "read one", "run other", "run one"]
-    assert found == (out / "report.html", {})
+    assert found == (out / "report.html", {}, {"other": "A finding.", "one": "A finding."})
     files = [f"other/{name}" for name in ("data.nc", "figure.png", "figure.svg", "metrics.json", "section.json")]
     # There is a report after the first of them.
     assert announced == [(out / "report.html", [*files, "report.html"])]
@@ -130,7 +130,7 @@ def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path):
     run_suite(["other", "one"], Setup(out=tmp_path))
     assert not section.exists()
     made_up.errors.clear()
-    report, left_out = run_suite(["other"], Setup(out=tmp_path))
+    report, left_out, _ = run_suite(["other"], Setup(out=tmp_path))
     assert not left_out
     assert "cannot be carried out" not in report.read_text(encoding="utf-8")
     assert not (tmp_path / "left_out.json").exists()
