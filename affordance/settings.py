@@ -124,6 +124,11 @@ class Settings:
         faults: Faults of sensors and arm; none by default.
         learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
             is flagged either way.
+
+    Example:
+        >>> from affordance import Settings, change_settings
+        >>> change_settings(Settings(learner="kinds_map"), {"prior.sd": 8000}).prior.sd
+        8000.0
     """
 
     arm: Path = ARM

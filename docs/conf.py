@@ -19,7 +19,7 @@ from nbclient import NotebookClient  # noqa: E402
 
 from affordance import __version__  # noqa: E402
 from docs.formulas import add_formulas  # noqa: E402
-from docs.generated import fill_marks  # noqa: E402
+from docs.generated import describe_class, fill_marks, list_classes  # noqa: E402
 
 project = "Visual inertial affordances"
 author = copyright = "The developers of visual inertial affordances"
@@ -50,6 +50,8 @@ autodoc_member_order = "bysource"
 autoclass_content = "both"
 autodoc_preserve_defaults = True
 python_maximum_signature_line_length = 140
+copybutton_prompt_text = r">>> |\.\.\. "
+copybutton_prompt_is_regexp = True
 napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
 
@@ -125,6 +127,20 @@ def write_entrance(app: Any) -> None:
     (Path(app.outdir) / "index.html").write_text(f"{page}<title>{project}</title>{link}\n", encoding="utf-8")
 
 
+def write_classes(app: Any, config: object) -> None:
+    """Writes a page for each public class, before pages are listed, and removes those of former classes."""
+    folder = ROOT / "docs" / "reference" / "api"
+    folder.mkdir(exist_ok=True)
+    pages = {folder / f"{name}.md": describe_class(name) for name in list_classes()}
+    for path in set(folder.iterdir()) - set(pages):
+        path.unlink()
+    for path, text in pages.items():
+        if (
+            not path.is_file() or path.read_text(encoding="utf-8") != text
+        ):  # else the page is read anew at every build
+            path.write_text(text, encoding="utf-8")
+
+
 def check_limits(app: Any, exception: Exception | None) -> None:
     """Checks the limits of tutorials and pages of a complete site, in CI only.
 
@@ -150,6 +166,7 @@ def setup(app: Any) -> None:
     """Adds what this file defines to Sphinx."""
     add_formulas(app)
     app.connect("builder-inited", write_entrance)
+    app.connect("config-inited", write_classes)
     app.connect("source-read", fill_page)
     app.connect("doctree-read", measure_page)
     app.connect("autodoc-skip-member", skip_field)

@@ -1,7 +1,10 @@
 """Documentation site: every page is a chapter, generated parts name all there is, and links lead somewhere."""
 
 import contextlib
+import doctest
 import importlib.util
+import inspect
+import io
 import itertools
 import re
 import subprocess
@@ -33,14 +36,14 @@ _PARTS = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
 
 def list_pages():
     found = [path for folder in (".", "docs/**", "affordance/tutorials") for path in ROOT.glob(f"{folder}/*.md")]
-    return [*found, ROOT / "models" / "README.md"]
+    return [ROOT / "models" / "README.md", *(path for path in found if path.parent.name != "api")]  # generated
 
 
 def list_chapters(page):
     """Pages below a page in the site, and below those."""
     found = {page}
     for block in re.findall(r"```\{toctree\}\n(.*?)```", generated.fill_marks(page.read_text()), re.DOTALL):
-        for name in re.findall(r"^[^:\s]\S*$", block, re.MULTILINE):
+        for name in re.findall(r"^[^:\s*][^\s*]*$", block, re.MULTILINE):
             found |= list_chapters((page.parent / f"{name}.md").resolve())
     return found
 
@@ -85,7 +88,10 @@ def test_generated_parts_name_all_there_is():
         generated.PARTS[name]() for name in ("names", "commands", "settings", "errors")
     )
     for name in affordance.__all__:
-        assert f":: affordance.{name}\n" in f"{names}\n"
+        shown = generated.describe_class(name) if name in generated.list_classes() else names
+        assert f":: affordance.{name}\n" in shown
+    for name in generated.list_classes():
+        assert f"| [{name}](api/{name}.md) | " in names
     for name in COMMANDS:
         assert f"## {name}\n" in commands
     assert "`--reference-mass KG`" in commands
@@ -93,6 +99,20 @@ def test_generated_parts_name_all_there_is():
         assert f"| `{each.name}` |" in settings
     for error in ("AffordanceError", "BadArgumentError", "NoFitError"):
         assert f"| `{error}` |" in errors
+
+
+@pytest.mark.parametrize("name", generated.list_classes())
+def test_example_of_a_class_prints_what_its_page_shows(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = inspect.getdoc(getattr(affordance, name))
+    assert "\nExample:\n" in text
+    assert describe_failures(doctest.DocTestParser().get_doctest(text, {}, name, None, None)) == ""
+
+
+def describe_failures(example):
+    said = io.StringIO()
+    doctest.DocTestRunner(verbose=False).run(example, out=said.write)
+    return said.getvalue()
 
 
 def test_cells_of_a_table_hold_bars_and_line_breaks():
