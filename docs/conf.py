@@ -19,7 +19,7 @@ from nbclient import NotebookClient  # noqa: E402
 
 from affordance import __version__  # noqa: E402
 from docs.formulas import add_formulas  # noqa: E402
-from docs.generated import describe_class, fill_marks, list_classes  # noqa: E402
+from docs.generated import describe_class, fill_marks, link_documents, list_classes  # noqa: E402
 
 project = "Visual inertial affordances"
 author = copyright = "The developers of visual inertial affordances"
@@ -170,4 +170,5 @@ def setup(app: Any) -> None:
     app.connect("source-read", fill_page)
     app.connect("doctree-read", measure_page)
     app.connect("autodoc-skip-member", skip_field)
+    app.connect("autodoc-process-docstring", lambda app, what, name, thing, options, lines: link_documents(lines))
     app.connect("build-finished", check_limits)

@@ -31,6 +31,7 @@ from affordance.vision.pixels.seen_tool import ERROR
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
 _CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
+_DOCUMENT = re.compile(r"\bdocs/([\w/-]+)\.md")
 _ROOT = Path(__file__).parents[1]
 # Files that users write or edit, and the model that reads each.
 _FORMATS = {
@@ -113,7 +114,13 @@ def list_classes() -> list[str]:
 
 
 def _get_first_line(name: str) -> str:
-    return (inspect.getdoc(getattr(affordance, name)) or "").partition("\n")[0]
+    line = (inspect.getdoc(getattr(affordance, name)) or "").partition("\n")[0]
+    return _DOCUMENT.sub(r"[\1](../\1.md)", line)
+
+
+def link_documents(lines: list[str]) -> None:
+    """Links the pages that the lines of a docstring name."""
+    lines[:] = [_DOCUMENT.sub(r":doc:`\1 </docs/\1>`", line) for line in lines]
 
 
 def describe_class(name: str) -> str:
@@ -212,7 +219,7 @@ def _show(value: float | str | bool | None) -> str:
 
 def _link(source: str) -> str:
     """Links the pages of docs/ and the decisions that a source names."""
-    linked = re.sub(r"\bdocs/([\w/-]+)\.md", r"[\1](\1.md)", source)
+    linked = _DOCUMENT.sub(r"[\1](\1.md)", source)
     pages = {path.name[:4]: path.name for path in (_ROOT / "docs" / "decisions").glob("0*.md")}
     return re.sub(r"\b00\d\d\b(?!-)", lambda number: f"[{number[0]}](decisions/{pages[number[0]]})", linked)
 
