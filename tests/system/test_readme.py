@@ -42,7 +42,7 @@ def find_blocks(language, page=README):
 def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
     lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
-    lines += re.findall(r"`(affordance [^`]*)`", README)
+    lines += re.findall(r"`(affordance [^`]*)`", README + COMMANDS_PAGE)
     shown = [*find_blocks("bash", GALLERY), *re.findall(r'"(affordance [^"]*)"', GALLERY)]
     commands = [line for block in shown for line in re.split(r"\n| && ", block.replace("\\\n", " "))]
     lines += [line for line in commands if line.startswith("affordance")]
