@@ -21,8 +21,8 @@ class Prior(CheckedFields):
 
     Example:
         >>> from affordance import Prior, Settings
-        >>> Settings(prior=Prior(mode=2700.0, sd=2000.0)).prior
-        Prior(mode=2700.0, sd=2000.0, deviation_sd=100.0)
+        >>> Settings(prior=Prior(mode=2700.0, sd=2000.0)).prior.mode
+        2700.0
     """
 
     mode: Annotated[
