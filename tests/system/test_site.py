@@ -269,6 +269,18 @@ class Builder:
         self.emit("doctree-read", None)
 
 
+def test_signatures_leave_out_bounds_and_paths_of_the_machine(conf):
+    def take(x: typing.Annotated[typing.Annotated[float, "bound"] | None, "source"]): ...
+
+    conf.drop_bounds(None, take, False)
+    assert take.__annotations__ == {"x": float | None}
+    given = (
+        f"(a = PosixPath('{MODELS}'), b = PosixPath('{MODELS}/arm.sdf'), c = PosixPath('results'), d = Prior(sd=1.0))"
+    )
+    wanted = "(a = MODELS, b = MODELS / 'arm.sdf', c = 'results', d = Prior())"
+    assert conf.shorten_defaults(None, "class", "", None, None, given, "Path") == (wanted, "Path")
+
+
 def test_front_page_is_written_before_anything_can_fail(conf, tmp_path):
     Builder(conf, tmp_path).emit("builder-inited")
     assert "url=docs/index.html" in (tmp_path / "index.html").read_text()
