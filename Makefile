@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
-.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench trust numbers robustness-proof clean
+.PHONY: run test coverage lowest wheel dist docs lint format diagrams picture bench trust numbers kept-numbers robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -84,6 +84,9 @@ trust: $(VENV)/dev.stamp ## calibration, faults, errors of measurement, bad inpu
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py
 	$(PYTHON) -m affordance study robustness --page
+
+kept-numbers: $(VENV)/dev.stamp ## remake the numbers of every experiment that tests compare with
+	cd tests && ../$(PYTHON) -m helpers.shipped_runs
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
 	$(PYTHON) -m affordance study robustness --prove 5

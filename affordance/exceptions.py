@@ -26,7 +26,16 @@ _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "the
 
 
 class AffordanceError(Exception):
-    """Base of all errors that this package raises for the input of a user or the contents of a file."""
+    """Base of all errors that this package raises for the input of a user or the contents of a file.
+
+    Example:
+        >>> from affordance import AffordanceError, load_tools
+        >>> try:
+        ...     load_tools("my_tools.yaml")
+        ... except AffordanceError as error:
+        ...     print(error)
+        my_tools.yaml: cannot be read: No such file or directory
+    """
 
     def __str__(self) -> str:
         return _on_one_line(super().__str__())
@@ -106,6 +115,14 @@ class BadValueError(AffordanceError):
         source: Path of the file, or the command-line option.
         key: Key in the file, for example ``tools[2].components[0].semi_axes``; empty for the whole file.
         problem: Description of the value and the bound that it violates.
+
+    Example:
+        >>> from affordance import BadValueError, Settings, change_settings
+        >>> try:
+        ...     change_settings(Settings(), {"prior.sd": -1})
+        ... except BadValueError as error:
+        ...     print(error)
+        settings: prior.sd: is -1, must be from 0.001 to 1e+12
     """
 
     source: Path | str
@@ -123,6 +140,14 @@ class BadArgumentError(BadValueError, ValueError):
         source: Name of the argument, or of the class whose field it is.
         key: Key in the argument; empty for the whole argument.
         problem: Description of the value and the bound that it violates.
+
+    Example:
+        >>> from affordance import BadArgumentError, Prior
+        >>> try:
+        ...     Prior(sd=-1.0)
+        ... except BadArgumentError as error:
+        ...     print(error)
+        Prior: sd: is -1.0, must be from 0.001 to 1e+12
     """
 
 
@@ -137,6 +162,16 @@ class ModelFileError(AffordanceError):
     Attributes:
         path: Path of the file.
         problem: Description of the fault.
+
+    Example:
+        >>> from pathlib import Path
+        >>> from affordance import ModelFileError, load_robot
+        >>> _ = Path("robot.urdf").write_text('<robot name="robot"><link name="base"/></robot>')
+        >>> try:
+        ...     load_robot("robot.urdf", "base")
+        ... except ModelFileError as error:
+        ...     print(error)
+        robot.urdf: has no joint that moves
     """
 
     path: Path | str

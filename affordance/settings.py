@@ -25,7 +25,7 @@ from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.vision.features import FeatureSource, VisionError
 
-# Bounds of what a simulation takes: times and memory at each are in SECURITY.md.
+# Bounds of what a simulation takes: SECURITY.md has the worst times and memory.
 _PERIOD, _POSTERIOR_PERIOD = Within(1e-4, 60.0), Within(0.01, 60.0)
 _ACCURACY = Within(1e-11, 1.0)
 _STEP, _CONTACT_STEP = Within(1e-4, 10.0), Within(1e-5, 10.0)
@@ -124,6 +124,11 @@ class Settings:
         faults: Faults of sensors and arm; none by default.
         learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
             is flagged either way.
+
+    Example:
+        >>> from affordance import Settings, change_settings
+        >>> change_settings(Settings(learner="kinds_map"), {"prior.sd": 8000}).prior.sd
+        8000.0
     """
 
     arm: Path = ARM

@@ -5,21 +5,23 @@ The repository is the source folder, so that every relative link works on a git 
 
 import functools
 import hashlib
+import operator
 import os
 import re
 import resource
 import sys
+import types
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Union, get_args, get_origin
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from nbclient import NotebookClient  # noqa: E402
 
-from affordance import __version__  # noqa: E402
+from affordance import MODELS, __version__  # noqa: E402
 from docs.formulas import add_formulas  # noqa: E402
-from docs.generated import fill_marks  # noqa: E402
+from docs.generated import describe_class, fill_marks, link_documents, list_classes  # noqa: E402
 
 project = "Visual inertial affordances"
 author = copyright = "The developers of visual inertial affordances"
@@ -50,6 +52,8 @@ autodoc_member_order = "bysource"
 autoclass_content = "both"
 autodoc_preserve_defaults = True
 python_maximum_signature_line_length = 140
+copybutton_prompt_text = r">>> |\.\.\. "
+copybutton_prompt_is_regexp = True
 napoleon_use_ivar = True
 napoleon_custom_sections = [("Input ports", "params_style"), ("Output ports", "params_style")]
 
@@ -125,6 +129,20 @@ def write_entrance(app: Any) -> None:
     (Path(app.outdir) / "index.html").write_text(f"{page}<title>{project}</title>{link}\n", encoding="utf-8")
 
 
+def write_classes(app: Any, config: object) -> None:
+    """Writes a page for each public class, before pages are listed, and removes those of former classes."""
+    folder = ROOT / "docs" / "reference" / "api"
+    folder.mkdir(exist_ok=True)
+    pages = {folder / f"{name}.md": describe_class(name) for name in list_classes()}
+    for path in set(folder.iterdir()) - set(pages):
+        path.unlink()
+    for path, text in pages.items():
+        if (
+            not path.is_file() or path.read_text(encoding="utf-8") != text
+        ):  # else the page is read anew at every build
+            path.write_text(text, encoding="utf-8")
+
+
 def check_limits(app: Any, exception: Exception | None) -> None:
     """Checks the limits of tutorials and pages of a complete site, in CI only.
 
@@ -146,11 +164,42 @@ def skip_field(app: Any, what: str, name: str, member: object, skip: bool, optio
     return True if str(member.__doc__).startswith("Alias for field number") else None
 
 
+def drop_bounds(app: Any, obj: Any, bound_method: bool) -> None:
+    """Leaves bounds and sources of arguments out of signatures: docstrings and other pages give them."""
+    function = getattr(obj, "__func__", obj)
+    if hints := getattr(function, "__annotations__", None):
+        function.__annotations__ = {name: _strip(hint) for name, hint in hints.items()}
+
+
+def _strip(hint: Any) -> Any:
+    if get_origin(hint) is Annotated:
+        return _strip(hint.__origin__)
+    is_union = get_origin(hint) in (types.UnionType, Union)
+    return functools.reduce(operator.or_, map(_strip, get_args(hint))) if is_union else hint
+
+
+def shorten_defaults(
+    app: Any, what: str, name: str, obj: object, options: object, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """Shortens defaults: paths of this machine, and what objects hold that have a page of their own."""
+    if signature:
+        signature = signature.replace(f"PosixPath('{MODELS}')", "MODELS")
+        signature = re.sub(rf"PosixPath\('{MODELS}/(.*?)'\)", r"MODELS / '\1'", signature)
+        signature = re.sub(r"PosixPath\(('.*?')\)", r"\1", signature)
+        signature = re.sub(r"= (\w+)\((?:[^()]|\([^()]*\))*\)", r"= \1()", signature)
+        signature = re.sub(r"<function (\w+)>", r"\1", signature.replace("<factory>", "..."))
+    return signature, returned
+
+
 def setup(app: Any) -> None:
     """Adds what this file defines to Sphinx."""
     add_formulas(app)
     app.connect("builder-inited", write_entrance)
+    app.connect("config-inited", write_classes)
     app.connect("source-read", fill_page)
     app.connect("doctree-read", measure_page)
     app.connect("autodoc-skip-member", skip_field)
+    app.connect("autodoc-before-process-signature", drop_bounds)
+    app.connect("autodoc-process-signature", shorten_defaults)
+    app.connect("autodoc-process-docstring", lambda app, what, name, thing, options, lines: link_documents(lines))
     app.connect("build-finished", check_limits)

@@ -31,6 +31,7 @@ from affordance.vision.pixels.seen_tool import ERROR
 
 _MARK = re.compile(r"^<!-- generated: (?P<part>\w+) -->$", re.MULTILINE)
 _CHAPTERS = re.compile(r"^(#+ (?P<title>[^\n]*)\n(?P<text>(?:(?!^#)[\s\S])*?))<!-- toctree -->$", re.MULTILINE)
+_DOCUMENT = re.compile(r"\bdocs/([\w/-]+)\.md")
 _ROOT = Path(__file__).parents[1]
 # Files that users write or edit, and the model that reads each.
 _FORMATS = {
@@ -82,34 +83,57 @@ def format_rows(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def list_names() -> str:
-    """Names at the top of the package, by the folder that defines them; data last."""
+    """Names at the top of the package, by the folder that defines them: links to classes, functions; data last."""
     names = [name for name in affordance.__all__ if callable(getattr(affordance, name))]
     places = {name: getattr(affordance, name).__module__.split(".")[1] for name in names}
     parts = []
     for folder, group in itertools.groupby(sorted(names, key=lambda name: places[name]), places.__getitem__):
+        of_folder = list(group)
         lead = (importlib.import_module(f"affordance.{folder}").__doc__ or "").partition("\n")[0]
-        entries = "\n\n".join(map(_refer_to, group))
-        parts.append(f"## affordance.{folder}\n\n{lead}\n\n```{{eval-rst}}\n{entries}\n```")
+        classes = [
+            (f"[{name}](api/{name}.md)", _get_first_line(name)) for name in of_folder if name in list_classes()
+        ]
+        functions = [f".. autofunction:: affordance.{name}" for name in of_folder if name not in list_classes()]
+        part = [f"## affordance.{folder}", lead]
+        part += [format_rows(["class", "what it is"], classes)] if classes else []
+        part += ["```{eval-rst}", "\n\n".join(functions), "```"] if functions else []
+        parts.append("\n\n".join(part))
     data = {
         "MODELS": ":type: pathlib.Path\n\n   Folder of the models that come with the package.",
         "__version__": ":type: str\n\n   Version of the package.",
     }
     entries = "\n\n".join(f".. py:data:: affordance.{name}\n   {text}" for name, text in data.items())
     parts.append(f"## Data\n\n```{{eval-rst}}\n{entries}\n```")
+    parts.append("```{toctree}\n:hidden:\n:glob:\n\napi/*\n```")
     return "\n\n".join(parts)
 
 
-def _refer_to(name: str) -> str:
-    if inspect.isclass(kind := getattr(affordance, name)):
-        # What a class inherits from one that has no entry of its own is listed with it.
-        hidden = {
-            each
-            for each in kind.__mro__
-            if each.__module__.startswith("affordance.") and each.__name__ not in affordance.__all__
-        }
-        inherits = any(not member.startswith("_") for each in hidden for member in vars(each))
-        return f".. autoclass:: affordance.{name}\n   :members:" + "\n   :inherited-members:" * inherits
-    return f".. autofunction:: affordance.{name}"
+def list_classes() -> list[str]:
+    """Classes at the top of the package, each of which has a page of its own."""
+    return [name for name in affordance.__all__ if inspect.isclass(getattr(affordance, name))]
+
+
+def _get_first_line(name: str) -> str:
+    line = (inspect.getdoc(getattr(affordance, name)) or "").partition("\n")[0]
+    return _DOCUMENT.sub(r"[\1](../\1.md)", line)
+
+
+def link_documents(lines: list[str]) -> None:
+    """Links the pages that the lines of a docstring name."""
+    lines[:] = [_DOCUMENT.sub(r":doc:`\1 </docs/\1>`", line) for line in lines]
+
+
+def describe_class(name: str) -> str:
+    """Page of a class: what it is, its example, arguments and methods, from its docstrings."""
+    # What a class inherits from one that has no page of its own is listed with it.
+    hidden = {
+        each
+        for each in getattr(affordance, name).__mro__
+        if each.__module__.startswith("affordance.") and each.__name__ not in affordance.__all__
+    }
+    inherits = any(not member.startswith("_") for each in hidden for member in vars(each))
+    lines = [f".. autoclass:: affordance.{name}", "   :members:", *["   :inherited-members:"] * inherits]
+    return "\n".join([f"# {name}", "", "```{eval-rst}", *lines, "```", ""])
 
 
 def list_commands() -> str:
@@ -195,7 +219,7 @@ def _show(value: float | str | bool | None) -> str:
 
 def _link(source: str) -> str:
     """Links the pages of docs/ and the decisions that a source names."""
-    linked = re.sub(r"\bdocs/([\w/-]+)\.md", r"[\1](\1.md)", source)
+    linked = _DOCUMENT.sub(r"[\1](\1.md)", source)
     pages = {path.name[:4]: path.name for path in (_ROOT / "docs" / "decisions").glob("0*.md")}
     return re.sub(r"\b00\d\d\b(?!-)", lambda number: f"[{number[0]}](decisions/{pages[number[0]]})", linked)
 

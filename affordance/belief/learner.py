@@ -78,6 +78,12 @@ class Learner(ABC):
     A subclass declares its parameters once, as fields of a frozen dataclass ``Parameters`` inside of it, such as
     ``rate: Annotated[float, Within(0.0, 1.0), Setting("1", "source")] = 0.1``. The value of each is a number, or a
     sequence with one for each observer.
+
+    Example:
+        >>> from affordance import start_memory
+        >>> from affordance.belief.kinds_learner import Kinds
+        >>> start_memory(Kinds("map", kappa=0.3)).learner.parameters.kappa
+        0.3
     """
 
     @dataclass(frozen=True)

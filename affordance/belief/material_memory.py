@@ -71,6 +71,12 @@ class MaterialMemory:
         things: Things that were lifted, in the order of their numbers in the state.
         num_lifts: Number of lifts from which it has learned.
         at_hand: Object that was recalled last, until its lift is learned from.
+
+    Example:
+        >>> from affordance import MaterialMemory
+        >>> known = MaterialMemory.from_densities({"steel": 7850, "beech": 720})
+        >>> round(known.density("steel").mean)
+        7850
     """
 
     learner: Learner = "density"  # type: ignore[assignment]  # replaced by the learner of this name

@@ -18,6 +18,11 @@ class Prior(CheckedFields):
         mode: Most probable density, [kg/m^3].
         sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
         deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
+
+    Example:
+        >>> from affordance import Prior, Settings
+        >>> Settings(prior=Prior(mode=2700.0, sd=2000.0)).prior.mode
+        2700.0
     """
 
     mode: Annotated[

@@ -39,7 +39,16 @@ class ExpectedBody(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """Expected inertia of a whole thing and of each of its parts, in their order: means and 90 % intervals."""
+    """Expected inertia of a whole thing and of each of its parts, in their order: means and 90 % intervals.
+
+    Example:
+        >>> from affordance import MODELS, MaterialMemory, expect, load_tools
+        >>> hammer, *_ = load_tools(MODELS / "workshop" / "tools.yaml")
+        >>> known = MaterialMemory.from_densities({"oak": 700, "cast_steel": 7800})
+        >>> expected = expect(hammer, known)
+        >>> print([f"{part.name}: {part.mass.mean:.2f} kg" for part in expected.parts])
+        ['oak: 0.11 kg', 'cast_steel: 0.49 kg']
+    """
 
     whole: ExpectedBody
     parts: tuple[ExpectedBody, ...]

@@ -61,6 +61,12 @@ class Hammer:
         duration: Duration of the swing, from rest at the start to the strike, [s].
         force: Demanded peak resistance, [N].
         start: Start angles by joint, [rad], of the joints that do not start in the arm's home posture.
+
+    Example:
+        >>> from affordance import MODELS, load_hammer
+        >>> task = load_hammer(MODELS / "nail.yaml")
+        >>> f"{task.force:.0f} N in {task.duration} s"
+        '427 N in 0.8 s'
     """
 
     nail: Nail

@@ -89,6 +89,18 @@ class HoldAdvice(NamedTuple):
         p_best_planned: Probability of being the best that each choice is expected to have after these holds.
         check: Name of the object to hold as certainty rests on a single one; empty if it does not, or if nothing that
             may be held would tell and is worth its price.
+
+    Example:
+        >>> from affordance import MODELS, MaterialMemory, Robot, Settings, advise_hold, load_tools
+        >>> from affordance.choice.listed_options import list_drawn_options
+        >>> from affordance.choice.next_hold import Question
+        >>> from affordance.choice.pricing import plan_options
+        >>> options = list_drawn_options(load_tools(MODELS / "workshop" / "tools.yaml")[:1])
+        >>> reach = Question("reach", plan_options(options, Robot().load_task("reach"), Settings()))
+        >>> stock = load_tools(MODELS / "workshop" / "blanks.yaml")
+        >>> advice = advise_hold(stock, [reach], MaterialMemory(), Settings(), num_samples=500)
+        >>> advice.ranked[0].name
+        'bar of oak'
     """
 
     ranked: tuple[RankedHold, ...]

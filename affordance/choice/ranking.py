@@ -91,6 +91,14 @@ class Ranking(NamedTuple):
         p_none: Probability that no option is feasible.
         flips: True if the least expected integral of the squared torques would choose otherwise.
         criterion: Criterion by which options are compared.
+
+    Example:
+        >>> from affordance import MODELS, MaterialMemory, Robot, list_options, load_tools, rank
+        >>> stick, *_ = load_tools(MODELS / "tools" / "novel.yaml")
+        >>> known = MaterialMemory.from_densities({"steel": 7850, "beech": 720})
+        >>> ranking = rank(list_options(stick), Robot().load_task("reach"), known, num_samples=200)
+        >>> ranking.best.option.name, f"{ranking.best.work:.1f} J"
+        ('stick by steel', '6.9 J')
     """
 
     ranked: tuple[RankedOption, ...]

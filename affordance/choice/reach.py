@@ -55,7 +55,13 @@ class PathTask:
 
 @dataclass(frozen=True)
 class Reach(PathTask):
-    """Task of following a path with the tool's free end F, from the start posture, for any tool."""
+    """Task of following a path with the tool's free end F, from the start posture, for any tool.
+
+    Example:
+        >>> from affordance import MODELS, Reach, load_path
+        >>> Reach(load_path(MODELS / "paths" / "reach.yaml")).path.duration
+        2.0
+    """
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError if the path is not a TimedPath."""

@@ -45,6 +45,12 @@ class Setup:
         known: What a lasting memory knows, with which the one observer begins, as JSON text; empty for nothing.
         remember: Function that is given the record of each hold, and adds it to a lasting memory
             (``lasting_memory.remember_in``).
+
+    Example:
+        >>> from affordance import Setup
+        >>> setup = Setup(observers=20, jobs=2, out="my_results")
+        >>> setup.observers, str(setup.out)
+        (20, 'my_results')
     """
 
     observers: Annotated[int, REPEATS] = 200

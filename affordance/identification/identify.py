@@ -51,6 +51,12 @@ class Runs(NamedTuple):
     Attributes:
         loaded: Run with the load in the hand.
         empty: Runs with an empty hand: the same motion once (paired), any motions (unpaired), or an empty tuple.
+
+    Example:
+        >>> from affordance import MODELS, Runs, read_run
+        >>> loaded, empty = (read_run(MODELS / "demo" / f"{name}.csv") for name in ("bar_of_oak", "empty"))
+        >>> len(Runs(loaded, (empty,)).empty)
+        1
     """
 
     loaded: Run

@@ -43,7 +43,20 @@ from affordance.proprioception.fixed_point import find_fixed_point
 
 
 class Ledger:
-    """Lasting memory of what robots have felt; see ``open_memory``."""
+    """Lasting memory of what robots have felt; see ``open_memory``.
+
+    Example:
+        >>> from affordance import MODELS, Selection, TrialRunner, load_tools, open_memory
+        >>> from affordance.memory.simulated_trial import describe_trial
+        >>> rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> runner = TrialRunner()
+        >>> record = runner.run_hold(rod, runner.start_memory(), duration=0.5, seed=1)
+        >>> with open_memory("workshop.sqlite") as ledger:
+        ...     ledger.append([describe_trial(record)])
+        ...     ledger.forget(Selection(object_name=rod.name))
+        1
+        1
+    """
 
     def __init__(self, place: Path | str, *, create: bool = True) -> None:
         """Opens the database; see ``open_memory``."""

@@ -36,6 +36,11 @@ class Selection(NamedTuple):
         since: First time that is selected, ISO 8601, UTC unless it says otherwise.
         until: First time that is not selected any more.
         trial: Beginning of the id of a trial, at least four digits.
+
+    Example:
+        >>> from affordance import Selection
+        >>> Selection(robot="panda", since="2026-01-01").robot
+        'panda'
     """
 
     robot: str = ""

@@ -83,6 +83,15 @@ class TrialEvidence:
         source: File of the recording, or description of the simulation.
         source_hash: Text by which the recording is recognised; empty for a simulated trial.
         program: Version of the program that wrote the record.
+
+    Example:
+        >>> from affordance import MODELS, TrialRunner, load_tools
+        >>> from affordance.memory.simulated_trial import describe_trial
+        >>> rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> runner = TrialRunner()
+        >>> evidence = describe_trial(runner.run_hold(rod, runner.start_memory(), duration=0.5, seed=1))
+        >>> evidence.object_name, evidence.num_samples
+        ('rod_10cm', 5)
     """
 
     object_name: str

@@ -39,6 +39,12 @@ class Material(CheckedFields):
         density: Mean density of objects made of it, [kg/m^3].
         density_sd: Standard deviation between such objects, [kg/m^3].
         source: Source of the density.
+
+    Example:
+        >>> from affordance import Material
+        >>> cork = Material("cork", (0.78, 0.66, 0.47), density=240.0, density_sd=30.0)
+        >>> cork.density
+        240.0
     """
 
     name: str

@@ -69,6 +69,12 @@ class Tool:
         grips: Ways of holding the tool; empty if it can only be held as written.
         grip: Name of the grip in use; empty if the tool is held as written.
         weighings: Masses of the tool, or of parts of it, that were measured.
+
+    Example:
+        >>> from affordance import MODELS, load_tools
+        >>> rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> rod.name, round(rod.mass, 2)
+        ('rod_10cm', 0.4)
     """
 
     name: str

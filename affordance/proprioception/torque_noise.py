@@ -59,6 +59,11 @@ class WeberNoise(CheckedFields):
         weber_fraction: Weber fraction w, dimensionless.
         threshold: Absolute threshold s0, [N m].
         independent_samples: True if every sample is an independent measurement.
+
+    Example:
+        >>> from affordance import Settings, WeberNoise
+        >>> Settings(noise=WeberNoise(weber_fraction=0.1)).noise.weber_fraction
+        0.1
     """
 
     weber_fraction: Annotated[
@@ -131,6 +136,11 @@ class WhiteNoise(CheckedFields):
 
     Attributes:
         sd: Standard deviation of a sample's error at every joint, [N m].
+
+    Example:
+        >>> from affordance import Settings, WhiteNoise
+        >>> Settings(noise=WhiteNoise(sd=0.5)).noise.sd
+        0.5
     """
 
     sd: Annotated[

@@ -47,6 +47,12 @@ class ImportOptions:
         gravcomp: True to respect that the file lets the simulator carry links, which is refused; False for motors
             that carry them.
         xacro: How a xacro template is expanded.
+
+    Example:
+        >>> from affordance import ImportOptions
+        >>> options = ImportOptions("tool0", effort={"": 100.0})  # for every joint
+        >>> options.tip
+        'tool0'
     """
 
     tip: str = ""

@@ -29,6 +29,12 @@ class Robot:
 
     Attributes:
         folder: Folder of models.
+
+    Example:
+        >>> from affordance import Robot
+        >>> robot = Robot()
+        >>> len(robot.joint_names), sorted(robot.tasks)
+        (7, ['carry', 'hammer', 'hold', 'mash', 'reach'])
     """
 
     folder: Path = MODELS

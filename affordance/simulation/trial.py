@@ -38,7 +38,16 @@ _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
-    """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts."""
+    """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts.
+
+    Example:
+        >>> from affordance import MODELS, TrialRunner, load_tools
+        >>> rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> runner = TrialRunner()
+        >>> record = runner.run_hold(rod, runner.start_memory(), duration=1.0, seed=1)
+        >>> record.memory.density("brass").sd < runner.settings.prior.sd
+        True
+    """
 
     def __init__(
         self,

@@ -47,6 +47,14 @@ class TrialRecord(NamedTuple):
             then sinks whatever the belief.
         posteriors: Belief about the object during the trial, if the settings ask for that log.
         percept: Percept of the object; None if nothing was felt.
+
+    Example:
+        >>> from affordance import MODELS, TrialRunner, load_tools
+        >>> *_, decoy = load_tools(MODELS / "tools" / "weight.yaml")
+        >>> runner = TrialRunner()
+        >>> record = runner.run_hold(decoy, runner.start_memory(), duration=0.5, seed=1)
+        >>> record.is_outlier, record.counts.failed
+        (False, 0)
     """
 
     times: Array

@@ -25,6 +25,12 @@ def test_numbers_of_the_pages_are_those_of_the_results():
     assert named == {(folder, place) for folder in kept for place in kept[folder]["values"]}
 
 
+def test_no_number_begins_a_line():
+    """A line that begins with a comment ends the paragraph before it."""
+    for page in fill_numbers.list_pages():
+        assert re.findall(r"^\s*<!--=.*", page.read_text(encoding="utf-8"), re.MULTILINE) == [], page
+
+
 def test_names_that_pages_import_exist():
     root = MODELS.parent
     pages = [*root.glob("*.md"), *root.glob("docs/**/*.md")]

@@ -42,7 +42,7 @@ def find_blocks(language, page=README):
 def list_commands():
     """Commands in a line of their own or between backticks; alternatives and remarks are left out."""
     lines = re.findall(r"^ {4,}(affordance [^#\n]*)", README + COMMANDS_PAGE + HOW_TO, re.MULTILINE)
-    lines += re.findall(r"`(affordance [^`]*)`", README)
+    lines += re.findall(r"`(affordance [^`]*)`", README + COMMANDS_PAGE)
     shown = [*find_blocks("bash", GALLERY), *re.findall(r'"(affordance [^"]*)"', GALLERY)]
     commands = [line for block in shown for line in re.split(r"\n| && ", block.replace("\\\n", " "))]
     lines += [line for line in commands if line.startswith("affordance")]
@@ -103,9 +103,16 @@ def test_commands_that_are_cheap_run_as_shown(tmp_path, monkeypatch, capsys):
         assert "Traceback" not in said.err, line
 
 
+def list_pages():
+    pages = [page for way in ("*.md", "docs/**/*.md", "affordance/tutorials/*.md") for page in ROOT.glob(way)]
+    return [*pages, ROOT / "models" / "README.md"]
+
+
 def test_targets_of_make_exist():
     targets = re.findall(r"^([a-z-]+):.*##", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-    assert set(re.findall(r"^    make ([a-z-]+)", README, re.MULTILINE)) <= set(targets)
+    for page in list_pages():
+        named = re.findall(r"(?:^    |`)make ([a-z-]+)", page.read_text(encoding="utf-8"), re.MULTILINE)
+        assert set(named) <= set(targets), page
 
 
 def test_readme_is_read_in_some_minutes():
@@ -119,8 +126,7 @@ def list_anchors(page):
 
 
 def test_linked_files_and_headings_exist():
-    pages = [page for way in ("*.md", "docs/**/*.md", "affordance/tutorials/*.md") for page in ROOT.glob(way)]
-    for page in [*pages, ROOT / "models" / "README.md"]:
+    for page in list_pages():
         for target, heading in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", page.read_text(encoding="utf-8")):
             linked = page.parent / target if target else page
             assert linked.exists(), f"{page}: {target}"

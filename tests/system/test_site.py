@@ -1,7 +1,10 @@
 """Documentation site: every page is a chapter, generated parts name all there is, and links lead somewhere."""
 
 import contextlib
+import doctest
 import importlib.util
+import inspect
+import io
 import itertools
 import re
 import subprocess
@@ -33,14 +36,14 @@ _PARTS = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
 
 def list_pages():
     found = [path for folder in (".", "docs/**", "affordance/tutorials") for path in ROOT.glob(f"{folder}/*.md")]
-    return [*found, ROOT / "models" / "README.md"]
+    return [ROOT / "models" / "README.md", *(path for path in found if path.parent.name != "api")]  # generated
 
 
 def list_chapters(page):
     """Pages below a page in the site, and below those."""
     found = {page}
     for block in re.findall(r"```\{toctree\}\n(.*?)```", generated.fill_marks(page.read_text()), re.DOTALL):
-        for name in re.findall(r"^[^:\s]\S*$", block, re.MULTILINE):
+        for name in re.findall(r"^[^:\s*][^\s*]*$", block, re.MULTILINE):
             found |= list_chapters((page.parent / f"{name}.md").resolve())
     return found
 
@@ -65,7 +68,8 @@ def test_every_decision_stands_in_their_index_with_its_title():
     ],
 )
 def test_words_that_readers_search_for_are_on_the_page_that_answers(words, page):
-    assert words in (ROOT / "docs" / page).read_text()
+    """Whole words, since the site's search does not take *counterbalanced* for *counterbalance*."""
+    assert re.search(rf"\b{words}\b", (ROOT / "docs" / page).read_text())
 
 
 def test_pages_of_your_own_lead_to_each_other():
@@ -85,7 +89,10 @@ def test_generated_parts_name_all_there_is():
         generated.PARTS[name]() for name in ("names", "commands", "settings", "errors")
     )
     for name in affordance.__all__:
-        assert f":: affordance.{name}\n" in f"{names}\n"
+        shown = generated.describe_class(name) if name in generated.list_classes() else names
+        assert f":: affordance.{name}\n" in shown
+    for name in generated.list_classes():
+        assert f"| [{name}](api/{name}.md) | " in names
     for name in COMMANDS:
         assert f"## {name}\n" in commands
     assert "`--reference-mass KG`" in commands
@@ -93,6 +100,20 @@ def test_generated_parts_name_all_there_is():
         assert f"| `{each.name}` |" in settings
     for error in ("AffordanceError", "BadArgumentError", "NoFitError"):
         assert f"| `{error}` |" in errors
+
+
+@pytest.mark.parametrize("name", generated.list_classes())
+def test_example_of_a_class_prints_what_its_page_shows(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = inspect.getdoc(getattr(affordance, name))
+    assert "\nExample:\n" in text
+    assert describe_failures(doctest.DocTestParser().get_doctest(text, {}, name, None, None)) == ""
+
+
+def describe_failures(example):
+    said = io.StringIO()
+    doctest.DocTestRunner(verbose=False).run(example, out=said.write)
+    return said.getvalue()
 
 
 def test_cells_of_a_table_hold_bars_and_line_breaks():
@@ -201,7 +222,7 @@ def test_how_tos_show_code_that_runs(tmp_path, monkeypatch):
 
 def test_questions_are_the_titles_of_how_tos():
     titles = [path.read_text().partition("\n")[0] for path in (ROOT / "docs" / "howto").glob("*.md")]
-    assert len(titles) == 9
+    assert len(titles) == 10
     assert all(re.fullmatch(r"# .*\?", title) for title in titles)
 
 
@@ -246,6 +267,18 @@ class Builder:
         self.emit("source-read", name, [""])
         subprocess.run([sys.executable, "-c", code], check=True)
         self.emit("doctree-read", None)
+
+
+def test_signatures_leave_out_bounds_and_paths_of_the_machine(conf):
+    def take(x: typing.Annotated[typing.Annotated[float, "bound"] | None, "source"]): ...
+
+    conf.drop_bounds(None, take, False)
+    assert take.__annotations__ == {"x": float | None}
+    given = (
+        f"(a = PosixPath('{MODELS}'), b = PosixPath('{MODELS}/arm.sdf'), c = PosixPath('results'), d = Prior(sd=1.0))"
+    )
+    wanted = "(a = MODELS, b = MODELS / 'arm.sdf', c = 'results', d = Prior())"
+    assert conf.shorten_defaults(None, "class", "", None, None, given, "Path") == (wanted, "Path")
 
 
 def test_front_page_is_written_before_anything_can_fail(conf, tmp_path):

@@ -42,6 +42,14 @@ class Gains:
         own_weight: Signal for the arm's own weight in the empty run over what gain and robot's file say, and its
             relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs the same
             way in every run, so that this tells another controller.
+
+    Example:
+        >>> from affordance import Robot
+        >>> from affordance.identification.evidence.gains import build_nominal_gains
+        >>> from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+        >>> gains = build_nominal_gains(Robot().joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+        >>> gains.joint_names[0], round(gains.common_sd, 2)
+        ('shoulder_azimuth', 0.01)
     """
 
     joint_names: tuple[str, ...]

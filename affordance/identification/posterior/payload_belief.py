@@ -85,6 +85,12 @@ class PayloadBelief:
         doubts: Reasons not to trust the result, a sentence each; empty if it fits.
         advice: What would show the mass, in words; empty if it was seen.
         tip: Name of the frame T.
+
+    Example:
+        >>> from affordance import MODELS, Runs, identify, load_robot, read_run
+        >>> loaded, empty = (read_run(MODELS / "demo" / f"{name}.csv") for name in ("bar_of_oak", "empty"))
+        >>> identify(load_robot(MODELS / "arm.dmd.yaml"), Runs(loaded, (empty,))).is_trusted
+        True
     """
 
     source: str

@@ -109,6 +109,12 @@ class Run:
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them.
         rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
         notes: Changes made to the table, for the reader of results.
+
+    Example:
+        >>> from affordance import MODELS, read_run
+        >>> run = read_run(MODELS / "demo" / "empty.csv")
+        >>> run.q.shape
+        (400, 7)
     """
 
     source: str
