@@ -171,7 +171,7 @@ def test_runs_that_do_not_belong_together_are_refused(robot, rng):
         generate_run(robot, None, truth=_TORQUE, rng=rng, kind=kind, source=kind.value)
         for kind in (SignalKind.JOINT_TORQUE, SignalKind.CURRENT)
     )
-    with pytest.raises(BadValueError, match="current: signal: is current, must be joint_torque as the loaded run's"):
+    with pytest.raises(BadValueError, match="current: signal: is current, must be joint_torque as in the loaded run"):
         identify(robot, Runs(torque, (current,)))
     with pytest.raises(BadValueError, match=r"gravity: is \(0.0, 0.0, 9.81\), must be \(0.0, 0.0, -9.81\)"):
         identify(robot, Runs(torque, (rename(torque, gravity=(0.0, 0.0, 9.81)),)))
@@ -183,7 +183,7 @@ def test_what_a_wrist_sensor_would_not_use_is_refused(robot, rng):
     with pytest.raises(BadValueError, match="--empty: names 2 runs, must name one for a wrist sensor's tare"):
         identify(robot, Runs(loaded, (empty, empty)), paired=False, settings=_SETTINGS)
     gains = build_nominal_gains(robot.joint_names, SignalKind.CURRENT, _SETTINGS)
-    with pytest.raises(BadValueError, match="empty: signal: is wrench, must be current as the gains' is"):
+    with pytest.raises(BadValueError, match="empty: signal: is wrench, must be current as for the gains"):
         identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS)
 
 
