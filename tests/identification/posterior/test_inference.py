@@ -21,7 +21,7 @@ def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     exact = replace(of_joints, phantom_covariance=np.zeros((10, 10)))
     said = list_assumptions(exact, gains, DEFAULT_SETTINGS)
     assert said[0].startswith("signal: joint torque [N m]; paired")
-    assert "gains: the signal is a torque; gains good to 1 % together and 2 % each" in said
+    assert "gains: the signal is a torque; gains known to 1 % in common and 2 % each" in said
     assert "friction that grows with the load: none" in said
     assert "friction (direction, velocity) and offset: +-0.3 N m" in said
     assert "gains since the empty run: +-0.2 % together and +-0.2 % each" in said
