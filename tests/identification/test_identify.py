@@ -154,7 +154,7 @@ def test_every_nuisance_can_be_switched_off_and_then_more_is_claimed(robot, iden
 def test_a_slow_motion_says_so(robot, rng):
     belief = identify(robot, _record(robot, rng, Truth(noise_sd=0.3)), settings=_SETTINGS)
     assert any(
-        "moments of inertia" in sentence and "known to a factor only" in sentence for sentence in belief.unseen
+        "moments of inertia" in sentence and "known only to a factor" in sentence for sentence in belief.unseen
     )
     assert not any(sentence.startswith("mass") for sentence in belief.unseen)
 
@@ -163,7 +163,7 @@ def test_a_wrong_reference_mass_is_noticed(robot, rng):
     runs = _record(robot, rng)
     assert not identify(robot, runs, reference_mass=PAYLOAD[0], settings=_SETTINGS).warnings
     wrong = identify(robot, runs, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS)
-    assert "lies outside the 90 % interval" in wrong.warnings[0]
+    assert "is outside the 90 % interval" in wrong.warnings[0]
 
 
 def test_runs_that_do_not_belong_together_are_refused(robot, rng):

@@ -74,7 +74,7 @@ def test_the_limit_that_most_motions_break_is_named_with_the_least_share(expecta
     motions = [family.build(family.draw(rng), list_times(4.0)) for _ in range(12)]
     least = min(weak.find_excess(robot, motion, bodies) for motion in motions)
     assert caught.value.limit is Limit.TORQUE
-    assert str(caught.value).endswith(f" {least:.2f} times the limit of the torque of {robot.joint_names[1]}")
+    assert str(caught.value).endswith(f" {least:.2f} times the torque limit of {robot.joint_names[1]}")
     family = FourierFamily(robot, limits._replace(height=4.0), 4.0)
     with pytest.raises(NoMotionError, match=r"most of them come at least .* m too low") as caught:
         design_motion(expectation, family, Aim.MASS, **FEW)
