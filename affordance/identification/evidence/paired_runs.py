@@ -73,7 +73,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
         signal=restore_compensated(robot, loaded, after, nominal)
         - restore_compensated(robot, empty, before, nominal),
     )
-    analysis = f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock"
+    analysis = f"paired with {empty.source}, lag {alignment.lag:.3f} s"
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
     )

@@ -24,7 +24,7 @@ def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     assert "gains: the signal is a torque; gains known to 1 % in common and 2 % each" in said
     assert "friction that grows with the load: none" in said
     assert "friction (direction, velocity) and offset: +-0.3 N m" in said
-    assert "gains since the empty run: +-0.2 % together and +-0.2 % each" in said
+    assert "change of gains since the empty run: +-0.2 % in common and +-0.2 % each" in said
     assert "error of the arm's model: none, it cancels" in said
     heavy = np.diag([0.05**2, *np.zeros(9)])
     said = list_assumptions(replace(of_joints, phantom_covariance=heavy), gains, DEFAULT_SETTINGS)

@@ -58,7 +58,7 @@ def test_without_the_library_a_bag_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags", None)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)  # which another test may have imported
     (tmp_path / "bag").mkdir()
-    assert "is a ROS bag, which wants the extra [bags]" in refuse(read_bag, tmp_path / "bag")
+    assert "is a ROS bag, which needs the extra [bags]" in refuse(read_bag, tmp_path / "bag")
 
 
 def test_a_message_of_other_joints_is_named(tmp_path):

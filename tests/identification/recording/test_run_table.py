@@ -73,7 +73,7 @@ def test_netcdf_whose_head_promises_more_than_it_holds_is_one_line(tmp_path, wri
     assert set(read_netcdf(tmp_path / "good.nc").names) == {"time", "q_1"}
     promise = good.replace(b"time\x00\x00\x00\x05", b"time\x7f\xff\xff\xff")
     assert promise != good
-    assert "is not netCDF 3 of numbers: " in refuse(read_netcdf, write(promise, "huge.nc"))
+    assert "is not a netCDF 3 file of numbers: " in refuse(read_netcdf, write(promise, "huge.nc"))
 
 
 def test_netcdf_whose_variables_share_their_numbers_is_one_line(tmp_path, write):
