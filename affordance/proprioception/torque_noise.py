@@ -40,7 +40,7 @@ class NoiseModel(Protocol):
         """Draws gain and offset errors that last a whole trial, shape (num_joints,) each."""
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if no error is its own."""
+        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if errors last the trial."""
 
     def compute_sd(self, tau: Array) -> Array:
         """Computes standard deviations of a sample's error at true torques tau, shape (num_joints,) each, [N m]."""

@@ -78,7 +78,7 @@ def test_a_jump_is_named_with_row_joint_time_rate_and_limit():
     q[500:, 1] += 1.0
     change = q[500, 1] - q[499, 1]
     said = _check(_build(q))
-    where = f"changes by {change:.3g} rad within 0.02 s, 10 s after the start: {_RATE * change:.3g} rad/s"
+    where = f"changes by {change:.3g} rad in 0.02 s, 10 s after the start: {_RATE * change:.3g} rad/s"
     assert said.startswith(
         f"run.csv: row 501, column q_2 (lift): {where}, must be at most 3 according to robot.urdf; "
     )
@@ -108,7 +108,7 @@ def test_angles_in_degrees_are_named(rate):
     run = _build(np.rad2deg(0.15 * _move(rate=rate)), rate)
     said = _check(run)
     assert "are these degrees? then its description must have 'units: {q: deg}'" in said
-    row, change, step = re.search(r"row (\d+), .* changes by (\S+) rad within (\S+) s", said).groups()
+    row, change, step = re.search(r"row (\d+), .* changes by (\S+) rad in (\S+) s", said).groups()
     before, joint = round(int(row) - 1 - float(step) * rate), "lift" in said
     assert abs(run.q[int(row) - 1, int(joint)] - run.q[before, int(joint)]) == pytest.approx(float(change), rel=5e-3)
 

@@ -93,7 +93,9 @@ def test_joints_are_found_by_name_in_any_order_whatever_their_maker_calls_the_ar
 
 
 def test_a_joint_that_is_not_there_is_named_with_the_nearest():
-    message = "joints: are panda_joint1, panda_joint2, must name panda_joint3 of the arm; the nearest is panda_joint"
+    message = (
+        "joints: are panda_joint1, panda_joint2, must include panda_joint3 of the arm; the nearest is panda_joint"
+    )
     assert message in refuse(_build().arrange, ("panda_joint1", "panda_joint3"))
 
 

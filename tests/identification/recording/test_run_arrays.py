@@ -110,7 +110,7 @@ def _write_hostile(folder, kind):
     ("kind", "says"),
     [
         (".npz object", "holds object, must hold numbers"),
-        (".npz promise", "promises 8e+12 bytes in"),
+        (".npz promise", "declares 8e+12 bytes but has"),
         (".npz bomb", "unpacks to more than 20 MB"),
         (".npz noise", "is not a .npz file of numbers"),
         (".mat structure", "is of class struct, must be a matrix of numbers"),

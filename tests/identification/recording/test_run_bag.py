@@ -78,4 +78,4 @@ def test_a_message_of_other_joints_is_named(tmp_path):
             writer.write(states, second * 10**9, store.serialize_cdr(message, JOINT_STATES))
     with pytest.raises(BadValueError, match="message 2, position: has 1 values of b, must have one for each of a"):
         read_bag(path, "/joint_states")
-    assert "/silent: holds no message" in refuse(read_bag, path, "/silent")
+    assert "/silent: has no message" in refuse(read_bag, path, "/silent")

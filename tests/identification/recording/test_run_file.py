@@ -108,13 +108,13 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
     lines[10] = lines[10].rsplit(",", 2)[0]
     lines[20] = lines[20].replace(",", ",x", 1)
     path.write_text("\n".join(lines))
-    problem = "row 11: has 3 values, must have 5, one a column; torn rows: 11, 21 (drop_torn_rows: N"
+    problem = "row 11: has 3 values, must have 5, one per column; torn rows: 11, 21 (drop_torn_rows: N"
     assert problem in refuse(read_run, path)
     described = path.with_suffix(".yaml")
     described.write_text("joints: [a, b]\ndrop_torn_rows: 1\n")
     said = refuse(read_run, path)
     assert "row 21, column q_1: is 'x" in said
-    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 is used" in said
+    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 allows no more" in said
     described.write_text("joints: [a, b]\ndrop_torn_rows: 2\n")
     run = read_run(path)
     assert len(run.times) == _NUM - 2
@@ -219,7 +219,7 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
         (
             "signal: current",
             "run.csv: columns: has no columns of the signal current, must have current_1 to current_2; has tau_1,"
-            " which signal: joint_torque or signal: motor_torque fits",
+            " which fits signal: joint_torque or signal: motor_torque",
         ),
         (
             "signal: wrench",
@@ -246,7 +246,7 @@ def test_mistake_in_a_description_is_refused(tmp_path, more, said):
     ("header", "said"),
     [
         ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, while there are tau_1"),
-        ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; other names"),
+        ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; list other names"),
         (
             "time,pos1,pos2,tau_1,tau_2",
             "column q_1: is missing: has time, pos1, pos2, tau_1, tau_2; list other names under columns, as in"

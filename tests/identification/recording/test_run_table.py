@@ -35,9 +35,9 @@ def test_rows_numbers_and_names_are_as_in_the_file(write):
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
-        ("time,q\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
-        ('time,q\n"' + "x" * 140_000, "row 2: is longer than 100000 letters"),
-        ('time,q\n0,1\n"' + "1\n" * 60_000, "row 3: is longer than 100000 letters"),
+        ("time,q\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
+        ('time,q\n"' + "x" * 140_000, "row 2: is longer than 100000 characters"),
+        ('time,q\n0,1\n"' + "1\n" * 60_000, "row 3: is longer than 100000 characters"),
         ("time,q\n0,\0\n", "row 2, column q: is '\\x00', must be a number"),
         ("", "is empty"),
         ("\n\n", "is empty"),
