@@ -42,10 +42,10 @@ _ALONG = np.cos(np.radians(5.0))
 
 
 class Finding(NamedTuple):
-    """Difference between a recording and its description."""
+    """Contradiction between a recording and its description."""
 
-    problem: str  # what the recording shows, a sentence
-    remedy: str  # what the option --as-found does about it, a sentence
+    problem: str  # what the recording shows, as a sentence
+    remedy: str  # what the option --as-found does about it, as a sentence
 
 
 @dataclass(frozen=True)
@@ -276,7 +276,7 @@ def _read_frame(expected: Array, forces: Array, whole: float) -> Reading:
     if 1.0 - left < _EXPLAINED or angle < _TURNED or S[1] < _JUDGED * S[0]:
         return Reading()
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    if np.linalg.norm(axis) < 1e-6:  # half a turn
+    if np.linalg.norm(axis) < 1e-6:  # a rotation by half a turn
         axis = np.linalg.eigh(R)[1][:, -1]
     words = (
         f"turned by {np.degrees(angle):.0f} deg about {describe_direction(axis / np.linalg.norm(axis))} of the tip"

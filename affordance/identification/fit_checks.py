@@ -88,7 +88,7 @@ def judge_fit(
     strength = compute_strength(robot)
     judged = torque_sd >= LEAST_OWN_TORQUE * strength
     if before.robot and before.robot != robot.fingerprint:
-        yield f"the gains ({before.source}) were found with the file of another robot than {robot.source}"
+        yield f"the gains ({before.source}) were calibrated with the file of another robot, not with {robot.source}"
     # The arm's own weight does not determine the gains of the other joints.
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     yield from _judge_weighing(belief)

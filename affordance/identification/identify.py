@@ -93,7 +93,7 @@ def identify(
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
     if not isinstance(arm, SerialChain):
-        hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
+        hint = "load_robot(PATH, TIP) returns one, Robot.load(FOLDER) contains one"
         arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
@@ -193,7 +193,7 @@ def check_reference_mass(name: str, mass: float) -> None:
 def _check_arguments(
     runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
 ) -> None:
-    check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) makes one")
+    check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) builds one")
     check_kind("runs.loaded", runs.loaded, Run, "read_run(PATH) reads one")
     for i, run in enumerate(check_kind("runs.empty", runs.empty, Sequence, "a tuple of runs, or ()")):
         check_kind(f"runs.empty[{i}]", run, Run, "read_run(PATH) reads one")

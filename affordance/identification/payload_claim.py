@@ -1,4 +1,4 @@
-"""Comparison of the payload that is set on a controller with the one that a run shows."""
+"""Comparison of the payload that is set on a controller with the payload that a run shows."""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ TOLERANCE = 0.05
 # Least mass to which the tolerance applies, [kg], as the errors of a light payload matter no more than its weight,
 # and lever at which a mass tolerance becomes that of a first moment, [m].
 _LEAST, _LEVER = 1.0, 0.2
-_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment per tolerance of the mass
+_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment, relative to that of the mass
 # Probability above which a setting is right, and plausibility below which it is wrong.
 _RIGHT, _WRONG = 0.5, 0.05
 _SAME = np.eye(4)  # pose of a frame in itself
@@ -95,7 +95,8 @@ def judge_claim(
     plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
     moments_compared = None
     if claimed.inertia is not None:
-        # Root mean squares over the run: of what a right mass and first moment may be off by, and of the moments.
+        # Torques, root mean square over the run: those of the allowed errors of mass and first moment, and those of
+        # moments.
         squares = np.einsum("nci,ncj->cij", Y, Y, optimize=True) / len(Y)
         allowed = mass * (
             np.sqrt(squares[:, 0, 0]) + _LEVER * np.sqrt(np.trace(squares[:, 1:4, 1:4], axis1=1, axis2=2))

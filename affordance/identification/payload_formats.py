@@ -59,7 +59,7 @@ class PayloadSetting(NamedTuple):
 
 
 class PayloadEntry(DataModel):
-    """Payload in YAML, with principal moments or all six."""
+    """Payload in YAML, with the three moments of inertia or with all six moments and products."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[
@@ -71,7 +71,7 @@ class PayloadEntry(DataModel):
     )
     inertia: Annotated[
         Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
-        Field(description="Ixx, Iyy, Izz, or with Ixy, Ixz, Iyz too, about the centre of mass, [kg m^2]."),
+        Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
     ] = None
 
 

@@ -21,7 +21,7 @@ from affordance.arrays import Array
 from affordance.exceptions import show_value
 from affordance.identification.payload_formats import PayloadSetting, build_matrix, take_moments
 
-_MOMENTS = 9  # decimals of moments, [kg m^2]
+_MOMENTS = 9  # number of decimals of moments, [kg m^2]
 _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
 
 

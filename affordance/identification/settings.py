@@ -154,7 +154,7 @@ class IdentificationSettings:
         _SHARE,
         Setting(
             "1",
-            "currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to "
+            "currents of an empty UR10e compared with torques from its URDF: gains of joints 1 to 3 differ by up to "
             f"50 % ({_RECORDED})",
         ),
     ] = 0.20
@@ -170,7 +170,7 @@ class IdentificationSettings:
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0
     repeat_tolerance: Annotated[float, Within(0.0, 10.0), Setting("rad", "an assumption")] = 0.02
     num_samples: Annotated[
-        int, NUM_SAMPLES, Setting("1", "edges of intervals move by less than a tenth of an SD with the seed")
+        int, NUM_SAMPLES, Setting("1", "interval edges vary by less than a tenth of an SD between seeds")
     ] = 32_000
     unseen_share: Annotated[float, _SHARE, Setting("1", "an assumption")] = 0.2
     seed: Annotated[int, SEEDS] = 0

@@ -182,7 +182,7 @@ class Proprioception(SampledSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_late)
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
-        """Draws the errors of a trial from a seed."""
+        """Draws the errors of a trial from a seed, and stores them in the Context."""
         gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
         context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
         context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)

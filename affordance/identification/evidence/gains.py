@@ -153,7 +153,7 @@ def read_gains(path: StrPath) -> Gains:
 
 
 class JointEntry(DataModel):
-    """Gain of a joint, its load friction and its friction."""
+    """Gain, load friction and friction of a joint."""
 
     gain: Annotated[float, Within(-1e6, 1e6), Field(description="Gain g, signal per N m.")]
     load_friction: Annotated[float, Within(-2.0, 2.0), Field(description="Share of the load lost in friction, mu.")]

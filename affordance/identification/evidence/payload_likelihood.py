@@ -262,7 +262,7 @@ class PayloadLikelihood:
         """
         g, L, K = self.prior.gain, self._L, self._K
         x = np.zeros((len(g), 2, _HALF, _HALF))
-        x[:, :, 0] = self._Kx  # one times a coefficient
+        x[:, :, 0] = self._Kx  # products of one and a coefficient
         M = np.einsum("cap,caibj,cbq->cpqij", L, K, L)
         c = np.einsum("cap,caij->cpij", L, x - np.einsum("caibj,cb->caij", K, g))
         rest = np.einsum("ca,caij->ij", g, np.einsum("caibj,cb->caij", K, g) - 2.0 * x)

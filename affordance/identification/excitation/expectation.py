@@ -48,7 +48,7 @@ class Aim(enum.Enum):
     MASS = "mass"
     COM = "com"
     INERTIA = "inertia"
-    COST = "cost"  # of a task with the body
+    COST = "cost"  # cost of a task with the body
 
 
 class Spread(NamedTuple):

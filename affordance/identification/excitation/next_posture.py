@@ -14,7 +14,7 @@ from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
 _BASES = 3  # number of recorded postures to vary: the first, a middle one and the last
-_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # of one joint, [rad]
+_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # turns of one joint that are tried, [rad]
 _HELPS = 0.9  # a posture is recommended if it reduces the standard deviation to less than this share
 
 

@@ -145,7 +145,7 @@ def infer_parts(
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)
-    # Weights correct the quadratic approximation, which stands uncorrected if a common factor of gains is uncertain.
+    # Weights correct the quadratic approximation, which remains uncorrected if a common factor of gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, of_body.draw_normals(rng, len(pi))) - of_body.of_body.evaluate(pi)

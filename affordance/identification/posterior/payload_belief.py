@@ -41,7 +41,7 @@ SURPRISE = 0.001
 
 
 class LearnedDensity(NamedTuple):
-    """Density of a material as a memory believes it after a run."""
+    """Density of a material according to a memory after a run."""
 
     colour: tuple[float, float, float]  # colour of the material, red, green and blue in [0, 1]
     median: float  # median, [kg/m^3]

@@ -104,7 +104,7 @@ def _read_npz(path: Path, content: bytes) -> dict[str, Array]:
 
 
 def _read_mat(path: Path, content: bytes) -> dict[str, Array]:
-    from scipy.io import loadmat, whosmat  # here, as few runs need it
+    from scipy.io import loadmat, whosmat  # imported here because few runs need it
 
     if content[:10] == b"MATLAB 7.3" or content[:4] == b"\x89HDF":
         raise BadValueError(path, "", "is a MATLAB 7.3 file, which is HDF5: save it with save(..., '-v7')")

@@ -202,7 +202,7 @@ def _build_run(
             return None
         if len(given) < len(names):
             missing = next(name for name in names if name not in columns)
-            raise BadValueError(path, f"column {missing}", f"is missing, while there are {', '.join(given)}")
+            raise BadValueError(path, f"column {missing}", f"is missing, although there are {', '.join(given)}")
         unit: float = getattr(entry.units, quantity)
         return table.values[:, [columns[name] for name in names]] * unit
 

@@ -245,7 +245,7 @@ def test_mistake_in_a_description_is_refused(tmp_path, more, said):
 @pytest.mark.parametrize(
     ("header", "said"),
     [
-        ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, while there are tau_1"),
+        ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, although there are tau_1"),
         ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; list other names"),
         (
             "time,pos1,pos2,tau_1,tau_2",
