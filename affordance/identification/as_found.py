@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.identification.evidence.gravity_tilt import list_forces, measure_angle
+from affordance.identification.evidence.gravity_tilt import compute_force_regressors, measure_angle
 from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings, SignalKind
@@ -82,17 +82,17 @@ def find_reading(robot: SerialChain, run: Run, settings: IdentificationSettings)
     """
     robot = robot.with_gravity(run.description.gravity)
     if run.description.kind is SignalKind.WRENCH:
-        return _read_wrench(robot, run)
+        return _compare_wrench(robot, run)
     prepared = prepare(run, settings)
     every = max(1, len(prepared.times) // _MOST)
     thin = prepared.select(slice(None, None, every))
     used = np.abs(thin.v) >= (0.0 if run.description.postures else settings.min_speed)
     if (used.sum(axis=0) < _FEWEST).all():
         return Reading()
-    return _read_joints(robot, run, prepared, thin, used)
+    return _compare_joints(robot, run, prepared, thin, used)
 
 
-def _read_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
+def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
     """Compares a run of joint signals with its description: gravity, signs, compensation and delay."""
     length = float(np.linalg.norm(robot.gravity_W))
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
@@ -230,13 +230,13 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
     return float(_LAGS[best])
 
 
-def _read_wrench(robot: SerialChain, run: Run) -> Reading:
+def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
     """Compares the forces of a wrist sensor with the description: their sign, gravity and the sensor's mounting."""
     every = max(1, len(run.times) // _MOST)
     q, forces = run.q[::every], run.signal[::every, :3]
     length = float(np.linalg.norm(robot.gravity_W))
     columns = np.stack(
-        [list_forces(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
+        [compute_force_regressors(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
     )  # (N, 3, 3): force of one kilogram with gravity along each axis
     varied = columns - columns.mean(axis=0)
     forces = forces - forces.mean(axis=0)
@@ -262,10 +262,10 @@ def _read_wrench(robot: SerialChain, run: Run) -> Reading:
         along = describe_direction(direction)
         problem = f"gravity seems to be along {along} of the base"
         return Reading((Finding(problem, f"gravity is taken to be along {along}"),), gravity=(x, y, z))
-    return _read_frame(varied @ described, forces, whole)
+    return _compare_frame(varied @ described, forces, whole)
 
 
-def _read_frame(expected: Array, forces: Array, whole: float) -> Reading:
+def _compare_frame(expected: Array, forces: Array, whole: float) -> Reading:
     """Compares forces, shape (N, 3), with those of a sensor that is rotated in its mounting."""
     U, S, Vt = np.linalg.svd(forces.T @ expected)
     R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's

@@ -161,7 +161,7 @@ def _judge_weighing(belief: PayloadBelief) -> Iterator[str]:
 def _judge_errors(belief: PayloadBelief, settings: IdentificationSettings) -> Iterator[str]:
     """Compares the errors with those of the runs that calibrated the gains or show the empty arm."""
     fit = belief.fit
-    bare = replace(fit.evidence, least_variance=np.zeros(1)).describe_errors(settings)
+    bare = replace(fit.evidence, least_variance=np.zeros(1)).build_error_model(settings)
     variance = bare.estimate_variance(fit.statistics, fit.weights)
     before: Array = np.broadcast_to(fit.evidence.least_variance, variance.shape)
     known = (before > 0.0) & (fit.statistics.counts >= FEWEST_SAMPLES)

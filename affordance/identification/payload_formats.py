@@ -54,7 +54,7 @@ class PayloadSetting(NamedTuple):
     def express(self, X_FT: Array) -> "PayloadSetting":
         """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
-        moments = None if self.inertia is None else np.array(take_moments(R @ build_matrix(self.inertia) @ R.T))
+        moments = None if self.inertia is None else np.array(list_moments(R @ build_matrix(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
@@ -124,7 +124,7 @@ def read_payload(path: StrPath) -> PayloadSetting:
     return PayloadSetting(entry.mass, centre, inertia)
 
 
-def take_moments(matrix: Array) -> list[float]:
+def list_moments(matrix: Array) -> list[float]:
     """Lists Ixx, Iyy, Izz, Ixy, Ixz, Iyz of an inertia matrix, shape (3, 3)."""
     return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
@@ -141,7 +141,7 @@ def _read_end_effector(path: Path) -> dict[str, Any]:
     if isinstance(content, Mapping) and "mass" not in content:
         content = next((each for each in content.values() if isinstance(each, Mapping) and "mass" in each), content)
     hand = check_content(path, "", content, _EndEffectorEntry)
-    moments = None if hand.inertia is None else take_moments(np.array(hand.inertia).reshape(3, 3).T)
+    moments = None if hand.inertia is None else list_moments(np.array(hand.inertia).reshape(3, 3).T)
     return {"mass": hand.mass, "com": list(hand.centre), "inertia": moments}
 
 
@@ -179,7 +179,7 @@ def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
-        content["inertia"] = take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+        content["inertia"] = list_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
     return content
 
 

@@ -19,7 +19,7 @@ import scipy
 
 from affordance.arrays import Array
 from affordance.exceptions import show_value
-from affordance.identification.payload_formats import PayloadSetting, build_matrix, take_moments
+from affordance.identification.payload_formats import PayloadSetting, build_matrix, list_moments
 
 _MOMENTS = 9  # number of decimals of moments, [kg m^2]
 _TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
@@ -33,7 +33,7 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
     """
     m, centre = payload.mass, payload.centre_of_mass
     matrix = np.zeros((3, 3)) if payload.inertia is None else build_matrix(payload.inertia)
-    xx, yy, zz, xy, xz, yz = take_moments(matrix)
+    xx, yy, zz, xy, xz, yz = list_moments(matrix)
     # The name may come from a stranger's robot file. In Python's notation it cannot end a line or a comment.
     mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
     point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"

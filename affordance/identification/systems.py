@@ -9,7 +9,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from affordance.arrays import Array
 from affordance.drake.sampled_system import SampledSystem
-from affordance.identification.evidence.evidence import Evidence, describe_errors
+from affordance.identification.evidence.evidence import Evidence, build_error_model
 from affordance.identification.evidence.fitted_arm import FittedArm, predict_friction
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
@@ -102,7 +102,7 @@ class PayloadIdentifier(SampledSystem):
         if fitted is not None:
             links = robot.link_parameters + fitted.link_change.reshape(n, -1)
             self._fitted_model = ArmModel(build_arm(robot, links))
-        self._errors = describe_errors(1.0 / period, cutoff, least_variance, settings)
+        self._errors = build_error_model(1.0 / period, cutoff, least_variance, settings)
         self._block_length = max(1, round(settings.block / period))
         self._state = self.declare_vector_input("state", 2 * n)
         self._vdot = self.declare_vector_input("vdot", n)

@@ -147,9 +147,9 @@ class Evidence:
         prior = settings.get_prior(self.kind)
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
-    def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
+    def build_error_model(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
-        errors = describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        errors = build_error_model(self.rate, self.prepared.cutoff, self.least_variance, settings)
         return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
 
     @property
@@ -183,7 +183,7 @@ class Evidence:
         return replace(self, samples=self.samples._replace(load_sign=self.samples.direction * sign))
 
 
-def describe_errors(
+def build_error_model(
     rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
 ) -> ErrorModel:
     """Builds the error model of signals sampled at a rate, [Hz], and low-pass filtered at a cut-off, [Hz]."""

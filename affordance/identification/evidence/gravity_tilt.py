@@ -59,7 +59,7 @@ class Tilt(NamedTuple):
         values, vectors = np.linalg.eigh(self.covariance)
         for value, vector in zip(values, vectors.T, strict=True):
             change = np.linalg.norm(self.gravity) * np.sqrt(max(value, 0.0)) * (vector @ self.axes)
-            tilted = list_forces(robot.with_gravity(self.gravity + change), q)
+            tilted = compute_force_regressors(robot.with_gravity(self.gravity + change), q)
             step = fit(tilted) - before
             covariance[:4, :4] += np.outer(step, step)
         return covariance
@@ -70,7 +70,7 @@ def measure_angle(a: Array, b: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
-def list_forces(robot: SerialChain, q: Array) -> Array:
+def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
     """Computes the regressors of a sensor's forces and moments at rest, forces first, shape (N, 6, 10)."""
     rest = np.zeros_like(q)
     forces: Array = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]]
@@ -82,7 +82,7 @@ def find_tilt(robot: SerialChain, run: Run) -> Tilt:
     described = robot.gravity_W
     length = float(np.linalg.norm(described))
     # Forces of one kilogram with gravity along each axis of the base.
-    of_axes = [list_forces(robot.with_gravity(length * axis), run.q)[:, :3, 0] for axis in np.eye(3)]
+    of_axes = [compute_force_regressors(robot.with_gravity(length * axis), run.q)[:, :3, 0] for axis in np.eye(3)]
     columns = np.stack(of_axes, axis=2)
     A = np.concatenate([columns, np.tile(np.eye(3), (len(columns), 1, 1))], axis=2).reshape(-1, 6)
     b = run.signal[:, :3].ravel()

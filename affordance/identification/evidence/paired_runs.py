@@ -16,7 +16,7 @@ from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.model_error import project_pulls
 from affordance.identification.recording.held_postures import FEWEST_POSTURES, POSTURE_STEP
-from affordance.identification.recording.preparation import find_cutoff, prepare
+from affordance.identification.recording.preparation import compute_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
@@ -35,13 +35,13 @@ def build_paired_evidence(
     Raises:
         BadValueError: There are several empty runs, or the loaded run does not repeat the empty one.
     """
-    of_empty = take_only(empty, "a paired analysis")
+    of_empty = get_only(empty, "a paired analysis")
     if loaded.description.postures:
         return pair_postures(robot, of_empty, loaded, settings)
     return pair_runs(robot, of_empty, loaded, settings)
 
 
-def take_only(empty: Sequence[Run], analysis: str) -> Run:
+def get_only(empty: Sequence[Run], analysis: str) -> Run:
     """Returns the only empty run.
 
     Raises:
@@ -61,7 +61,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
     alignment = align(empty, loaded, settings.repeat_tolerance)
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     times = np.arange(alignment.start, alignment.end, step)
-    cutoff = max(find_cutoff(empty, settings), find_cutoff(loaded, settings))
+    cutoff = max(compute_cutoff(empty, settings), compute_cutoff(loaded, settings))
     before = prepare(empty, settings, cutoff=cutoff, times=times)
     after = prepare(loaded, settings, cutoff=cutoff, times=times + alignment.lag)
     nominal = np.ones(robot.num_joints)

@@ -16,7 +16,7 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.gravity_tilt import find_tilt
 from affordance.identification.evidence.joint_statistics import SIGNAL
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
-from affordance.identification.evidence.paired_runs import take_only
+from affordance.identification.evidence.paired_runs import get_only
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.recording.preparation import prepare_alike
 from affordance.identification.recording.run import Run
@@ -40,7 +40,7 @@ def build_wrist_evidence(
     Raises:
         BadValueError: There are several empty runs.
     """
-    runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
+    runs = [loaded, get_only(empty, "a wrist sensor's tare")] if empty else [loaded]
     analysis = "wrist sensor without a tare: everything mounted on it counts as load"
     tilt = None
     if loaded.description.postures:
@@ -81,7 +81,7 @@ def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettin
         covariance = np.linalg.inv(quadratic.precision + np.diag(_TARE_SD**-2))
         tare = covariance @ quadratic.information
         weights = likelihood.build_residual_weights(tare)
-        variance = of_empty.describe_errors(settings).estimate_variance(statistics, weights)
+        variance = of_empty.build_error_model(settings).estimate_variance(statistics, weights)
     phantom_mass = 0.0
     if settings.floor:
         phantom_mass = estimate_phantom_mass(

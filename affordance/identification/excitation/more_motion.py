@@ -85,7 +85,7 @@ def suggest_motion(
             before, least, alone = stated, least / before * stated, ""  # as in the table
         elif least >= stated:
             continue
-        sds = [_show(factor * sd) for sd in (before, least)]
+        sds = [_format_number(factor * sd) for sd in (before, least)]
         if least < _HELPS * before:
             yield (
                 f"{_SECONDS:g} s more, moving {words}, would reduce the SD of the {name} from {sds[0]} to "
@@ -116,7 +116,7 @@ def suggest_run(belief: PayloadBelief) -> str:
     return "move slowly through other postures; affordance excite --for mass designs the motion"
 
 
-def _show(number: float) -> str:
+def _format_number(number: float) -> str:
     """Formats a number with two significant digits, without an exponent."""
     return np.format_float_positional(number, precision=2, fractional=False, trim="-")
 

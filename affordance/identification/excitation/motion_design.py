@@ -92,7 +92,7 @@ def search(
         if motion is None:
             return np.inf
         dynamics = family.robot.compute_dynamics(*motion.motion)
-        if family.limits.find_excess(family.robot, motion, bodies, dynamics) > _USED:
+        if family.limits.compute_excess(family.robot, motion, bodies, dynamics) > _USED:
             return np.inf
         return score(motion, dynamics)
 

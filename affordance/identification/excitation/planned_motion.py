@@ -108,23 +108,23 @@ class MotionLimits(NamedTuple):
             for limit, each in of_joints.items()
             for name, share in zip(robot.joint_names, each.max(axis=0), strict=True)
         }
-        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _find_speed(tip, v) / self.tip_speed
+        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _compute_speed(tip, v) / self.tip_speed
         shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
         return shares
 
-    def find_excess(
+    def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> float:
         """Computes the largest share of any limit that a motion uses; arguments as for ``measure_shares``."""
         return max(self.measure_shares(robot, motion, bodies, dynamics).values())
 
 
-def find_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
+def compute_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
     """Computes the largest speed of the tip along a motion, [m/s]."""
-    return _find_speed(robot.compute_motion(*motion.motion), motion.v)
+    return _compute_speed(robot.compute_motion(*motion.motion), motion.v)
 
 
-def _find_speed(tip: ChainMotion, v: Array) -> float:
+def _compute_speed(tip: ChainMotion, v: Array) -> float:
     return float(np.linalg.norm(np.einsum("nij,nj->ni", tip.Jv_V_WT[:, 3:], v), axis=1).max())
 
 
@@ -170,7 +170,7 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array,
             step * 30.0 * x**2 * (1.0 - x) ** 2 / duration,
             step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2,
         )
-        over = find_tip_speed(robot, motion) / (_USED * limits.tip_speed)
+        over = compute_tip_speed(robot, motion) / (_USED * limits.tip_speed)
         if over <= 1.0:
             return motion
         duration *= 1.02 * over
@@ -231,7 +231,7 @@ class FourierFamily(MotionFamily):
             free = (self.limits.q_upper - self.limits.q_lower) - (high - low) - 2.0 * edge
             centre = self.limits.q_lower + edge - low + place * free
             motion = to_motion(shape.times, centre + scale * shape.q, scale * shape.v, scale * shape.vdot)
-            over = find_tip_speed(self.robot, motion) / (_USED * self.limits.tip_speed)
+            over = compute_tip_speed(self.robot, motion) / (_USED * self.limits.tip_speed)
             if over <= 1.0:
                 at = self._sum(scale * a, scale * b, times)
                 return at._replace(q=centre + at.q)
@@ -283,7 +283,7 @@ class PostureFamily(MotionFamily):
             if sweep < _SHORTEST:
                 return None
             motion = self._visit(postures, moves, sweep, half, list_times(self.duration))
-            over = find_tip_speed(self.robot, motion) / (_USED * limits.tip_speed)
+            over = compute_tip_speed(self.robot, motion) / (_USED * limits.tip_speed)
             if over <= 1.0:
                 return self._visit(postures, moves, sweep, half, times)
             moves = 1.02 * over * moves

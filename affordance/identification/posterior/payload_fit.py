@@ -60,7 +60,7 @@ def fit_payload(
     Raises:
         BadValueError: No joint moves fast enough for a sample to be used.
     """
-    errors = evidence.describe_errors(settings)
+    errors = evidence.build_error_model(settings)
     statistics = evidence.compute_statistics(settings)
     if not statistics.counts.any():
         problem = (
@@ -87,7 +87,7 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
     freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
     one error counts as one, because quantiles would be unbounded.
     """
-    freedom = np.maximum(fit.evidence.describe_errors(settings).count_freedom(fit.statistics), 1.0)
+    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics), 1.0)
     middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
     rng = np.random.default_rng(0)
     quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
@@ -117,7 +117,7 @@ def add_friction_error(
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)
-    errors = evidence.describe_errors(settings)
+    errors = evidence.build_error_model(settings)
     covariance = evidence.phantom_covariance
     for joint in range(len(prior.friction_sd)):
         friction_sd = prior.friction_sd.copy()

@@ -53,7 +53,7 @@ class PreparedRun(NamedTuple):
         return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
 
 
-def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
+def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
     """Computes the cut-off of the filter that passes a run's motion, [Hz].
 
     It is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the largest
@@ -70,13 +70,13 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     # The line from the first to the last value is subtracted, and the bandwidth limited to a multiple of that of the
     # motion with faded ends: a part of a motion ends otherwise than it begins, and such a jump contains all
     # frequencies.
-    bandwidth = _find_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
-    faded = _find_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
+    bandwidth = _compute_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
+    faded = _compute_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
     bandwidth = min(bandwidth, _FADED * faded)
     return min(max(settings.cutoff_factor * bandwidth, _SLOWEST), highest)
 
 
-def _find_bandwidth(v: Array, rate: float) -> float:
+def _compute_bandwidth(v: Array, rate: float) -> float:
     """Computes the frequency below which nearly all power of the moving joints' velocities lies, [Hz]."""
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     total = power.sum(axis=0)
@@ -94,7 +94,7 @@ def prepare(
     Args:
         run: Recorded run.
         settings: Settings of filter and trimming.
-        cutoff: Cut-off of the filter, [Hz]; None for the result of ``find_cutoff``.
+        cutoff: Cut-off of the filter, [Hz]; None for the result of ``compute_cutoff``.
         times: Even times at about the run's own rate, (N,), [s], of which both ends are trimmed; None for the run's
             own.
 
@@ -103,12 +103,12 @@ def prepare(
     """
     if run.description.postures:
         rest = np.zeros_like(run.q)
-        return PreparedRun(run.times, run.q, rest, rest, run.signal, find_cutoff(run, settings))
+        return PreparedRun(run.times, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     rate = 1.0 / (times[1] - times[0])
     if cutoff is None:
-        cutoff = find_cutoff(run, settings)
+        cutoff = compute_cutoff(run, settings)
     trimmed = round(settings.trim * rate)  # rounding makes this equal for two runs whose clocks differ
     if len(times) < 2 * trimmed + int(rate):
         length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
@@ -157,5 +157,5 @@ def _apply_section(values: Array, w: float, damping: float) -> Array:
 def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:
     """Prepares runs with the same filter, which passes the motion of all of them."""
     runs = list(runs)
-    cutoff = max(find_cutoff(run, settings) for run in runs)
+    cutoff = max(compute_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]
