@@ -1,8 +1,9 @@
-"""Readings of a recording other than its description's, found from the arm's own weight: sign, gravity, frame, lag.
+"""Detection of mistakes in a run's description from the arm's own weight: sign, gravity, frame and delay.
 
-Files of robots know the arm's own weight to a factor of two, whatever the payload. If signals follow it much better
-with the opposite sign, gravity along another axis, or at another time, the description is wrong; and if they do not
-follow it at all and hold hardly anything, the controller has subtracted it.
+A robot's file predicts the torques due to the arm's own weight to within a factor of two, whatever the payload. If
+the signals follow these torques much better with the opposite sign, with gravity along another axis, or at another
+time, the description is wrong. If they do not follow them at all and are close to zero, the controller has subtracted
+them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,27 +13,28 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.identification.evidence.gravity_tilt import list_forces, measure_angle
+from affordance.identification.evidence.gravity_tilt import compute_force_regressors, measure_angle
 from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-# Samples that are compared, and the fewest of a joint.
+# Largest number of samples that are compared, and least number for a joint.
 _MOST, _FEWEST = 500, 12
-# Factor by which another direction of gravity, or another time, must lower the variance that is left over, in the
-# mean over the joints. In windows of a UR10e's and a Panda's recordings no other reading is 1.2 times as good.
+# Another direction of gravity, or another time, is accepted if it divides the residual variance by at least this
+# factor (geometric mean over the joints). In windows of recordings of a UR10e and a Panda, no alternative is 1.2
+# times as good as the description.
 _BETTER = 3.0
-# Share of a joint's variance beyond friction that its own weight must explain for a sign to be sure, and the share
-# of the torque by its own weight below which a signal lacks it.
+# Share of a joint's variance beyond friction that the arm's own weight must explain before its sign is judged, and
+# ratio of signal to own-weight torque below which that torque is missing from the signal.
 _EXPLAINED, _LACKS = 0.8, 0.2
-# Spread of a joint's torque by its own weight from which it is judged, relative to the largest spread.
+# Least spread of a joint's own-weight torque for the joint to be judged, relative to the largest spread.
 _JUDGED = 0.2
-_LAGS = np.linspace(-0.15, 0.15, 31)  # times by which signals may be late, [s]
-_LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least lag, and by how much those of two joints may differ, [s]
-# Standard errors from which the sign of a gain is sure, and time over which errors agree, [s].
+_LAGS = np.linspace(-0.15, 0.15, 31)  # candidate delays of the signals, [s]
+_LEAST_LAG, _LAGS_AGREE = 0.02, 0.03  # least delay, and largest difference between joints, [s]
+# Number of standard errors beyond which the sign of a gain is certain, and correlation time of the errors, [s].
 _SURE, _AGREEMENT = 4.0, 1.0
-# Angle from which gravity or a frame is another one than described, not one that is set up badly, [rad].
+# Angle above which gravity or a frame counts as described wrongly, not merely as set up imprecisely, [rad].
 _TURNED = np.radians(20.0)
 _AXES = np.concatenate([np.eye(3), -np.eye(3)])
 _AXIS_NAMES = ("+x", "+y", "+z", "-x", "-y", "-z")
@@ -40,25 +42,25 @@ _ALONG = np.cos(np.radians(5.0))
 
 
 class Finding(NamedTuple):
-    """Difference between a recording and its description."""
+    """Contradiction between a recording and its description."""
 
-    problem: str  # what the recording shows, a sentence
-    remedy: str  # what is done about it if it is asked for, a sentence
+    problem: str  # what the recording shows, as a sentence
+    remedy: str  # what the option --as-found does about it, as a sentence
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Reading of recordings by the arm's own weight: what differs from the description, and by how much."""
+    """Differences between recordings and their description, as the arm's own weight reveals them."""
 
     findings: tuple[Finding, ...] = ()
-    signs: Array | None = None  # factor of each channel, 1 or -1, shape (C,); None for those of the description
-    gravity: tuple[float, float, float] | None = None  # [m/s^2]; None for that of the description
-    lag: float = 0.0  # time by which signals come late, [s]
-    rotation: Array | None = None  # rotation from the sensor's frame to the tip, shape (3, 3); None if they are one
-    compensates_arm: bool | None = None  # True if signals lack the arm's own torque; None for what is described
+    signs: Array | None = None  # factor of each channel, 1 or -1, shape (C,); None to keep the signs
+    gravity: tuple[float, float, float] | None = None  # [m/s^2]; None to keep the described one
+    lag: float = 0.0  # delay of the signals behind the joint angles, [s]
+    rotation: Array | None = None  # rotation from the sensor's frame to the tip, shape (3, 3); None if they agree
+    compensates_arm: bool | None = None  # True if the signals lack the arm's own torque; None if as described
 
     def apply(self, run: Run) -> Run:
-        """Returns a run as it was found to be."""
+        """Returns a run corrected for these differences."""
         description, signal = run.description, run.signal
         if self.signs is not None:
             signal = signal * self.signs
@@ -74,28 +76,33 @@ class Reading:
 
 
 def find_reading(robot: SerialChain, run: Run, settings: IdentificationSettings) -> Reading:
-    """Finds how a run is to be read by the arm's own weight, joints in the order of the arm's."""
+    """Finds where a run contradicts its description, judging by the arm's own weight.
+
+    The run's joints must be in the order of the arm's.
+    """
     robot = robot.with_gravity(run.description.gravity)
     if run.description.kind is SignalKind.WRENCH:
-        return _read_wrench(robot, run)
+        return _compare_wrench(robot, run)
     prepared = prepare(run, settings)
     every = max(1, len(prepared.times) // _MOST)
     thin = prepared.select(slice(None, None, every))
     used = np.abs(thin.v) >= (0.0 if run.description.postures else settings.min_speed)
     if (used.sum(axis=0) < _FEWEST).all():
         return Reading()
-    return _read_joints(robot, run, prepared, thin, used)
+    return _compare_joints(robot, run, prepared, thin, used)
 
 
-def _read_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
-    """Reads a run of joint signals."""
+def _compare_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> Reading:
+    """Compares a run of joint signals with its description: gravity, signs, compensation and delay."""
     length = float(np.linalg.norm(robot.gravity_W))
     directions = np.concatenate([robot.gravity_W[None] / length, _AXES])
     fits = [_fit(robot.with_gravity(length * each), thin, thin.signal, used) for each in directions]
     judged = _judge(fits[0])
-    # A joint that sees nothing of one gravity may see another one, so joints are judged by the best reading too.
+    # A joint that one direction of gravity does not load may be loaded by another, so the joints that each candidate
+    # loads are judged too.
     left = np.array([np.log(fit.left[_judge(fit) | judged]).mean() for fit in fits])
-    # Opposite directions fit alike: the one nearer to the description, so that joints have the other sign.
+    # Opposite directions fit equally well. The one nearer to the description is taken, and the signs of the joints
+    # adapt.
     near = directions @ directions[0] > -0.5
     best = int(np.argmin(np.where(near, left, np.inf)))
     findings: list[Finding] = []
@@ -124,7 +131,7 @@ def _read_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: Prep
         follows = judged & (fit.explained > _EXPLAINED) & (fit.gain > 0.5)
         if not follows.any() or not follows[judged].all() or run.description.kind is SignalKind.CURRENT:
             return Reading()
-        problem = "the signals hold the arm's own weight, which compensates: arm says was subtracted"
+        problem = "the signals contain the arm's own weight, although 'compensates: arm' says it was subtracted"
         return Reading((Finding(problem, "nothing is added to the signals"),), compensates_arm=False)
     turned = judged & (fit.explained > _EXPLAINED) & (fit.gain < -_SURE * fit.error)
     signs = np.where(turned, -1.0, 1.0)
@@ -138,7 +145,7 @@ def _read_joints(robot: SerialChain, run: Run, prepared: PreparedRun, thin: Prep
     if lag:
         words = f"{1e3 * abs(lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
         findings.append(
-            Finding(f"the signals come {words} by the joint angles", f"signals are taken to come {words}")
+            Finding(f"the signals are {words} relative to the joint angles", f"signals are taken to be {words}")
         )
     return Reading(tuple(findings), signs if turned.any() else None, gravity, lag)
 
@@ -147,9 +154,11 @@ def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> Finding:
     """Describes joints whose signal has the opposite sign."""
     if turned[judged].all() and judged.sum() > 1:
         problem = (
-            "all joints have the opposite sign, as KUKA has it: the signal falls where the arm's own weight pulls"
+            "all joints have the opposite sign, as is KUKA's convention: the signal falls where the arm's own weight"
         )
-        return Finding(f"{problem} more, or gravity is the opposite", "all signals are taken with the opposite sign")
+        return Finding(
+            f"{problem} pulls more, or gravity points the other way", "all signals are taken with the opposite sign"
+        )
     names = ", ".join(np.array(robot.joint_names)[turned])
     have = "have" if turned.sum() > 1 else "has"
     problem = f"{names} {have} the opposite sign: the signal falls where the arm's own weight pulls more"
@@ -157,23 +166,23 @@ def _describe_signs(robot: SerialChain, turned: Mask, judged: Mask) -> Finding:
 
 
 class _Fit(NamedTuple):
-    """Fit of each joint's signal by its own weight and friction, shape (n,) each."""
+    """Regression of each joint's signal on its own-weight torque and friction, shape (n,) each."""
 
     gain: Array  # signal per torque
     error: Array  # standard error of the gain
-    left: Array  # variance left over
-    explained: Array  # share of the variance beyond friction that the own weight explains
-    torque_sd: Array  # standard deviation of the torque by the own weight
+    left: Array  # residual variance
+    explained: Array  # share of the variance beyond friction that the arm's own weight explains
+    torque_sd: Array  # standard deviation of the own-weight torque
     size: Array  # standard deviation of the signal beyond friction
 
 
 def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _Fit:
-    """Fits the signals of joints, shape (N, n), by the arm's own weight, load friction, friction and an offset."""
+    """Fits signals of joints, shape (N, n), with own-weight torque, load friction, friction and an offset."""
     torque = robot.compute_arm_torques(*thin.motion)
     n = torque.shape[1]
     values = np.zeros((6, n))
     values[2] = 1.0
-    alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # samples that share an error
+    alike = 1.0 if not thin.v.any() else max(_AGREEMENT * thin.rate, 1.0)  # number of samples that share an error
     for j in range(n):
         rows = used[:, j]
         if rows.sum() < _FEWEST:
@@ -193,13 +202,13 @@ def _fit(robot: SerialChain, thin: PreparedRun, signal: Array, used: Mask) -> _F
 
 
 def _judge(fit: _Fit) -> Mask:
-    """Returns which joints feel the arm's own weight, shape (n,)."""
+    """Returns a mask of the joints that the arm's own weight loads enough, shape (n,)."""
     judged: Mask = fit.torque_sd > _JUDGED * max(float(fit.torque_sd.max()), 1e-9)
     return judged
 
 
 def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used: Mask) -> float:
-    """Finds the time by which signals come late, [s]; zero if another time is not much better."""
+    """Finds the delay of the signals, [s]; zero unless another time fits much better."""
     if not used.any() or not prepared.v.any():
         return 0.0
     inside = (thin.times >= thin.times[0] - _LAGS[0]) & (thin.times <= thin.times[-1] - _LAGS[-1])
@@ -213,7 +222,7 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
     each = np.array([np.log(fit.left[judged]) for fit in fits])
     left, own = each.mean(axis=1), _LAGS[each.argmin(axis=0)]
     best = int(left.argmin())
-    if np.count_nonzero(np.abs(own - _LAGS[best]) <= _LAGS_AGREE) < 2:  # errors of a short run look like any time
+    if np.count_nonzero(np.abs(own - _LAGS[best]) <= _LAGS_AGREE) < 2:  # errors of a short run can mimic any delay
         return 0.0
     is_inside = 0 < best < len(_LAGS) - 1
     if not is_inside or abs(_LAGS[best]) < _LEAST_LAG or left[best] > left[len(_LAGS) // 2] - np.log(_BETTER):
@@ -221,14 +230,14 @@ def _find_lag(robot: SerialChain, prepared: PreparedRun, thin: PreparedRun, used
     return float(_LAGS[best])
 
 
-def _read_wrench(robot: SerialChain, run: Run) -> Reading:
-    """Reads a run of a wrist sensor by its forces: their sign, another gravity, or a turned sensor."""
+def _compare_wrench(robot: SerialChain, run: Run) -> Reading:
+    """Compares the forces of a wrist sensor with the description: their sign, gravity and the sensor's mounting."""
     every = max(1, len(run.times) // _MOST)
     q, forces = run.q[::every], run.signal[::every, :3]
     length = float(np.linalg.norm(robot.gravity_W))
     columns = np.stack(
-        [list_forces(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
-    )  # (N, 3, 3): the force of a kilogram for gravity along each axis
+        [compute_force_regressors(robot.with_gravity(length * axis), q)[:, :3, 0] for axis in np.eye(3)], axis=2
+    )  # (N, 3, 3): force of one kilogram with gravity along each axis
     varied = columns - columns.mean(axis=0)
     forces = forces - forces.mean(axis=0)
     flat, b = varied.reshape(-1, 3), forces.ravel()
@@ -243,7 +252,7 @@ def _read_wrench(robot: SerialChain, run: Run) -> Reading:
         if angle < _TURNED:
             return Reading()
         if angle > np.pi - _TURNED:
-            problem = "the forces have the opposite sign: 'force_on' names the other body, or gravity is the opposite"
+            problem = "the forces have the opposite sign: 'force_on' or the direction of gravity is wrong"
             remedy = "forces and moments are taken with the opposite sign"
             return Reading((Finding(problem, remedy),), signs=-np.ones(6))
         direction = weight / np.linalg.norm(weight)
@@ -253,11 +262,11 @@ def _read_wrench(robot: SerialChain, run: Run) -> Reading:
         along = describe_direction(direction)
         problem = f"gravity seems to be along {along} of the base"
         return Reading((Finding(problem, f"gravity is taken to be along {along}"),), gravity=(x, y, z))
-    return _read_frame(varied @ described, forces, whole)
+    return _compare_frame(varied @ described, forces, whole)
 
 
-def _read_frame(expected: Array, forces: Array, whole: float) -> Reading:
-    """Reads forces, shape (N, 3), that are those of a sensor turned in its mounting."""
+def _compare_frame(expected: Array, forces: Array, whole: float) -> Reading:
+    """Compares forces, shape (N, 3), with those of a sensor that is rotated in its mounting."""
     U, S, Vt = np.linalg.svd(forces.T @ expected)
     R = Vt.T @ np.diag([1.0, 1.0, np.linalg.det(U @ Vt)]) @ U.T  # from the sensor's frame to the tip's
     turned = forces @ R.T
@@ -267,7 +276,7 @@ def _read_frame(expected: Array, forces: Array, whole: float) -> Reading:
     if 1.0 - left < _EXPLAINED or angle < _TURNED or S[1] < _JUDGED * S[0]:
         return Reading()
     axis = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    if np.linalg.norm(axis) < 1e-6:  # half a turn
+    if np.linalg.norm(axis) < 1e-6:  # a rotation by half a turn
         axis = np.linalg.eigh(R)[1][:, -1]
     words = (
         f"turned by {np.degrees(angle):.0f} deg about {describe_direction(axis / np.linalg.norm(axis))} of the tip"
@@ -276,7 +285,7 @@ def _read_frame(expected: Array, forces: Array, whole: float) -> Reading:
 
 
 def describe_direction(direction: Array) -> str:
-    """Names the axis that a unit vector is along, or gives its components."""
+    """Names the axis along which a unit vector points, or lists the vector's components."""
     along = _AXES @ direction
     if along.max() > _ALONG:
         return _AXIS_NAMES[int(along.argmax())]
@@ -284,12 +293,12 @@ def describe_direction(direction: Array) -> str:
 
 
 def list_problems(reading: Reading, runs: Sequence[Run]) -> Iterator[str]:
-    """Lists what differs from the description, a sentence each with what to do about it."""
+    """Lists the differences from the description, one sentence each, with the option that corrects them."""
     for finding in reading.findings:
-        yield f"{runs[0].source}: {finding.problem} (--as-found takes it so)"
+        yield f"{runs[0].source}: {finding.problem} (--as-found corrects for this)"
 
 
 def list_remedies(reading: Reading) -> Iterator[str]:
-    """Lists what was changed because it was asked for, a sentence each."""
+    """Lists the corrections that --as-found made, one sentence each."""
     for finding in reading.findings:
         yield f"as found, not as described: {finding.remedy}"

@@ -1,4 +1,4 @@
-"""Identification of a held payload from recorded q, v, vdot and tau."""
+"""Identification of a held payload from recorded joint motion and signals."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -36,13 +36,13 @@ from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 from affordance.vision.systems import predict_object
 
-# Analysis of a loaded run, given runs with an empty hand and the gains as known before.
+# Analysis of a loaded run, from empty runs and the gains as known before.
 type _Analysis = Callable[[SerialChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _DEVIATION_MAX = 1e6
 _EARTH = 9.81  # [m/s^2]
-_OVERLAP = 0.2  # share of samples in common above which two runs are one recording
+_OVERLAP = 0.2  # share of common samples above which two runs are the same recording
 
 
 class Runs(NamedTuple):
@@ -79,27 +79,27 @@ def identify(
     """Identifies a payload from recorded runs.
 
     Args:
-        arm: Robot up to the tip that carries the payload: that of ``load_robot``, or a ``Robot`` up to its hand.
+        arm: Robot up to the tip that carries the payload, from ``load_robot``, or a ``Robot`` up to its hand.
         runs: Recordings, whose joints are matched by name.
-        paired: True if the loaded run repeats the empty one; ignored without an empty run.
-        gains: Gains found before with a weighed load; None to find them here.
-        reference_mass: Mass of the load by a scale, [kg], which calibrates currents and checks other signals; None
-            for that of the loaded run's description.
-        seen: Belief about the object by a camera and a memory of materials; None without a camera.
+        paired: True if the loaded run repeats the motion of the empty one; ignored without an empty run.
+        gains: Gains calibrated earlier with a weighed load; None to estimate them from these runs.
+        reference_mass: Weighed mass of the load, [kg], which calibrates currents and checks other signals; None for
+            that of the loaded run's description.
+        seen: Belief about the object from a camera and a memory of materials; None without a camera.
         solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-        as_found: True to take sign, gravity, frame and lag as the arm's own weight shows them; False to doubt a
-            result whose runs show others than described.
+        as_found: True to correct sign, gravity, frame and delay as the arm's own weight indicates; False to doubt the
+            result of runs that contradict their description.
         settings: Settings of nuisances, filters and samples.
 
-    Returns: The posterior of the payload, with the reasons not to trust it, if there are any.
+    Returns: The posterior of the payload, with any reasons not to trust it.
 
     Raises:
-        BadArgumentError: An argument is of the wrong kind or out of bounds.
+        BadArgumentError: An argument has the wrong type or is out of bounds.
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
     if not isinstance(arm, SerialChain):
-        hint = "load_robot(PATH, TIP) reads one, Robot.load(FOLDER) has one"
+        hint = "load_robot(PATH, TIP) returns one, Robot.load(FOLDER) contains one"
         arm = arm.chain if isinstance(arm, ArmOwner) else check_kind("arm", arm, SerialChain, hint)
     _check_arguments(runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
@@ -110,7 +110,7 @@ def identify(
         run.check_rates(arm.velocity_limits, arm.limits, arm.source)
         _check_angles(arm, run)
         check_sensors(run)
-    if loaded.description.postures:  # at rest nothing is filtered, and each posture has errors of its own
+    if loaded.description.postures:  # at rest nothing is filtered, and the errors of postures are independent
         settings = replace(settings, block=POSTURE_STEP, trim=0.0, min_speed=0.0)
     reading = find_reading(arm, (*empty, loaded)[0], settings)
     if as_found:
@@ -123,7 +123,7 @@ def identify(
         check_reference_mass("reference_mass", reference_mass)
     is_calibration = gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT
     if is_calibration and paired and empty:
-        # The difference of two runs needs no gains before the weighed load tells them.
+        # The difference of two runs needs no gains before the weighed load determines them.
         before = build_nominal_gains(arm.joint_names, description.kind, settings)
     else:
         before = _find_gains(arm, loaded, empty, gains, settings)
@@ -162,14 +162,15 @@ def identify(
             doubts = (*list_problems(reading, (*empty, loaded)), *doubts)
         return replace(belief, doubts=doubts, advice=suggest_run(belief), tip=arm.tip)
     except np.linalg.LinAlgError as error:
-        problem = f"leaves equations without a solution ({error}): are its signals, times and robot those of one arm?"
+        problem = f"gives equations without a solution ({error}): do signals, times and robot belong to the same arm?"
         raise BadValueError(loaded.source, "", problem) from error
 
 
 def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
-    """Predicts a tool that a camera saw, by materials and objects met before and the prior of others.
+    """Predicts a tool that a camera saw, from known materials and objects and the prior of unknown ones.
 
-    The size of each part may differ from how it looks by a relative standard deviation, alike in all directions.
+    Its parts may differ in size from how they look, equally in all directions, by the relative standard deviation
+    ``scale_sd``.
     """
     features = tuple(
         replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
@@ -179,7 +180,7 @@ def see_tool(tool: Tool, memory: MaterialMemory, prior: Prior, scale_sd: float =
 
 
 def _scale(centre: Array, sd: float) -> Array:
-    """Returns the growth of a part about its centre by a standard deviation, less the identity, (G, 4, 4)."""
+    """Returns the change of a part that grows about its centre by one standard deviation, (G, 4, 4)."""
     growth = np.zeros((1, 4, 4))
     growth[0, :3, :3] = sd * np.eye(3)
     growth[0, :3, 3] = -sd * centre
@@ -187,14 +188,18 @@ def _scale(centre: Array, sd: float) -> Array:
 
 
 def check_reference_mass(name: str, mass: float) -> None:
-    """Raises a BadArgumentError for a given mass of a load, [kg], that is out of bounds."""
+    """Checks that the weighed mass of a load, [kg], is within bounds.
+
+    Raises:
+        BadArgumentError: The mass is out of bounds.
+    """
     check_number(name, mass, *_MASSES, "kg")
 
 
 def _check_arguments(
     runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
 ) -> None:
-    check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) makes one")
+    check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) builds one")
     check_kind("runs.loaded", runs.loaded, Run, "read_run(PATH) reads one")
     for i, run in enumerate(check_kind("runs.empty", runs.empty, Sequence, "a tuple of runs, or ()")):
         check_kind(f"runs.empty[{i}]", run, Run, "read_run(PATH) reads one")
@@ -206,41 +211,39 @@ def _check_arguments(
 
 
 def _assume_of_hand(arm: SerialChain, gains: Gains, is_weighed: bool, is_seen: bool) -> Iterator[str]:
-    """Lists what no recording can show, a sentence each."""
+    """Lists assumptions that no recording can check, one sentence each."""
     yield (
-        f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the "
-        "empty runs does so still: a gripper forgotten then is part of the payload"
+        f"the payload is attached at {arm.tip}, which is where the robot's file says, and whatever was attached "
+        "there in the empty runs still is: a gripper missing from them counts as payload"
     )
-    yield f"the arm that was recorded is that of {arm.source}: a relative's file gives another mass"
+    yield f"the recorded arm is the one in {arm.source}: the file of a similar arm would give another mass"
     if gains.kind is SignalKind.WRENCH:
-        yield "the sensor's unit and mounting are as described: no recording shows a wrong scale"
+        yield "the sensor's unit and mounting are as described: no recording can reveal a wrong scale"
     else:
         yield (
-            f"nothing but the load pulls: what pulls by 1 N at the tip counts as {1e3 / _EARTH:.0f} g, and no "
-            "recording shows whether a cable or a hand does"
+            f"nothing but the load pulls at the arm: a pull of 1 N at the tip, by a cable or a hand, counts as "
+            f"{1e3 / _EARTH:.0f} g, and no recording can reveal it"
         )
         yield (
-            "the controller subtracted a payload from the signal in neither run, unless the description says so: one "
-            "that is set in one run only is missing from the result, or added to it"
+            "the controller subtracted no payload from the signal in any run, unless the description says so: a "
+            "payload that was set in one run only is missing from the result, or added to it"
         )
     if is_weighed or (gains.kind is SignalKind.CURRENT and not gains.is_by_weight):
-        yield "the scale is right: its error is that of every mass found with these gains"
+        yield "the scale is accurate: every mass identified with these gains has its relative error"
     if is_seen:
-        yield "what is held is the object that was named, posed in the hand as stated, with sizes as right as stated"
+        yield "the held object is the one that was named, with the stated pose in the hand and accuracy of its sizes"
 
 
 def _check_angles(arm: SerialChain, run: Run) -> None:
-    """Checks that a run stays within the limits of the arm's joints."""
+    """Checks that a run stays within the angle limits of the arm's joints."""
     low, high = arm.limits
     beyond = np.maximum(low - run.q, run.q - high) - ANGLE_SLACK
     row, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
     if beyond[row, joint] > 0.0:
-        bound = f"must be from {low[joint]:.4g} to {high[joint]:.4g} rad by {arm.source}"
+        bound = f"must be from {low[joint]:.4g} to {high[joint]:.4g} rad according to {arm.source}"
         turned = run.q[:, joint] - np.copysign(2.0 * np.pi, run.q[row, joint])
         is_turn = ((turned >= low[joint] - ANGLE_SLACK) & (turned <= high[joint] + ANGLE_SLACK)).all()
-        hint = (
-            "is it counted a turn (2 pi) too far?" if is_turn else "are these degrees, other joints or another robot?"
-        )
+        hint = "is it off by a turn (2 pi)?" if is_turn else "are these degrees, other joints or another robot?"
         raise run.error_at(int(row), f"q of {arm.joint_names[joint]}", f"is {run.q[row, joint]:.4g}, {bound}; {hint}")
 
 
@@ -261,15 +264,15 @@ def _find_gains(
     names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names
     if gains is not None:
         if gains.kind is not kind:
-            raise BadValueError(run.source, "signal", f"is {kind.value}, must be {gains.kind.value} as the gains' is")
+            raise BadValueError(run.source, "signal", f"is {kind.value}, must be {gains.kind.value} as for the gains")
         return arrange_gains(gains, names, "the gains").with_drift(settings)
     if kind is not SignalKind.CURRENT:
         return build_nominal_gains(names, kind, settings)
     own = estimate_gains(arm, run, prepare(run, settings), settings)
     if empty:
         return own
-    # The load is in the signals too, and would be taken for larger gains.
-    source = f"alike, each to a half; {100 * own.common_sd:g} % by {arm.source}; a weighed load makes that 2 %"
+    # The signals include the load, which would be mistaken for larger gains.
+    source = f"assumed alike, each to 50 %, all to {100 * own.common_sd:g} % by {arm.source}; 2 % with a weighed load"
     return replace(own.widen(), source=source)
 
 
@@ -284,8 +287,8 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
         }
         for name, (given, needed) in pairs.items():
             if given != needed:
-                raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")
+                raise BadValueError(run.source, name, f"is {given}, must be {needed} as in the loaded run")
         share = loaded.measure_overlap(run) if run.signal.shape[1] == loaded.signal.shape[1] else 0.0
         if share > _OVERLAP:
-            problem = f"has {100.0 * share:.0f} % of the samples of {loaded.source}, must be another recording"
+            problem = f"contains {100.0 * share:.0f} % of the samples of {loaded.source}, must be another recording"
             raise BadValueError(run.source, "", problem)

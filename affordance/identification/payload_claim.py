@@ -1,4 +1,4 @@
-"""Comparison of the payload that is set on a controller with the one that a run shows."""
+"""Comparison of the payload that is set on a controller with the payload that a run shows."""
 
 from typing import Any, NamedTuple
 
@@ -12,11 +12,11 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.objects.inertia import build_transform_map
 
 TOLERANCE = 0.05
-# Least mass to which the tolerance refers, [kg], as errors of a light payload matter no more than its weight, and
-# lever at which a mass counts as a first moment, [m].
+# Least mass to which the tolerance applies, [kg], as the errors of a light payload matter no more than its weight,
+# and lever at which a mass tolerance becomes that of a first moment, [m].
 _LEAST, _LEVER = 1.0, 0.2
-_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment per tolerance of the mass
-# Probability from which a setting is called right, and plausibility below which wrong.
+_SCALE = np.array([1.0, _LEVER, _LEVER, _LEVER])  # tolerances of mass and first moment, relative to that of the mass
+# Probability above which a setting is right, and plausibility below which it is wrong.
 _RIGHT, _WRONG = 0.5, 0.05
 _SAME = np.eye(4)  # pose of a frame in itself
 # Variance of mass and first moment below which they count as exact, as a share of the squared tolerances.
@@ -27,23 +27,25 @@ class ClaimVerdict(NamedTuple):
     """Comparison of a payload setting with a belief."""
 
     probability: float  # probability that mass and first moment are right within the tolerance
-    # Probability of a payload farther from the mean of the belief, in standard deviations of mass and first moment,
-    # than the nearest one within the tolerance of the setting; 1 if the mean is right.
+    # Probability of a payload that is farther from the mean of the belief, in standard deviations of mass and first
+    # moment, than the nearest payload within the tolerance of the setting; 1 if the mean itself is within the
+    # tolerance.
     plausibility: float
-    mass_tolerance: float  # largest error of a right mass, [kg]
-    moment_tolerance: float  # largest error of a right first moment, [kg m]
-    # Largest error over the run of each joint's torque if the setting is used, by the mean of the belief, shape (C,),
-    # [N m].
+    mass_tolerance: float  # largest error of a mass that counts as right, [kg]
+    moment_tolerance: float  # largest error of a first moment that counts as right, [kg m]
+    # Largest torque error over the run at each joint if the setting is used, according to the mean of the belief,
+    # shape (C,), [N m].
     torque_error: Array
-    # False if moments are set but could not be compared, as they cause less torque in the run than a right mass and
-    # first moment may be wrong by; True if they were compared; None if none are set.
+    # True if the moments that are set were compared; None if none are set; False if the run cannot check them,
+    # because they cause less torque than mass and first moment may be wrong by.
     moments_compared: bool | None = None
 
     @property
     def verdict(self) -> str:
         """Verdict in a word: right, wrong or open.
 
-        A belief much wider than the tolerance gives any setting a small probability; wrong is one that it excludes.
+        A belief that is much wider than the tolerance gives every setting a small probability, so a setting is wrong
+        only if the belief excludes it.
         """
         if self.probability >= _RIGHT:
             return "right"
@@ -66,14 +68,22 @@ class Claim(NamedTuple):
 def judge_claim(
     belief: PayloadBelief, claimed: PayloadSetting, tolerance: float = TOLERANCE, X_FT: Array = _SAME
 ) -> ClaimVerdict:
-    """Judges the payload that is set on a controller by the payload that a run shows.
+    """Compares the payload that is set on a controller with the payload that a run shows.
 
-    A setting is right if its mass is within the tolerance times the mass set, or times 1 kg for lighter ones, and its
-    first moment within 0.2 m times that. Moments of inertia that are set count by their torques: they may be wrong by
-    no more than a right mass and first moment make them, which slow motions hardly ever show. If those that are
-    set cause less than that, and so do 95 % of what is believed, the run cannot check them (``moments_compared``).
-    The setting is in the frame F of the flange, in which the pose of the belief's frame T is X_FT, (4, 4); both
-    payloads are whole. A tolerance that is not from 0.001 to 1 raises a BadArgumentError.
+    A setting is right if its mass is within the tolerance times the set mass, or times 1 kg for lighter payloads, and
+    its first moment is within 0.2 m times that. Moments of inertia are compared by their torques, which may be wrong
+    by no more than the errors allowed for mass and first moment would cause. Slow motions hardly ever show the
+    moments: if those that are set cause less torque than that, and so do 95 % of the believed ones,
+    ``moments_compared`` is False.
+
+    Args:
+        belief: Belief about the whole payload, in the frame T of the tip.
+        claimed: Setting of the whole payload, in the frame F of the flange.
+        tolerance: Relative tolerance of the mass, from 0.001 to 1.
+        X_FT: Pose of T in F, shape (4, 4).
+
+    Raises:
+        BadArgumentError: The tolerance is out of bounds.
     """
     check_number("tolerance", tolerance, 1e-3, 1.0)
     mass = tolerance * max(claimed.mass, _LEAST)
@@ -85,7 +95,8 @@ def judge_claim(
     plausibility = _measure_plausibility(away[:, :4] / (mass * _SCALE), weights)
     moments_compared = None
     if claimed.inertia is not None:
-        # Root mean squares over the run: of what a right mass and first moment may be off by, and of the moments.
+        # Torques, root mean square over the run: those of the allowed errors of mass and first moment, and those of
+        # moments.
         squares = np.einsum("nci,ncj->cij", Y, Y, optimize=True) / len(Y)
         allowed = mass * (
             np.sqrt(squares[:, 0, 0]) + _LEVER * np.sqrt(np.trace(squares[:, 1:4, 1:4], axis1=1, axis2=2))
@@ -101,19 +112,20 @@ def judge_claim(
 
 
 def _measure_torques(squares: Array, moments: Array) -> Array:
-    """Computes root mean squares over the run of what moments, (S, 6), cause at each joint, (S, C), [N m].
+    """Computes the root mean square torques, (S, C), [N m], that moments of inertia, (S, 6), cause over the run.
 
-    The mean products of the moments' columns of the regressor have the shape (C, 6, 6).
+    ``squares`` holds the mean products of the regressor's columns of the moments, shape (C, 6, 6).
     """
     of_joints: Array = np.einsum("si,cij,sj->sc", moments, squares, moments, optimize=True)
     return np.sqrt(np.maximum(of_joints, 0.0))
 
 
 def _measure_plausibility(away: Array, weights: Array) -> float:
-    """Computes the weight of deviations that are farther from their mean than the nearest one within the tolerance.
+    """Computes the probability of deviations farther from their mean than the nearest one within the tolerance.
 
-    Deviations from the setting in mass and first moment are in units of the tolerances, shape (N, 4): right is a
-    first number from -1 to 1, and a vector of the others of length up to 1. Distances are by the covariance.
+    Deviations from the setting in mass and first moment are in units of their tolerances, shape (N, 4). A deviation
+    is within the tolerance if its first number is from -1 to 1 and the vector of the others has a length of at most
+    1. Distances are Mahalanobis distances.
     """
     mean = weights @ away
     scatter = away - mean
@@ -124,8 +136,8 @@ def _measure_plausibility(away: Array, weights: Array) -> float:
 
 
 def _find_nearest(precision: Array, mean: Array) -> Array:
-    """Finds the deviation within the tolerance that is nearest to a mean, shape (4,), by a precision, (4, 4)."""
-    # With the best first number for each vector of the others; clipped if that is beyond the tolerance.
+    """Finds the deviation within the tolerance that is nearest to a mean, (4,), under a precision, (4, 4)."""
+    # The first number is optimised out for each vector of the others, and clipped where it exceeds the tolerance.
     row, rest = precision[0, 1:] / precision[0, 0], precision[1:, 1:]
     vector = _find_nearest_vector(rest - precision[0, 0] * np.outer(row, row), mean[1:])
     first = mean[0] - row @ (vector - mean[1:])
@@ -137,14 +149,14 @@ def _find_nearest(precision: Array, mean: Array) -> Array:
 
 
 def _find_nearest_vector(precision: Array, mean: Array) -> Array:
-    """Finds the vector of length up to 1 that is nearest to a mean, shape (3,), by a precision, (3, 3)."""
+    """Finds the vector of length up to 1 that is nearest to a mean, (3,), under a precision, (3, 3)."""
     if np.linalg.norm(mean) <= 1.0:
         return mean
     values, vectors = np.linalg.eigh(precision)
     along = values * (vectors.T @ mean)
 
     def measure(multiplier: float) -> float:
-        """Returns by how much the vector with Lagrange's multiplier of the length is too long."""
+        """Returns the length in excess of 1 that the vector has at a Lagrange multiplier of the constraint."""
         return float(np.linalg.norm(along / (values + multiplier))) - 1.0
 
     multiplier = scipy.optimize.brentq(measure, 0.0, np.linalg.norm(along))

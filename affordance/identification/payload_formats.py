@@ -1,7 +1,7 @@
-"""Payloads as controllers of robots take them, and files in which one is set; see ``payload_lines`` for their lines.
+"""Payload settings of robot controllers, and readers of files that contain one.
 
-A controller takes mass, centre of mass and moments in the frame F of its flange: p_FFcm, and moments about Fcm along
-F's axes.
+A controller takes the mass, the centre of mass p_FFcm in the flange frame F, and the moments about Fcm along F's
+axes. ``payload_lines`` writes the lines that set them.
 """
 
 import re
@@ -24,28 +24,28 @@ from affordance.files.xml_file import read_xml
 from affordance.objects.inertia import compute_point_parameters
 
 type _Triple = tuple[float, float, float]
-# Bounds of a payload's mass, [kg], lever, [m], and moments, [kg m^2].
+# Bounds of a payload's mass, [kg], of its centre of mass, [m], and of its moments, [kg m^2].
 _MOST, _FAR = 1e3, 10.0
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _LIST = rf"\[\s*((?:{_NUMBER}\s*,\s*)*{_NUMBER})\s*\]"
-# Lines of a URScript program: the newer call has moments, the older one may lack the centre of mass.
+# Lines of a URScript program. The newer call has moments; the older one may omit the centre of mass.
 _URSCRIPT = re.compile(rf"set_(?:target_)?payload\(\s*({_NUMBER})\s*(?:,\s*{_LIST})?\s*(?:,\s*{_LIST})?")
 
 _URSCRIPT_COG = re.compile(rf"set_payload_cog\(\s*{_LIST}")
 
 
 class PayloadSetting(NamedTuple):
-    """Payload that is set on a controller, in a frame T: that of the flange, or of the tip at which it was found."""
+    """Payload setting of a controller, in a frame T: the flange, or the tip at which the payload was identified."""
 
     mass: float  # mass, [kg]
     centre_of_mass: Array  # centre of mass p_TTcm, shape (3,), [m]
     # Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
     inertia: Array | None = None
-    is_centre_guessed: bool = False  # True if the centre of mass is that of the prior, as the run did not show it
+    is_centre_guessed: bool = False  # True if the centre of mass is the prior's, as the run did not show it
 
     @property
     def parameters(self) -> Array:
-        """Ten inertial parameters about To, a point mass if no moments are set, shape (10,)."""
+        """Ten inertial parameters about To, shape (10,); those of a point mass if no moments are set."""
         pi = self.mass * compute_point_parameters(self.centre_of_mass)
         if self.inertia is not None:
             pi[4:] += self.inertia
@@ -54,12 +54,12 @@ class PayloadSetting(NamedTuple):
     def express(self, X_FT: Array) -> "PayloadSetting":
         """Returns the same payload in another frame F, in which the pose of T is X_FT, shape (4, 4)."""
         R, p = X_FT[:3, :3], X_FT[:3, 3]
-        moments = None if self.inertia is None else np.array(take_moments(R @ build_matrix(self.inertia) @ R.T))
+        moments = None if self.inertia is None else np.array(list_moments(R @ build_matrix(self.inertia) @ R.T))
         return self._replace(centre_of_mass=p + R @ self.centre_of_mass, inertia=moments)
 
 
 class PayloadEntry(DataModel):
-    """Payload in YAML, with principal moments or all six."""
+    """Payload in YAML, with the three moments of inertia or with all six moments and products."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[
@@ -71,12 +71,12 @@ class PayloadEntry(DataModel):
     )
     inertia: Annotated[
         Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None,
-        Field(description="Ixx, Iyy, Izz, or with Ixy, Ixz, Iyz too, about the centre of mass, [kg m^2]."),
+        Field(description="Ixx, Iyy, Izz and optionally Ixy, Ixz, Iyz, about the centre of mass, [kg m^2]."),
     ] = None
 
 
 class _EndEffectorEntry(DataModel):
-    """End effector in JSON, as the configuration of a Panda's hand; other keys are none of the payload's."""
+    """End effector in JSON, such as the configuration of a Panda's hand; other keys do not concern the payload."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -86,12 +86,15 @@ class _EndEffectorEntry(DataModel):
 
 
 def read_payload(path: StrPath) -> PayloadSetting:
-    """Reads the payload that is set on a controller; a file that does not set one raises a BadValueError.
+    """Reads the payload that is set on a controller, in the frame of the flange.
 
-    It is a YAML file with ``mass``, ``com`` and ``inertia``; the end effector of a Panda (.json); a program or log
-    with a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script, .urscript,
-    .txt); or a URDF file with one ``<inertial>`` (.urdf, .xml, .xacro without macros). All are in the frame of the
-    flange.
+    Args:
+        path: A YAML file with ``mass``, ``com`` and ``inertia``; the end effector of a Panda (.json); a program or
+            log with a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script,
+            .urscript, .txt); or a URDF file with one ``<inertial>`` (.urdf, .xml, .xacro without macros).
+
+    Raises:
+        BadValueError: The file does not set a payload, or one of its values is wrong.
     """
     path = check_path("path", path)
     suffix = path.suffix.lower()
@@ -105,7 +108,7 @@ def read_payload(path: StrPath) -> PayloadSetting:
         content = _read_urscript(path, read_text(path, SETTINGS))
     else:
         known = ".yaml, .json, .script, .urscript, .txt, .urdf or .xml"
-        raise BadValueError(path, "", f"is of the unknown kind {suffix or path.name!r}, must be {known}")
+        raise BadValueError(path, "", f"has the unknown type {suffix or path.name!r}, must be {known}")
     entry = check_content(path, "", content, PayloadEntry)
     centre = np.array(entry.com, dtype=float)
     if entry.inertia is None:
@@ -116,29 +119,29 @@ def read_payload(path: StrPath) -> PayloadSetting:
     inertia = np.array([*entry.inertia, 0.0, 0.0, 0.0][:6])
     if not (body := RotationalInertia(*inertia)).CouldBePhysicallyValid():
         moments = ", ".join(f"{value:.3g}" for value in body.CalcPrincipalMomentsOfInertia())
-        problem = f"has the principal moments {moments} kg m^2, none may be negative or exceed the sum of the others"
+        problem = f"has principal moments {moments} kg m^2; none may be negative or exceed the sum of the others"
         raise BadValueError(path, "inertia", problem)
     return PayloadSetting(entry.mass, centre, inertia)
 
 
-def take_moments(matrix: Array) -> list[float]:
-    """Returns Ixx, Iyy, Izz, Ixy, Ixz, Iyz of a matrix of inertia, shape (3, 3)."""
+def list_moments(matrix: Array) -> list[float]:
+    """Lists Ixx, Iyy, Izz, Ixy, Ixz, Iyz of an inertia matrix, shape (3, 3)."""
     return [float(matrix[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
 
 
 def build_matrix(moments: Array) -> Array:
-    """Builds the inertia matrix of moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz, shape (3, 3)."""
+    """Builds the inertia matrix, shape (3, 3), from Ixx, Iyy, Izz, Ixy, Ixz, Iyz."""
     xx, yy, zz, xy, xz, yz = moments
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _read_end_effector(path: Path) -> dict[str, Any]:
-    """Reads the mapping that has a mass, in a file that may nest it."""
+    """Reads the mapping that contains a mass, which may be nested one level down."""
     content = read_json(path)
     if isinstance(content, Mapping) and "mass" not in content:
         content = next((each for each in content.values() if isinstance(each, Mapping) and "mass" in each), content)
     hand = check_content(path, "", content, _EndEffectorEntry)
-    moments = None if hand.inertia is None else take_moments(np.array(hand.inertia).reshape(3, 3).T)
+    moments = None if hand.inertia is None else list_moments(np.array(hand.inertia).reshape(3, 3).T)
     return {"mass": hand.mass, "com": list(hand.centre), "inertia": moments}
 
 
@@ -161,7 +164,7 @@ def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
     found = [root] if root.tag == "inertial" else list(root.iter("inertial"))
     if len(found) != 1:
         raise BadValueError(
-            path, "inertial", f"appears {len(found)} times, must appear once: cut the payload's link out"
+            path, "inertial", f"appears {len(found)} times, must appear once: extract the payload's link"
         )
     mass, origin, inertia = (found[0].find(tag) for tag in ("mass", "origin", "inertia"))
     if mass is None:
@@ -176,12 +179,12 @@ def _read_inertial(path: Path, root: Element) -> dict[str, Any]:
             _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         )
         R = scipy.spatial.transform.Rotation.from_euler("xyz", rpy).as_matrix()
-        content["inertia"] = take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+        content["inertia"] = list_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
     return content
 
 
 def _read_numbers(path: Path, element: Element | None, key: str, count: int) -> list[float]:
-    """Reads numbers of an attribute; zeros without it."""
+    """Reads the numbers of an attribute; zeros if it is missing."""
     text = "" if element is None else element.get(key, "")
     try:
         values = [float(word) for word in text.split()] or [0.0] * count

@@ -1,17 +1,17 @@
-"""Lines that set a payload on the controllers of robots, each in the units and the order of its maker.
+"""Lines that set a payload on the controllers of robots, each in its maker's units and order.
 
-Form and units by the documents named. None was tried on a controller, and other versions may differ:
+Syntax and units follow these documents. No line was tried on a controller, and other versions may differ:
 
-- Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes
-  of the flange; kg, m, kg m^2, and a transition time, s.
+- Universal Robots: URScript manual (SW 10.6), set_target_payload: moments about the centre of mass, along the axes of
+  the flange; kg, m, kg m^2, and a transition time, s.
 - Franka: libfranka, franka::Robot::setLoad: in the flange frame, the matrix by columns; kg, m, kg m^2.
 - UFACTORY: xArm-Python-SDK, doc/api/xarm_api.md, set_tcp_load: kg, mm; no moments.
 - Doosan: Doosan Robotics API manual, set_workpiece_weight: kg, mm, and the frame; no moments.
-- KUKA: units and axes by operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
-  inertia": kg, mm, deg about z, the new y, the new x, and kg m^2 about principal axes; the form of $LOAD is that of
+- KUKA: units and axes as in operating instructions MA KR IONTEC V4 (2021), "Load center of gravity and mass moment of
+  inertia": kg, mm, deg about z, the new y, the new x, and kg m^2 about principal axes; the syntax of $LOAD is that of
   System Variables for KSS 8.1 to 8.4.
 - ROS 2: ur_msgs/srv/SetPayload with mass and center_of_gravity (its newest version has geometry_msgs/Inertia and a
-  time of transition in their place), franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
+  transition time instead), franka_msgs/srv/SetLoad of franka_ros2; kg, m, kg m^2.
 """
 
 import numpy as np
@@ -19,21 +19,22 @@ import scipy
 
 from affordance.arrays import Array
 from affordance.exceptions import show_value
-from affordance.identification.payload_formats import PayloadSetting, build_matrix, take_moments
+from affordance.identification.payload_formats import PayloadSetting, build_matrix, list_moments
 
-_MOMENTS = 9  # decimals of moments, [kg m^2]
-_TRANSITION = 0.5  # time in which a UR's controller goes over to the new payload, so that the arm does not jump, [s]
+_MOMENTS = 9  # number of decimals of moments, [kg m^2]
+_TRANSITION = 0.5  # time in which a UR's controller changes to the new payload, so that the arm does not jump, [s]
 
 
 def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
-    """Writes the lines that set a payload, by robot; each names the frame, and what was not seen.
+    """Writes the lines that set a payload, by robot.
 
-    Moments that are needed and were not seen are those of a point mass.
+    Each line names the frame, and says what the run did not show. Moments that a line needs but the run did not show
+    are those of a point mass.
     """
     m, centre = payload.mass, payload.centre_of_mass
     matrix = np.zeros((3, 3)) if payload.inertia is None else build_matrix(payload.inertia)
-    xx, yy, zz, xy, xz, yz = take_moments(matrix)
-    # A name may come from a robot's file of a stranger: as Python shows it, it ends neither line nor comment.
+    xx, yy, zz, xy, xz, yz = list_moments(matrix)
+    # The name may come from a stranger's robot file. In Python's notation it cannot end a line or a comment.
     mark = f"in the frame {show_value(frame)}{'; centre of mass not seen' if payload.is_centre_guessed else ''}"
     point = mark if payload.inertia is not None else f"{mark}; moments not seen: a point mass"
     mass, metres, millimetres = f"{m:.4f}", _list(centre, 5), _list(1e3 * centre, 2)
@@ -67,7 +68,7 @@ def format_payload(payload: PayloadSetting, frame: str) -> dict[str, str]:
 
 
 def show_number(value: float, digits: int) -> str:
-    """Formats a number with at most a number of decimals, never as a power of ten, and a zero as 0."""
+    """Formats a number with at most ``digits`` decimals, without an exponent; zero as 0."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
@@ -77,7 +78,7 @@ def _list(values: Array | tuple[float, ...], digits: int) -> str:
 
 
 def _format_krl(mass: str, millimetres: str, matrix: Array) -> str:
-    """Writes a value of $LOAD: principal moments about axes that A, B and C turn about z, the new y, the new x."""
+    """Formats a value of $LOAD: principal moments about axes that A, B, C rotate about z, the new y, the new x."""
     moments, axes = np.linalg.eigh(matrix)
     axes = axes * np.linalg.det(axes)  # right-handed
     angles = scipy.spatial.transform.Rotation.from_matrix(axes).as_euler("ZYX", degrees=True)

@@ -1,6 +1,6 @@
-"""Settings of identification, each number with its source; every nuisance can be switched off.
+"""Settings of identification, each with the source of its value; every nuisance can be switched off.
 
-For numbers found on a recording, docs/decisions/0020-recorded-data.md names the recording and other observations.
+For numbers that come from a recording, docs/decisions/0020-recorded-data.md names the recording and other evidence.
 """
 
 import enum
@@ -15,7 +15,7 @@ _SHARE = Within(0.0, 10.0)
 _RECORDED = "docs/decisions/0020-recorded-data.md"
 
 
-# Standard deviations of gains in the prior of a signal.
+# Fields of a signal's prior that are standard deviations of gains.
 _OF_GAINS = (
     "scale_common_sd",
     "scale_own_sd",
@@ -27,10 +27,10 @@ _OF_GAINS = (
 
 
 class SignalKind(enum.Enum):
-    """Kind of a run's signal, which determines the friction in it and is not stated by a file of efforts."""
+    """Kind of a run's signal; it determines which friction the signal contains, and no file of efforts states it."""
 
     JOINT_TORQUE = "joint_torque"  # link-side torque sensors: gear friction is not in it
-    MOTOR_TORQUE = "motor_torque"  # motor current times a gain the maker gives: gear friction is in it
+    MOTOR_TORQUE = "motor_torque"  # motor current times the maker's gain: gear friction is in it
     CURRENT = "current"  # motor current: gear friction is in it, and gains are unknown
     WRENCH = "wrench"  # force and torque of a sensor at the wrist
 
@@ -42,18 +42,18 @@ class SignalKind(enum.Enum):
 
 @dataclass(frozen=True)
 class SignalPrior:
-    """Prior of a kind of signal before a run.
+    """Prior of the gains and friction of a kind of signal.
 
     Attributes:
-        scale_common_sd: Relative standard deviation of a factor that all gains share in every run, before any
+        scale_common_sd: Relative standard deviation of a factor common to all gains in every run, before any
             calibration.
-        scale_own_sd: Relative standard deviation of each gain in addition, in every run.
-        drift_common_sd: Relative standard deviation of a factor that all gains share in one session, calibrated
-            in another or not.
-        drift_own_sd: Relative standard deviation of each gain in one session in addition.
+        scale_own_sd: Relative standard deviation of each gain's own factor, in every run.
+        drift_common_sd: Relative standard deviation of a factor common to all gains in one session, whether or not
+            they were calibrated in another.
+        drift_own_sd: Relative standard deviation of each gain's own factor in one session.
         change_common_sd: Relative standard deviation of a factor by which all gains change from one run of a session
             to the next.
-        change_own_sd: Relative standard deviation of the change of each gain in addition.
+        change_own_sd: Relative standard deviation of each gain's own change from run to run.
         load_friction: Mean of mu, friction as a fraction of the load.
         load_friction_sd: Standard deviation of mu before any calibration.
         friction_sd: Standard deviation of Coulomb friction, viscous friction (per rad/s) and offset, or of their
@@ -63,13 +63,13 @@ class SignalPrior:
     scale_common_sd: Annotated[
         float,
         _SHARE,
-        Setting("1", "half of each sensor's own, an assumption; unknown of currents until a weighed load"),
+        Setting("1", "half of each sensor's own, an assumption; for currents unknown without a weighed load"),
     ]
     scale_own_sd: Annotated[
         float,
         _SHARE,
         Setting(
-            "1", "KUKA states 2 % of full scale of the torque sensors of an LBR iiwa; wrist sensors, an assumption"
+            "1", "KUKA states 2 % of full scale for an LBR iiwa's torque sensors; for wrist sensors an assumption"
         ),
     ]
     drift_common_sd: Annotated[
@@ -77,18 +77,18 @@ class SignalPrior:
         _SHARE,
         Setting(
             "1",
-            "magnets of neodymium lose .1 % of their flux a kelvin, strain gauges change by .02 %, and joints warm "
+            "neodymium magnets lose .1 % of their flux per kelvin, strain gauges change by .02 %, and joints warm up "
             "by 15 K in an hour of work",
         ),
     ]
-    drift_own_sd: Annotated[float, _SHARE, Setting("1", "the same, as joints differ by 5 K in temperature")]
+    drift_own_sd: Annotated[float, _SHARE, Setting("1", "the same, for joints that differ by 5 K")]
     change_common_sd: Annotated[
-        float, _SHARE, Setting("1", "the same, as joints warm by some 4 K in minutes; sensors repeat to .2 %")
+        float, _SHARE, Setting("1", "the same, for joints that warm up by 4 K in minutes; sensors repeat to .2 %")
     ]
-    change_own_sd: Annotated[float, _SHARE, Setting("1", "half of that by temperature, an assumption")]
+    change_own_sd: Annotated[float, _SHARE, Setting("1", "half of the common change with temperature, an assumption")]
     load_friction: Annotated[float, Setting("1", f"a UR10e's gears lose 3 to 10 % of the load ({_RECORDED})")]
     load_friction_sd: Annotated[
-        float, Setting("1", "covers a UR10e's joints; servos lose a third of the load and need their own")
+        float, Setting("1", "covers a UR10e's joints; servos lose a third of the load and need a prior of their own")
     ]
     friction_sd: Annotated[
         float,
@@ -117,63 +117,70 @@ class IdentificationSettings:
         load_friction: True if friction grows with the load.
         friction: True if friction and offsets are modelled.
         tare: True if the apparent payload of an empty hand is subtracted (wrist sensor).
-        floor: True if the error of the arm's model that does not average out is added.
+        floor: True if model errors that do not average out are added to the uncertainty.
         correlated_noise: True if the correlation of neighbouring errors is estimated; False for independent errors.
-        signal_prior: Prior of the signal; None for that of its kind.
+        signal_prior: Prior of the signal; None for the prior of its kind.
         load_friction_drift: Standard deviation of mu's drift from run to run, once calibrated.
         friction_drift: Relative standard deviation of the drift of calibrated friction and offset.
         gain_common_sd: Relative standard deviation of a factor common to all gains estimated from the arm's file.
         gain_own_sd: Relative standard deviation of each of these gains in addition to that factor.
-        min_speed: Speed below which friction has no sure direction and samples of a joint are left out, [rad/s].
+        min_speed: Speed below which the direction of friction is uncertain and a joint's samples are left out,
+            [rad/s].
         cutoff_factor: Cut-off of the low-pass filter as a multiple of the motion's bandwidth.
-        trim: Time left out at either end, where filters ring, [s].
-        block: Length of the blocks that measure the correlation of errors, [s].
+        trim: Time that is cut off at either end, where filters ring, [s].
+        block: Length of the blocks from which the correlation of errors is estimated, [s].
         max_rate: Rate to which faster runs are decimated after filtering, [Hz].
         repeat_tolerance: Largest difference of a joint angle between two runs of one motion, [rad].
-        num_samples: Number of samples of the posterior; at most 4000 where they are annealed.
-        unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the whole.
+        num_samples: Number of samples of the posterior; at most 4000 where annealing is needed.
+        unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the whole mass.
         seed: Seed of the samples.
     """
 
     gains: Annotated[bool, Setting("", f"gains drift between runs ({_RECORDED})")] = True
     load_friction: Annotated[bool, Setting("", f"gears lose a share of the load ({_RECORDED})")] = True
     friction: Annotated[bool, Setting("", f"friction changes between runs ({_RECORDED})")] = True
-    tare: Annotated[bool, Setting("", "an empty hand holds nothing (docs/identify.md)")] = True
-    floor: Annotated[bool, Setting("", f"what an empty hand seems to hold does not average out ({_RECORDED})")] = True
+    tare: Annotated[bool, Setting("", "the tare run is made with an empty hand (docs/identify.md)")] = True
+    floor: Annotated[bool, Setting("", f"the apparent load of an empty hand does not average out ({_RECORDED})")] = (
+        True
+    )
     correlated_noise: Annotated[
-        bool, Setting("", f"with white noise 90 % intervals hold in 12 % of the cases ({_RECORDED})")
+        bool, Setting("", f"with white noise 90 % intervals contain the truth in 12 % of the cases ({_RECORDED})")
     ] = True
     signal_prior: SignalPrior | None = None
-    load_friction_drift: Annotated[float, _SHARE, Setting("1", "as the gains'")] = 0.02
-    friction_drift: Annotated[float, _SHARE, Setting("1", "lubricants thin by some per cent a kelvin")] = 0.1
+    load_friction_drift: Annotated[float, _SHARE, Setting("1", "as for the gains")] = 0.02
+    friction_drift: Annotated[float, _SHARE, Setting("1", "lubricants thin by some per cent per kelvin")] = 0.1
     gain_common_sd: Annotated[
         float,
         _SHARE,
         Setting(
             "1",
-            "currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to "
+            "currents of an empty UR10e compared with torques from its URDF: gains of joints 1 to 3 differ by up to "
             f"50 % ({_RECORDED})",
         ),
     ] = 0.20
     gain_own_sd: Annotated[float, _SHARE, Setting("1", "the same recording")] = 0.12
-    min_speed: Annotated[float, MIN_SPEED, Setting("rad/s", "below it the sign of a filtered velocity flickers")] = (
-        0.03
-    )
+    min_speed: Annotated[float, MIN_SPEED, Setting("rad/s", "the sign of a slower filtered velocity flickers")] = 0.03
     cutoff_factor: Annotated[
-        float, Within(0.1, 1e3), Setting("1", "a fourth-order Butterworth passes a quarter of its cut-off to 1e-5")
+        float,
+        Within(0.1, 1e3),
+        Setting("1", "a fourth-order Butterworth filter is exact to 1e-5 at a quarter of its cut-off"),
     ] = 4.0
     trim: Annotated[float, Within(0.0, 1e3), Setting("s", "filters ring")] = 1.0
     block: Annotated[float, Within(1e-3, 1e3), Setting("s", "errors are correlated over 0.3 to 1 s")] = 2.0
     max_rate: Annotated[float, Within(1.0, 1e5), Setting("Hz", "an assumption")] = 100.0
     repeat_tolerance: Annotated[float, Within(0.0, 10.0), Setting("rad", "an assumption")] = 0.02
     num_samples: Annotated[
-        int, NUM_SAMPLES, Setting("1", "edges of intervals move by less than a tenth of an SD with the seed")
+        int, NUM_SAMPLES, Setting("1", "interval edges vary by less than a tenth of an SD between seeds")
     ] = 32_000
     unseen_share: Annotated[float, _SHARE, Setting("1", "an assumption")] = 0.2
     seed: Annotated[int, SEEDS] = 0
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for a number that is not finite or out of bounds."""
+        """Checks all numbers.
+
+        Raises:
+            BadArgumentError: A number is not finite or out of bounds.
+        """
         check_fields(self)
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:

@@ -1,4 +1,4 @@
-"""Online identification inside a Diagram: sums updated with every sample, and a belief evaluated on demand."""
+"""Online identification in a Diagram: every sample updates sums, from which a belief is computed on demand."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,7 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from affordance.arrays import Array
 from affordance.drake.sampled_system import SampledSystem
-from affordance.identification.evidence.evidence import Evidence, describe_errors
+from affordance.identification.evidence.evidence import Evidence, build_error_model
 from affordance.identification.evidence.fitted_arm import FittedArm, predict_friction
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
@@ -28,28 +28,28 @@ from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.chain_plant import build_arm
 from affordance.plant.serial_chain import SerialChain
 
-# Largest number of rounds of body and noise.
+# Largest number of alternations between body and noise.
 _MAX_ROUNDS = 10
-# Probability of the samples below which another object is held than the camera saw; five standard deviations.
+# Probability of the samples below which the held object is not the one that the camera saw; five standard deviations.
 _ANOTHER = 3e-7
 # Number of samples, few enough that a belief takes some milliseconds.
 _NUM_SAMPLES = 500
 
 
 class LoadBelief(NamedTuple):
-    """Belief about the load so far."""
+    """Belief about the load from the samples so far."""
 
     bodies: WeightedBodies  # samples of the ten parameters
-    # Posterior of a seen object, its materials updated; None as long as the belief is the prior, without a camera,
-    # and if no densities of the seen parts explain the load.
+    # Posterior of a seen object with its materials updated. None without a camera, as long as the belief is the
+    # prior, and if no densities of the seen parts explain the load.
     parts: PartPosterior | None
 
 
 class PayloadIdentifier(SampledSystem):
-    """Identifier of an arm's payload, sample by sample.
+    """System that identifies an arm's payload sample by sample.
 
-    The discrete state is the sums over all samples so far; nothing else evolves. A signal from which a repeated empty
-    run has been subtracted (a replayed pair) needs no empty arm.
+    The discrete state is the sums over all samples so far; nothing else evolves. No model of the empty arm is needed
+    if a repeated empty run has already been subtracted from the signal (a replayed pair).
 
     Input ports:
         state: Joint angles and velocities, filtered like the signal, (2 n,), [rad, rad/s].
@@ -57,7 +57,8 @@ class PayloadIdentifier(SampledSystem):
         signal: Torques or currents, (n,).
 
     Output ports:
-        bodies: Posterior of the ten parameters, WeightedBodies; the prior while samples are too few to show an error.
+        bodies: Posterior of the ten parameters, WeightedBodies; the prior until there are enough samples to estimate
+            the noise.
         belief: Posterior of the ten parameters and of a seen object's materials, LoadBelief.
         statistics: Sums so far, JointStatistics.
     """
@@ -80,10 +81,11 @@ class PayloadIdentifier(SampledSystem):
 
         Args:
             robot: Model of the arm, with gravity in its base frame.
-            prior: Prior of gains, friction and errors of the arm's model; it says whether the arm is in the signal.
+            prior: Prior of gains, friction and model errors of the arm; it says whether the signal contains the arm's
+                torque.
             period: Sampling period, [s].
             cutoff: Cut-off of the signals' low-pass filter, [Hz].
-            least_variance: Lower bound of the long-run variance by earlier runs, (n,), [signal unit squared].
+            least_variance: Lower bound of the long-run variance from earlier runs, (n,), [signal unit squared].
             fitted: Fitted empty arm whose prediction is subtracted; None to subtract nothing.
             solid: Prior of the body; None for any solid that a hand could hold.
             placed: Object that a camera saw, in the frame of the tip; None without a camera.
@@ -100,7 +102,7 @@ class PayloadIdentifier(SampledSystem):
         if fitted is not None:
             links = robot.link_parameters + fitted.link_change.reshape(n, -1)
             self._fitted_model = ArmModel(build_arm(robot, links))
-        self._errors = describe_errors(1.0 / period, cutoff, least_variance, settings)
+        self._errors = build_error_model(1.0 / period, cutoff, least_variance, settings)
         self._block_length = max(1, round(settings.block / period))
         self._state = self.declare_vector_input("state", 2 * n)
         self._vdot = self.declare_vector_input("vdot", n)
@@ -127,7 +129,8 @@ class PayloadIdentifier(SampledSystem):
         direction = np.sign(v)
         used = np.abs(v) >= self._settings.min_speed
         s = direction * np.sign(arm_torque)
-        # Columns as ChannelSamples builds them for a whole run, written out as every sample waits for them.
+        # The columns are those of ChannelSamples.build_columns, written out for speed, as every sample waits for
+        # them.
         z = np.empty((n, NUM_COLUMNS))
         z[:, 0] = arm_torque
         z[:, 1:11] = Y
@@ -154,9 +157,9 @@ class PayloadIdentifier(SampledSystem):
 
     def _calc_belief(self, context: Context) -> LoadBelief:
         statistics = self._calc_statistics(context)
-        # A seed that is a function of the sums, so that a replayed Context agrees.
+        # The seed is a function of the sums, so that a replayed Context agrees.
         rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
-        if not self._errors.can_estimate(statistics):  # so few samples are explained exactly, by any load
+        if not self._errors.can_estimate(statistics):  # any load explains so few samples exactly
             return LoadBelief(self._draw_prior(rng), None)
         likelihood, mode, *_ = fit_statistics(
             statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS
@@ -197,9 +200,10 @@ def build_replay(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
-    """Builds a Diagram that replays a run's evidence into an identifier; other arguments as there.
+    """Builds a Diagram that replays a run's evidence into an identifier.
 
-    The noise of the runs of calibration is that of the gains. The Diagram's time starts with the run.
+    The noise variance has that of the gains' calibration runs as its lower bound. The Diagram's time starts with the
+    run. Arguments not described here are those of ``PayloadIdentifier``.
     """
     builder = DiagramBuilder()
     period = 1.0 / evidence.rate

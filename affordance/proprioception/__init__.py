@@ -1,1 +1,1 @@
-"""Proprioception: measured joint torques, and the inference from them about the object in the hand."""
+"""Proprioception: measured joint torques, and the inference about the held object from them."""

@@ -33,8 +33,8 @@ class Inference(NamedTuple):
     """Result of inference from a trial."""
 
     posterior: ObjectBelief  # belief about the object and, in its memory, about all materials
-    # Log probability density of the measurement under the prior, with errors evaluated at the posterior mean as
-    # everywhere here; low values mean surprise.
+    # Log probability density of the measurement under the prior, with errors evaluated at the posterior mean; a low
+    # value means that the measurement is surprising.
     log_evidence: float
     p_value: float  # probability, under the prior, of evidence as low as this
 
@@ -57,7 +57,7 @@ def compute_posterior(
 def condition_on_torques(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
 ) -> tuple[ObjectBelief, Likelihood]:
-    """Returns the posterior and its likelihood without the evidence, which takes most of the time.
+    """Returns the posterior and its likelihood, without the evidence, which takes most of the time to compute.
 
     Arguments and errors are those of compute_posterior; at least one sample is required.
     """

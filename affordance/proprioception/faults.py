@@ -1,7 +1,7 @@
-"""Faults of sensors and of the arm's model, as data that can be switched on; all are off by default.
+"""Faults of sensors and of the arm's model, as data; all are off by default.
 
-Sensor faults distort measured torques after noise is added; the controller sees the true state, as always. A sample
-that does not arrive is NaN at every joint. A mass fault changes the simulated arm and leaves models unchanged.
+Sensor faults distort measured torques after noise is added; the controller always sees the true state. A sample that
+does not arrive is NaN at every joint. A mass fault changes the simulated arm and leaves its models unchanged.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from affordance.files.constraints import CheckedFields, Name, Setting, Whole, Wi
 from affordance.files.data_model import DataModel, load_model
 from affordance.plant.arm import Arm
 
-# Bounds of values in a file; values beyond them describe another arm, or are in wrong units.
+# Bounds of values in a file. Values beyond them would describe another arm or have wrong units.
 _TORQUE_MAX = 1e4  # [N m]
 _TORQUE = Within(-_TORQUE_MAX, _TORQUE_MAX)
 _PROBABILITY = Within(0.0, 1.0)
@@ -38,11 +38,11 @@ class Faults(CheckedFields):
         nan_probability: Probability that one random joint of a sample reads NaN.
         drop_probability: Probability that a sample does not arrive.
         spike_probability: Probability that one random joint of a sample reads a spike.
-        spike_height: Largest spike, [N m]; spikes are uniform between minus and plus this.
-        stuck_joint: Name of a joint whose sensor reads a constant torque; empty for no such joint.
+        spike_height: Largest spike, [N m]; spikes are uniform between plus and minus this value.
+        stuck_joint: Name of a joint whose sensor reads a constant torque; empty for none.
         stuck_torque: Torque that the stuck sensor reads, [N m].
         bias_sd: Bias of every joint, in standard deviations of its noise.
-        delay_samples: Number of samples by which torques arrive late; angles and velocities do not.
+        delay_samples: Number of samples by which torques are delayed; angles and velocities are not.
         arm_mass_factor: Ratio of mass and inertia of the simulated arm to those of its models.
     """
 
@@ -57,10 +57,15 @@ class Faults(CheckedFields):
     arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
-        """Returns the torques that faulty sensors report, of felt ones and their noise's SDs, (num_joints,), [N m].
+        """Returns the torques that faulty sensors report, shape (num_joints,), [N m].
 
-        A sample that is NaN at every joint did not arrive, and is returned as it is. The index is that of
-        ``stuck_joint``.
+        A sample that is NaN at every joint did not arrive, and is returned unchanged.
+
+        Args:
+            felt: Torques without faults, shape (num_joints,), [N m].
+            sd: Standard deviations of their noise, shape (num_joints,), [N m].
+            stuck: Index of ``stuck_joint``; None without one.
+            seed: Seed of the random faults.
         """
         if np.isnan(felt).all():
             return felt.copy()
@@ -77,7 +82,11 @@ class Faults(CheckedFields):
         return reported
 
     def find_stuck(self, joint_names: Sequence[str]) -> int | None:
-        """Returns the index of the joint with a stuck sensor, or None; an unknown one raises a BadValueError."""
+        """Returns the index of the joint with a stuck sensor, or None.
+
+        Raises:
+            BadValueError: The joint is unknown.
+        """
         if not self.stuck_joint:
             return None
         if self.stuck_joint not in joint_names:
@@ -100,7 +109,7 @@ NO_FAULTS = Faults()
 
 
 class _FaultsEntry(DataModel):
-    """Entry of a file of faults; omitted fields are without fault."""
+    """Entry of a file of faults; omitted fields mean no fault."""
 
     nan_probability: Annotated[float, _PROBABILITY] = 0.0
     drop_probability: Annotated[float, _PROBABILITY] = 0.0
@@ -118,9 +127,10 @@ class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads a file that maps names to fields of Faults, and combines the named ones; NO_FAULTS without a name.
+    """Reads named faults from a file and combines them; NO_FAULTS without a name.
 
-    A wrong file or value, a name that is not in it, or two faults that set one field raise a BadValueError.
+    Raises:
+        BadValueError: The file or a value is wrong, a name is not in the file, or two faults set the same field.
     """
     known = {}
     for name, entry in load_model(path, FaultsFile).root.items():
@@ -136,6 +146,6 @@ def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) ->
             if value == field.default:
                 continue
             if field.name in together:
-                raise BadValueError("--fault", "", f"{name!r} sets {field.name}, which another fault sets already")
+                raise BadValueError("--fault", "", f"{name!r} sets {field.name}, which another fault already sets")
             together[field.name] = value
     return Faults(**together)

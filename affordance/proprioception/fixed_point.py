@@ -1,12 +1,12 @@
-"""Likelihood of measured torques whose errors depend on the unknown densities: a fixed point.
+"""Fixed point of the likelihood of torques whose errors depend on the unknown densities.
 
-Errors of a Weber fraction scale with the torque that the posterior mean predicts. With V(rho) the covariance of
+Errors with a Weber fraction scale with the torque that the posterior mean predicts. With V(rho) the covariance of
 these errors, P = R^T V^-1 R and q = R^T V^-1 y, the posterior mean is a zero of
 
     g(rho) = (Lambda + P(rho)) rho - (eta + q(rho)) = Lambda (rho - m) - R^T V(rho)^-1 (y - R rho)
 
-The plain iteration rho <- (Lambda + P)^-1 (eta + q) is rho - (Lambda + P)^-1 g(rho). For most measurements it
-converges in tens of steps; for very surprising ones it may take hundreds, or never converge.
+The plain iteration rho <- (Lambda + P)^-1 (eta + q) equals rho - (Lambda + P)^-1 g(rho). For most measurements it
+converges in tens of steps; for very surprising ones it may take hundreds of steps, or never converge.
 """
 
 from collections.abc import Callable
@@ -23,15 +23,16 @@ from affordance.exceptions import AffordanceError
 
 # Relative change of the densities below which the iteration has converged.
 TOLERANCE = 1e-12
-# Steps of the plain iteration before descent takes over. Measurements of a hold take tens.
+# Number of plain steps before descent takes over. Measurements of a hold take tens.
 _PLAIN_STEPS = 100
-# Steps of the descent; 20 000 random measurements, some off by up to a factor of a thousand, took 69 at most.
+# Largest number of descent steps; 20 000 random measurements, some wrong by up to a factor of a thousand, took at
+# most 69.
 _DESCENT_STEPS = 300
-# Least decrease by a step as a share of that predicted by the slope, and the shortest step (Armijo 1966).
+# Least decrease by a step as a share of the decrease that the slope predicts, and the shortest step (Armijo 1966).
 _ARMIJO, _SHORTEST_STEP = 1e-3, 2.0**-40
-# Conditions of a Newton step: its descent over that of the plain step is at least, and its length at most, this.
+# Bounds of a Newton step relative to the plain step: its descent is at least, and its length at most, this multiple.
 _GRADIENT_RELATED, _LONGEST_NEWTON = 0.1, 1e6
-# Squared length of a step in posterior standard deviations that is rounding error.
+# Squared length of a step, in posterior standard deviations, that counts as rounding error.
 _NEGLIGIBLE = 1e-18
 # Finite-difference step of g, as a fraction of the densities.
 _DIFFERENCE = 1e-6
@@ -40,16 +41,19 @@ _NODES, _WEIGHTS = (0.5 * values for values in np.polynomial.legendre.leggauss(6
 _NODES = _NODES + 0.5
 
 type ComputeLikelihood = Callable[[Array], Likelihood]
-# Function of densities, (N, M), and of the observer of each row, (N,), for several observers.
+# Function of densities, (N, M), and of the observer of each row, (N,).
 type ComputeLikelihoods = Callable[[Array, NDArray[np.intp]], Likelihood]
 
 
 def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:
-    """Finds the likelihood whose errors are evaluated at the posterior mean, (M,), [kg/m^3], that it leads to.
+    """Finds the likelihood whose errors are evaluated at the posterior mean, (M,), [kg/m^3], that results from it.
 
-    Among several fixed points, the plain iteration from the mean of the belief selects one if it converges. A descent
-    that does not converge raises an AffordanceError, which is possible only for several densities with errors that
-    are dependent between joints.
+    If there are several fixed points, the plain iteration from the mean of the belief selects one, provided it
+    converges.
+
+    Raises:
+        AffordanceError: The descent does not converge, which is possible only for several densities with errors that
+            are dependent between joints.
     """
     rho = belief.untruncated_mean
     for _ in range(_PLAIN_STEPS):
@@ -63,9 +67,9 @@ def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihoo
 def find_fixed_points(
     beliefs: Normals, observers: NDArray[np.intp], compute_likelihoods: ComputeLikelihoods
 ) -> Likelihood:
-    """Finds for each of N beliefs, each of an observer, (N,), the likelihood as ``find_fixed_point`` does.
+    """Finds the likelihood of each of N beliefs as ``find_fixed_point`` does; ``observers`` has shape (N,).
 
-    All are iterated together; the result of one does not depend on the others.
+    All are iterated together; no result depends on the others.
     """
     rho, start = beliefs.mean.copy(), beliefs.mean
     evaluated, left = rho.copy(), np.arange(len(rho))
@@ -90,21 +94,21 @@ def _compute_one(compute_likelihoods: ComputeLikelihoods, observer: NDArray[np.i
 
 
 def descend(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Likelihood:
-    """Finds the fixed point by descent from the mean of the belief, for where the plain iteration does not converge.
+    """Finds the fixed point by descent from the mean of the belief, where the plain iteration does not converge.
 
-    If errors are independent between joints, V is diagonal and V_j depends on u_j = (R rho)_j alone, so that g is
-    the gradient of
+    If errors are independent between joints, V is diagonal and V_j depends on u_j = (R rho)_j alone, so that g is the
+    gradient of
 
         Phi(rho) = (rho - m)^T Lambda (rho - m) / 2 + sum_j integral from y_j to u_j of (t - y_j) / V_j(t) dt
 
-    the negative log posterior of Wedderburn's quasi-likelihood (1974, Biometrika 61:439). Every integral is at least
-    zero, so Phi grows without bound in all directions and its level sets are compact. The plain step is -g times the
-    inverse of a positive definite matrix between Lambda and Lambda + R^T R / threshold^2; a Newton step is taken only
-    if its angle with -g is similarly bounded. Steps halved until Phi decreases enough (Armijo) then drive g to zero
-    from any start (Bertsekas 1999, Nonlinear Programming, proposition 1.2.1), so every measurement has a solution. A
-    single density has such a potential whatever V is. Differences of Phi are integrals of g along the step, by
-    quadrature. For several densities with uncertain geometry convergence is not proven; of 6000 random cases 316
-    needed the descent, and all converged.
+    which is the negative log posterior of Wedderburn's quasi-likelihood (1974, Biometrika 61:439). Every integral is
+    non-negative, so Phi grows without bound in all directions and its level sets are compact. The plain step is -g
+    times the inverse of a positive definite matrix between Lambda and Lambda + R^T R / threshold^2; a Newton step is
+    taken only if its angle with -g is similarly bounded. Halving steps until Phi decreases enough (Armijo) therefore
+    drives g to zero from any start (Bertsekas 1999, Nonlinear Programming, proposition 1.2.1), so every measurement
+    has a solution. A single density has such a potential whatever V is. Differences of Phi are integrals of g along
+    the step, computed by quadrature. For several densities with uncertain geometry convergence is not proven; of 6000
+    random cases, 316 needed the descent, and all converged.
 
     Arguments and errors are those of find_fixed_point.
     """
@@ -128,8 +132,8 @@ def descend(belief: DensityBelief, compute_likelihood: ComputeLikelihood) -> Lik
             return likelihood
         rho = rho + length * step
     raise AffordanceError(
-        f"the estimator found no fixed point in {_PLAIN_STEPS} plain steps and {_DESCENT_STEPS} of descent; the last "
-        f"density changed by {np.abs(length * step).max():.3g} kg/m^3"
+        f"the estimator found no fixed point in {_PLAIN_STEPS} plain and {_DESCENT_STEPS} descent steps; the last "
+        f"one changed a density by {np.abs(length * step).max():.3g} kg/m^3"
     )
 
 
@@ -141,7 +145,7 @@ def _compute_mean(belief: DensityBelief, likelihood: Likelihood) -> Array:
 
 
 def _try_newton(compute_gradient: Callable[[Array], Array], rho: Array, g: Array, plain: Array) -> Array:
-    """Returns the Newton step towards g = 0 if it is a sufficient descent, else the plain step, shape (M,)."""
+    """Returns the Newton step towards g = 0 if it descends enough, else the plain step, shape (M,)."""
     shifts = _DIFFERENCE * max(float(np.abs(rho).max()), 1.0) * np.eye(len(rho))
     columns = [compute_gradient(rho + shift) - compute_gradient(rho - shift) for shift in shifts]
     try:

@@ -1,7 +1,7 @@
 """Plausibility check of torque samples.
 
-A sample is rejected if it did not arrive, is not finite, or if no possible densities explain a joint's torque. The
-belief is not used: a surprising object is not a broken sensor.
+A sample is rejected if it did not arrive, is not finite, or cannot be explained at some joint by any possible
+densities. The belief is not used: a surprising object is not a broken sensor.
 """
 
 import enum
@@ -12,11 +12,12 @@ from affordance.arrays import Array
 from affordance.objects.inertia import DENSITY_MAX, Geometry
 from affordance.proprioception.torque_noise import NoiseModel
 
-# A presentation less probable than this, given the belief before it, is a 5-sigma outlier (one-sided), the
+# A presentation that is less probable than this, given the belief before it, is a one-sided 5-sigma outlier, the
 # threshold for a discovery in physics.
 OUTLIER_P_VALUE = 2.87e-7
 
-# Standard deviations of noise by which a rejected torque exceeds the possible range; one in 10^9 without fault.
+# Number of noise standard deviations by which a rejected torque exceeds the possible range; without a fault this
+# happens once in 10^9.
 _MARGIN = 6.0
 
 
@@ -30,7 +31,7 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Checks measured torques, shape (num_joints,), without a model: ACCEPTED if all are finite."""
+    """Checks measured torques, shape (num_joints,), without a model; returns ACCEPTED if all are finite."""
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -38,9 +39,10 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Returns ACCEPTED if an object of this geometry could load the arm with these torques, else IMPOSSIBLE.
+    """Returns ACCEPTED if an object of this geometry could cause these torques, else IMPOSSIBLE.
 
-    Measured torques, and those of the arm alone, are (num_joints,), [N m], the payload regressor Y (num_joints, 10).
+    The measured torques and those of the arm alone have shape (num_joints,), [N m], the payload regressor Y
+    (num_joints, 10).
     """
     heaviest = np.full(geometry.Phi.shape[1], DENSITY_MAX)
     loads = Y @ geometry.Phi * heaviest  # (num_joints, M)

@@ -21,7 +21,7 @@ from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, draw_
 
 
 class StaticHold:
-    """Arm at rest in a posture."""
+    """Arm that is held at rest in a posture."""
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
         """Computes regressor and torque in a posture q, shape (num_joints,), [rad]; None for the arm's home."""
@@ -30,8 +30,8 @@ class StaticHold:
         posture = arm.home if q is None else q
         x = np.concatenate([posture, at_rest])
         self.Y = compute_payload_regressor(model, x, at_rest)  # (num_joints, 10)
-        self.tau_arm = model.compute_inverse_dynamics(at_rest)  # of the arm alone, (num_joints,), [N m]
-        # Increments of both by a unit acceleration of each joint.
+        self.tau_arm = model.compute_inverse_dynamics(at_rest)  # torque of the arm alone, (num_joints,), [N m]
+        # Changes of both for a unit acceleration of each joint.
         units = np.eye(len(posture))
         self._Y_per_vdot = np.array([compute_payload_regressor(model, x, unit) - self.Y for unit in units])
         self._tau_arm_per_vdot = np.array([model.compute_inverse_dynamics(unit) - self.tau_arm for unit in units])
@@ -46,11 +46,19 @@ class StaticHold:
         num_samples: int | None = None,
         acceleration_sd: float = 0.0,
     ) -> TorqueStatistics:
-        """Draws the measured torques of an object of true densities, (M,), [kg/m^3], in the order of the belief.
+        """Draws the measured torques of an object with the given densities.
 
-        All errors are drawn by the seed; each sample has errors of its own, and without a number of samples there is
-        one with only the errors that last the trial. So does the error of a measured joint acceleration, of an SD in
-        [rad/s^2].
+        The seed determines all errors, including that of the joint acceleration.
+
+        Args:
+            belief: Belief whose geometry the object has.
+            rho: True densities, (M,), [kg/m^3], in the order of the belief.
+            noise: Model of the torque errors.
+            seed: Seed of the errors.
+            num_samples: Number of samples, each with errors of its own; None for one sample that has only the errors
+                that last the trial.
+            acceleration_sd: Standard deviation of the error of the measured joint acceleration, which lasts the
+                trial, [rad/s^2].
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))
@@ -65,28 +73,28 @@ class StaticHold:
         statistics = TorqueStatistics(np.zeros(noise.num_features(len(tau))), 0)
         for sample in range(num_samples):
             error = noise.draw_sample_error((*seed, sample), tau)
-            if error is None:  # all samples are equal
+            if error is None:  # all samples are the same
                 return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), num_samples)
             statistics = statistics.add(noise.compute_features(felt + error, tau_arm, Y))
         return statistics
 
 
 class StaticPercept(NamedTuple):
-    """Measured torques at rest of an object of each of B observers, at a small part of the estimator's cost.
+    """Measured torques at rest of one object for each of B observers, at a small part of the estimator's cost.
 
-    The likelihood equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors of the
-    joints are then independent, and no matrix is factorised.
+    The likelihood equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors are then
+    independent between joints, and no matrix is factorised.
     """
 
     tau_arm: Array  # torque of the arm alone, shape (num_joints,), [N m]
     regressor: Array  # torque per density, Y Phi, shape (B, num_joints, M), [N m / (kg/m^3)]
-    residual: Array  # measured torque less that of the arm alone, shape (B, num_joints), [N m]
+    residual: Array  # measured torque minus that of the arm alone, shape (B, num_joints), [N m]
     noise: WeberNoise  # errors of measured torques
 
     def compute_likelihood(self, rho: Array, observers: NDArray[np.intp]) -> Likelihood:
         """Computes the likelihood of the densities, with errors evaluated at the torque that rho, (N, M), predicts.
 
-        Each row is of the observer with its number in ``observers``, (N,).
+        ``observers`` has the number of each row's observer, (N,).
         """
         regressor, residual = self.regressor[observers], self.residual[observers]
         predicted = self.tau_arm + np.matvec(regressor, rho)

@@ -1,4 +1,4 @@
-"""Proprioceptive system of the paper's figure 2: sensing and the recursive Bayesian estimator."""
+"""Proprioceptive systems of the paper's figure 2: sensing, and the recursive Bayesian estimator."""
 
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ from affordance.proprioception.torque_noise import NoiseModel, draw_acceleration
 
 
 class SampleCounts(NamedTuple):
-    """Numbers of samples of a trial that were rejected, by reason, and accepted."""
+    """Numbers of accepted samples in a trial, and of rejected ones by reason."""
 
     missing: int
     not_finite: int
@@ -33,10 +33,10 @@ class SampleCounts(NamedTuple):
 class DensityEstimator(SampledSystem):
     """Recursive Bayesian estimator of an object's densities.
 
-    The discrete state is the sufficient statistic of the presentation so far (mean features of the samples and their
-    number) and counts of accepted and rejected samples. The posterior is an output, computed from statistic and prior
-    on demand. When the presentation ends, in the event in which the memory stores the posterior, evidence and p-value
-    are stored and the statistic is reset, so that nothing is counted twice.
+    The discrete state consists of the sufficient statistic of the presentation so far (mean features of the samples
+    and their number) and of counts of accepted and rejected samples. The posterior is an output, computed from
+    statistic and prior on demand. When the presentation ends, evidence and p-value are stored and the statistic is
+    reset in the same event in which the memory stores the posterior, so that nothing is counted twice.
 
     Input ports:
         prior: Belief before the first sample, ObjectBelief.
@@ -139,9 +139,9 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Sensor of the joints that adds noise to torques and accelerations; angles and velocities are exact.
+    """Joint sensor that adds noise to torques and accelerations; angles and velocities are exact.
 
-    The errors that last a trial, and the seed of those that do not, are parameters of the Context. If torques are
+    The errors that last a trial, and the seed of the other errors, are parameters of the Context. If torques are
     delayed, those not yet delivered are the discrete state. A torque that did not arrive is NaN.
 
     Input ports:
@@ -182,7 +182,7 @@ class Proprioception(SampledSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_late)
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
-        """Draws the errors of a trial from a seed."""
+        """Draws the errors of a trial from a seed, and stores them in the Context."""
         gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
         context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
         context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
@@ -193,7 +193,7 @@ class Proprioception(SampledSystem):
     def _calc_measurement(self, context: Context, output: BasicVector) -> None:
         felt = self._feel(context)
         if self._faults != NO_FAULTS:
-            # Longer by one than the seeds of sensing errors, so that faults and errors are independent.
+            # One number longer than the seeds of sensing errors, so that faults and errors are independent.
             seed = (*self._seed.get(context), self._count_samples(context), 1)
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
@@ -207,7 +207,7 @@ class Proprioception(SampledSystem):
         gain = context.get_numeric_parameter(self._gain_error).value()
         offset = context.get_numeric_parameter(self._offset_error).value()
         felt = tau * (1.0 + gain) + offset
-        # The trial's seed and the sample's number decide, so that replays of a Context agree.
+        # The trial's seed and the sample's number determine the error, so that replays of a Context agree.
         seed = (*self._seed.get(context), self._count_samples(context))
         error = self._noise.draw_sample_error(seed, tau)
         return felt if error is None else felt + error

@@ -1,8 +1,9 @@
 """Errors of measured joint torques and accelerations: the observation models of proprioception.
 
-Both models reduce a trial to the running mean of a feature vector, so that the estimator is recursive with either,
-and convert that mean to a likelihood of the held object's densities. With tau the measured torque, tau_arm that of
-the arm alone, and Y the payload regressor, every sample obeys  tau = tau_arm + Y Phi rho + error.
+Both models of torque errors reduce a trial to the running mean of a feature vector, so that the estimator is
+recursive with either, and convert that mean to a likelihood of the held object's densities. With tau the measured
+torque, tau_arm that of the arm alone, and Y the payload regressor, every sample obeys tau = tau_arm + Y Phi rho +
+error.
 """
 
 from dataclasses import dataclass
@@ -19,27 +20,27 @@ from affordance.runs.random_streams import Stream
 
 @runtime_checkable
 class NoiseModel(Protocol):
-    """Model of torque errors: draws them, and computes the likelihood of measured torques."""
+    """Model of torque errors, which draws them and computes the likelihood of measured torques."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector that is averaged."""
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Computes the features of a sample; tau and tau_arm of shape (num_joints,), Y of shape (num_joints, 10)."""
+        """Computes the features of a sample from tau and tau_arm, (num_joints,), and Y, (num_joints, 10)."""
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Computes the likelihood of the densities given the mean features, (num_features,), of samples of a trial.
+        """Computes the likelihood of the densities from the mean features, (num_features,), of a trial's samples.
 
         Errors that grow with torque are evaluated at densities rho, (M,), [kg/m^3].
         """
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Draws gain and offset errors that last a whole trial, each of shape (num_joints,)."""
+        """Draws gain and offset errors that last a whole trial, shape (num_joints,) each."""
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if no error is its own."""
+        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if errors last the trial."""
 
     def compute_sd(self, tau: Array) -> Array:
         """Computes standard deviations of a sample's error at true torques tau, shape (num_joints,) each, [N m]."""
@@ -47,13 +48,13 @@ class NoiseModel(Protocol):
 
 @dataclass(frozen=True)
 class WeberNoise(CheckedFields):
-    """One measurement per trial, with errors of a Weber fraction and an absolute threshold.
+    """One measurement per trial, with a Weber fraction and an absolute threshold.
 
-    The measurement is the mean torque of the hold. Its standard deviation at joint j is
-    sqrt(threshold^2 + (weber_fraction tau_j)^2), with tau_j the mean total torque, the arm's own weight included.
-    The error is drawn as a gain and an offset that last the trial, which gives the mean exactly that deviation. If
-    samples are independent, gain and offset are drawn anew in each of n, and the variance of the mean is an nth of
-    that, exactly so if the torque is constant, as at rest.
+    The measurement is the mean torque of the hold. Its standard deviation at joint j is sqrt(threshold^2 +
+    (weber_fraction tau_j)^2), with tau_j the mean total torque, including the arm's own weight. The error is drawn as
+    a gain and an offset that last the trial, so that the mean has exactly this standard deviation. If samples are
+    independent, gain and offset are drawn anew for each of the n samples, and the variance of the mean is an nth of
+    that; this is exact if the torque is constant, as at rest.
 
     Attributes:
         weber_fraction: Weber fraction w, dimensionless.
@@ -75,11 +76,11 @@ class WeberNoise(CheckedFields):
         float, Within(0.0, 1e3), Setting("N m", "smallest torque felt at the elbow (Kim & Asbeck 2021)")
     ] = 0.097
     independent_samples: Annotated[
-        bool, Setting("", "one measurement a trial was chosen after others were seen (docs/trust.md)")
+        bool, Setting("", "one measurement per trial was chosen after others had been seen (docs/trust.md)")
     ] = False
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the length of tau, tau_arm and Y, flattened."""
+        """Returns the number of elements of tau, tau_arm and Y."""
         return num_joints * (2 + NUM_PARAMETERS)
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
@@ -118,7 +119,7 @@ class WeberNoise(CheckedFields):
         return gain, self.threshold * rng.standard_normal(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws the error of an independent sample, a gain error and an offset; None if errors last the trial."""
+        """Draws the error of an independent sample from a gain error and an offset; None if errors last the trial."""
         if not self.independent_samples:
             return None
         gain, offset = np.random.default_rng(seed).standard_normal((2, len(tau)))
@@ -132,7 +133,7 @@ class WeberNoise(CheckedFields):
 
 @dataclass(frozen=True)
 class WhiteNoise(CheckedFields):
-    """White noise, as of robots' torque sensors: every sample has an independent error.
+    """White noise, as in robots' torque sensors: every sample has an independent error.
 
     Attributes:
         sd: Standard deviation of a sample's error at every joint, [N m].
@@ -146,11 +147,11 @@ class WhiteNoise(CheckedFields):
     sd: Annotated[
         float,
         Within(1e-12, 1e4),
-        Setting("N m", "a hundredth of what the strongest joint bears (docs/decisions/0004-noise.md)"),
+        Setting("N m", "a hundredth of the strongest joint's torque limit (docs/decisions/0004-noise.md)"),
     ] = 0.7
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the length of Y^T Y, Y^T r and r^T r, flattened."""
+        """Returns the number of elements of Y^T Y, Y^T r and r^T r."""
         return NUM_PARAMETERS**2 + NUM_PARAMETERS + 1
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
@@ -174,7 +175,7 @@ class WhiteNoise(CheckedFields):
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """Returns zeros, as no error lasts a trial."""
+        """Returns zeros, because no error lasts a trial."""
         return np.zeros(num_joints), np.zeros(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
@@ -182,15 +183,15 @@ class WhiteNoise(CheckedFields):
         return self.sd * np.random.default_rng(seed).standard_normal(len(tau))
 
     def compute_sd(self, tau: Array) -> Array:
-        """Returns the standard deviation, which is equal at all torques."""
+        """Returns the standard deviation, which is the same for all torques."""
         return np.full(len(tau), self.sd)
 
 
 def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:
     """Draws the error of measured accelerations in a trial, shape (num_joints,), [rad/s^2]; zero if sd is zero.
 
-    The paper assumes exact accelerations, and so does the estimator: the error multiplies the whole mass matrix, arm
-    included (docs/decisions/0004-noise.md).
+    The paper assumes exact accelerations, and so does the estimator. The error multiplies the whole mass matrix,
+    including that of the arm (docs/decisions/0004-noise.md).
     """
     if sd == 0.0:
         return np.zeros(num_joints)

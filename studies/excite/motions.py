@@ -111,7 +111,7 @@ def run_motions(config: MotionConfig, repeat: int) -> dict[str, NDArray[Any]]:
         said, rmse, inside = np.mean(each, axis=0)
         predicted = np.mean([world.expectation.predict(m).mass ** 2 for m in motions])
         bodies = parameters_from_theta(world.expectation.bodies)
-        excess = max(world.limits.find_excess(world.expectation.robot, _refine(m), bodies) for m in motions)
+        excess = max(world.limits.compute_excess(world.expectation.robot, _refine(m), bodies) for m in motions)
         rows.append([np.sqrt(said), np.sqrt(rmse), inside, excess, np.sqrt(predicted)])
     return dict(zip(("said", "rmse", "inside", "excess", "predicted"), np.array(rows).T, strict=True))
 

@@ -264,7 +264,7 @@ def test_an_object_that_is_another_teaches_nothing(folder, tmp_path):
     words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick"]
     text = _run(folder, *words, "--reference-mass", 2.0 * PAYLOAD[0], "--memory", memory, status=0).out
     assert not memory.exists()
-    assert "the camera is left out" in text
+    assert "the camera is ignored" in text
     assert "the object is not what it looks like (p = " in text
     found = _run(folder, *words[:4], "--reference-mass", 2.0 * PAYLOAD[0], "--json").content
     assert f"{found['com_m'][2]:.3g}"[:4] in text

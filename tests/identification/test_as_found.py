@@ -42,7 +42,7 @@ def test_the_sign_of_a_joint_and_of_all_is_found(robot):
     (said,) = _say(robot, replace(run, signal=run.signal * [1.0, -1.0, 1.0, 1.0, 1.0, 1.0]))
     assert said.startswith("joint_2 has the opposite sign")
     (said,) = _say(robot, replace(run, signal=-run.signal))
-    assert said.startswith("all joints have the opposite sign, as KUKA has it")
+    assert said.startswith("all joints have the opposite sign, as is KUKA's convention")
 
 
 @pytest.mark.parametrize("late", [0.06, -0.06])
@@ -71,7 +71,7 @@ def test_torques_without_the_arm_s_own_are_found_in_either_direction(robot):
         run, signal=run.signal - robot.compute_arm_torques(run.q, run.v, np.gradient(run.v, run.times, axis=0))
     )
     assert "lack the arm's own weight" in _say(robot, replace(without, signal=0.1 * without.signal))[0]
-    assert "hold the arm's own weight" in _say(robot, _describe(run, compensates_arm=True))[0]
+    assert "contain the arm's own weight" in _say(robot, _describe(run, compensates_arm=True))[0]
     assert _say(robot, _describe(replace(without, signal=0.1 * without.signal), compensates_arm=True)) == []
 
 
@@ -109,7 +109,7 @@ def test_findings_are_doubts_unless_they_are_asked_for(robot):
     belief = identify(robot, Runs(loaded, (empty,)), settings=_FAST)
     assert belief.doubts[0] == (
         "generated: joint_2 has the opposite sign: the signal falls where the arm's own weight pulls more "
-        "(--as-found takes it so)"
+        "(--as-found corrects for this)"
     )
     found = identify(robot, Runs(loaded, (empty,)), as_found=True, settings=_FAST)
     right = identify(robot, Runs(runs[0], (runs[1],)), settings=_FAST)

@@ -56,7 +56,7 @@ def test_gains_by_the_own_weight_of_a_short_run_are_doubted(robot, analysis):
             gains = identify(robot, weighed, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).calibration
         runs = Runs(loaded) if analysis == "no empty run" else Runs(loaded, (empty,))
         belief = identify(robot, runs, paired=analysis == "paired", gains=gains, settings=_SETTINGS)
-        doubts[duration] = [doubt for doubt in belief.doubts if "too short to tell the gains" in doubt]
+        doubts[duration] = [doubt for doubt in belief.doubts if "too short to determine the gains" in doubt]
     assert not doubts[16.0]
     assert len(doubts[14.0]) == int(analysis in ("no empty run", "unpaired"))
     if doubts[14.0]:
@@ -65,13 +65,13 @@ def test_gains_by_the_own_weight_of_a_short_run_are_doubted(robot, analysis):
 
 def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
     narrow = replace(robot, limits=np.array([[-0.2] * 6, [0.2] * 6]))
-    with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad by .*; are these degrees"):
+    with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad according to .*; are these degrees"):
         identify(narrow, pair, settings=_SETTINGS)
     assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
     turned = pair._replace(
         loaded=replace(pair.loaded, q=pair.loaded.q + np.array([0.0, 2.0 * np.pi, 0.0, 0.0, 0.0, 0.0]))
     )
-    with pytest.raises(BadValueError, match=r"q of joint_2: is .* by .*robot.urdf; is it counted a turn"):
+    with pytest.raises(BadValueError, match=r"q of joint_2: is .* according to .*robot.urdf; is it off by a turn"):
         identify(robot, turned, settings=_SETTINGS)
 
 
@@ -81,7 +81,9 @@ def test_a_sensor_that_sticks_is_named_with_its_time(robot):
     signal = loaded.signal.copy()
     signal[400:600, 1] = signal[400, 1]
     doubts = identify(robot, Runs(replace(loaded, signal=signal), (empty,)), settings=_SETTINGS).doubts
-    assert any("run, joint_2: the signal is" in doubt and "from 8.0 s on for 4.0 s" in doubt for doubt in doubts)
+    assert any(
+        "run, joint_2: from 8.0 s on, the signal stays at" in doubt and " for 4.0 s " in doubt for doubt in doubts
+    )
 
 
 def test_errors_of_joints_that_move_little_are_no_reason_for_doubt_until_they_are_large(robot):
@@ -95,7 +97,7 @@ def test_errors_of_joints_that_move_little_are_no_reason_for_doubt_until_they_ar
             for pi, source in ((2.0 * PAYLOAD, "loaded"), (None, "empty"))
         )
         doubts = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS).doubts
-        assert any("% of a usual signal of the arm unexplained" in doubt for doubt in doubts) == is_doubted
+        assert any("% of a typical signal of the arm unexplained" in doubt for doubt in doubts) == is_doubted
         assert is_doubted or not doubts
 
 
@@ -152,7 +154,7 @@ def test_another_controller_is_seen_by_the_weight_of_the_arm(robot, weighed, fac
     assert np.isfinite(gains.own_weight).all(axis=1).any()
     empty, loaded = (replace(run, signal=factor * run.signal) for run in runs)
     doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
-    assert any("since the gains were found, within " in doubt for doubt in doubts) == is_seen
+    assert any("since the gains were found; usual changes stay within " in doubt for doubt in doubts) == is_seen
 
 
 @pytest.mark.parametrize(("change", "is_seen"), [(0.01, False), (0.05, True)])
@@ -161,7 +163,10 @@ def test_gains_that_differ_between_both_runs_are_doubted(robot, weighed, monkeyp
     found = np.full(6, change), np.full(6, 0.0045)
     monkeypatch.setattr(PayloadLikelihood, "estimate_changes", lambda *_: found)
     doubts = identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS).doubts
-    assert any("has changed by +5.0 % since the empty run, within 1.3 %" in doubt for doubt in doubts) == is_seen
+    assert (
+        any("has changed by +5.0 % since the empty run; usual changes stay within 1.3 %" in doubt for doubt in doubts)
+        == is_seen
+    )
 
 
 def test_commanded_currents_are_seen(robot, weighed):
@@ -174,7 +179,7 @@ def test_commanded_currents_are_seen(robot, weighed):
         torque = robot.compute_arm_torques(*motion)
         commanded.append(replace(run, signal=gains.mean[:, 0] * torque + rounded))
     doubts = identify(robot, Runs(commanded[1], (commanded[0],)), gains=gains, settings=_SETTINGS).doubts
-    assert any("are these commanded values, and no measured ones?" in doubt for doubt in doubts)
+    assert any("are these commanded values instead of measured ones?" in doubt for doubt in doubts)
 
 
 def test_velocities_that_are_late_are_named(robot, weighed):

@@ -85,7 +85,7 @@ def test_loads_lost_weighed_otherwise_or_of_exchanged_runs_are_doubted_at_the_wr
     late = np.arange(len(loaded.times)) >= len(loaded.times) // 2
     lost = replace(loaded, signal=np.where(late[:, None], without.signal, loaded.signal))
     for runs, mass, word in (
-        (Runs(lost, (empty,)), None, "its first half says"),
+        (Runs(lost, (empty,)), None, "its first half shows"),
         (Runs(empty, (loaded,)), None, "errors are"),
         (Runs(loaded, (empty,)), 5.0, "5 kg was weighed"),
     ):
@@ -95,7 +95,7 @@ def test_loads_lost_weighed_otherwise_or_of_exchanged_runs_are_doubted_at_the_wr
 
 def test_a_dead_channel_of_a_wrist_sensor_is_refused(robot, wrenches):
     loaded, empty = (_of_signal(run, lambda signal: signal * [1, 1, 0, 1, 1, 1]) for run in wrenches)
-    with pytest.raises(BadValueError, match="signal of fz: is 0 throughout, must change as the joint moves"):
+    with pytest.raises(BadValueError, match="signal of fz: is 0 throughout, must change while the joint moves"):
         identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
 
 
@@ -123,7 +123,7 @@ def test_a_load_that_changes_half_way_is_doubted(robot, torques):
     for share, is_doubted in ((0.0, False), (0.4, True)):
         kept = np.where(late[:, None], (1.0 - share) * loaded.signal + share * empty.signal, loaded.signal)
         doubts = identify(robot, Runs(replace(loaded, signal=kept), (empty,)), settings=_SETTINGS).doubts
-        assert any(doubt.startswith("l: its first half says") for doubt in doubts) == is_doubted
+        assert any(doubt.startswith("l: its first half shows") for doubt in doubts) == is_doubted
 
 
 def _silence(run, seed):
@@ -148,7 +148,7 @@ def test_errors_are_compared_with_those_of_the_calibration(robot, currents):
         Runs(_of_signal(loaded, _flip), (empty,)),
     ):
         doubts = identify(robot, wrong, gains=gains, settings=_SETTINGS).doubts
-        assert any("times those of the runs before" in doubt for doubt in doubts)
+        assert any("times those of the earlier runs" in doubt for doubt in doubts)
 
 
 def test_gains_unlike_those_of_other_joints_are_doubted_by_calibration(robot, currents):
@@ -161,14 +161,14 @@ def test_gains_unlike_those_of_other_joints_are_doubted_by_calibration(robot, cu
 
     runs = Runs(_of_signal(weighed, weaken), (_of_signal(empty, weaken),))
     doubts = identify(robot, runs, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS).doubts
-    assert any("joint_3: the gain is 0.01" in doubt and "of the others 0.1" in doubt for doubt in doubts)
+    assert any("joint_3: the gain is 0.01" in doubt and "the median 0.1" in doubt for doubt in doubts)
 
 
 def test_currents_called_torques_are_doubted_without_an_empty_run(robot, currents):
     _, loaded, _ = currents
     assert not identify(robot, Runs(record(robot, np.random.default_rng(3), PAYLOAD, SignalKind.MOTOR_TORQUE))).doubts
     doubts = identify(robot, Runs(rename(loaded, kind=SignalKind.MOTOR_TORQUE)), settings=_SETTINGS).doubts
-    assert any("the arm's own weight says" in doubt for doubt in doubts)
+    assert any("the arm's own weight implies a gain" in doubt for doubt in doubts)
 
 
 def test_a_small_lag_of_currents_leaves_the_load_of_a_pair_as_it_is(robot, currents):

@@ -51,7 +51,7 @@ def test_four_postures_determine_mass_and_centre_of_mass(robot, num, sensor):
 def test_moments_are_not_seen_at_rest_and_no_motion_is_advised(robot, rng):
     belief = identify(robot, _hold_pair(robot, rng, 6), settings=_FAST)
     assert any(
-        each.startswith("moments of inertia") and "no arm at rest shows them" in each for each in belief.unseen
+        each.startswith("moments of inertia") and "an arm at rest cannot show them" in each for each in belief.unseen
     )
     assert any("one more posture" in note for note in belief.notes)
     assert not any("4 s more" in note for note in belief.notes)

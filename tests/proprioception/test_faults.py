@@ -213,7 +213,7 @@ def test_stuck_joint_the_arm_has_not_is_refused(arm):
         ("a: {arm_mass_factor: 0}", "a.arm_mass_factor: is 0, must be from 0.5 to 2"),
         ("a: {bais_sd: 3}", "a.bais_sd: is not a key known here"),
         ("b: {bias_sd: 3}", "--fault: is 'a', must be one of b"),
-        ("a: {bias_sd: 3}\nb: {bias_sd: 1}", "--fault: 'b' sets bias_sd, which another fault sets already"),
+        ("a: {bias_sd: 3}\nb: {bias_sd: 1}", "--fault: 'b' sets bias_sd, which another fault already sets"),
     ],
 )
 def test_mistake_in_a_fault_is_refused(arm, tmp_path, text, said):

@@ -99,8 +99,8 @@ ROBOTS = {
 URL = "postgresql://me:secret@host:abc/memory"
 # Files that `identify` reads, by option, and messages that refuse them.
 RECORDINGS = {
-    "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
-    "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not netCDF 3 of numbers"),
+    "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
+    "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not a netCDF 3 file of numbers"),
     "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
     "aliases": ("loaded.yaml", LAUGHS, "makes more than 100000 entries"),
     "memory": ("memory.json", "{" * 100_000, "memory.json: is JSON, must be an SQLite file"),

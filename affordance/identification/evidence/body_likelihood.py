@@ -1,11 +1,12 @@
-"""Likelihood of a body, with errors of the arm's model integrated out of that of the load.
+"""Likelihood of a body, with the errors of the arm's model integrated out.
 
-Errors of the arm's model are a phantom payload delta, delta ~ N(0, C), and the load is the sum of body pi and delta.
-With Q the quadratic approximation of log L near the most probable load, and Q_C that with delta integrated out,
+Errors of the arm's model are represented by a phantom payload delta ~ N(0, C), so that the load is the sum of the
+body pi and delta. With Q the quadratic approximation of log L near the most probable load, and Q_C that approximation
+with delta integrated out,
 
     log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],    delta ~ N(0, C) exp Q(pi + .)
 
-and the expectation is estimated by one draw: exact without a phantom, and unbiased with one.
+The expectation is estimated from one draw: exactly without a phantom, and without bias with one.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ class BodyLikelihood:
     """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out."""
 
     def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
-        """Prepares the quadratics about a load of high likelihood, shape (10,)."""
+        """Prepares the quadratic approximations about a load of high likelihood, shape (10,)."""
         self._likelihood = likelihood
         self.of_load = likelihood.linearise(load)
         covariance = likelihood.prior.phantom_covariance
@@ -31,14 +32,15 @@ class BodyLikelihood:
         self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
 
     def draw_normals(self, rng: np.random.Generator, num_bodies: int) -> Array:
-        """Draws the standard normal numbers from which phantoms of N bodies follow, (N, 10); zeros without one."""
+        """Draws standard normal numbers for the phantoms of N bodies, (N, 10); zeros without a phantom."""
         shape = num_bodies, NUM_PARAMETERS
         return rng.standard_normal(shape) if self._has_phantom else np.zeros(shape)
 
     def compute(self, pi: Array, normals: Array) -> Array:
-        """Computes the log likelihood at N bodies, (N, 10), with a phantom by normal numbers, (N, 10); shape (N,).
+        """Computes the log likelihood of N bodies, (N, 10), up to a constant common to all; shape (N,).
 
-        It is known up to one constant for all, and without bias if the normal numbers are independent.
+        Each body's phantom follows from its row of normal numbers, (N, 10). The likelihood is unbiased if these are
+        independent.
         """
         if not self._has_phantom:
             return self._likelihood.compute_log_likelihood(pi)

@@ -1,6 +1,7 @@
 """Evidence of a loaded run: its samples, with the empty arm subtracted or modelled.
 
-Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds it, and inference uses nothing else.
+Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds an ``Evidence``. Inference uses nothing
+else.
 """
 
 import itertools
@@ -23,35 +24,37 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
-# Degrees of freedom that the fit takes from the residual: ten, shared by the channels, and friction of each.
+# Degrees of freedom that the fit removes from the residual: ten shared by all channels, and those of each channel's
+# friction.
 _SHARED, _OWN = 10.0, 3.0
-# Residual degrees of freedom are taken as at least this, or as the number of samples if that is less.
+# Lower bound of the residual degrees of freedom, unless there are even fewer samples.
 _FEWEST = 2.0
-# Ratio of moment offsets to force offsets of a wrist sensor, by the lever arms of its forces, [m].
+# Ratio of moment offsets to force offsets of a wrist sensor, [m], from the lever arms of its forces.
 MOMENT_SHARE = 0.1
 
 
 class ErrorModel(NamedTuple):
-    """Prior knowledge of a run's errors."""
+    """Prior knowledge about a run's errors."""
 
-    alike: float  # number of neighbouring samples that the filter correlates; 1 for none
+    alike: float  # number of neighbouring samples that the filter correlates; 1 if none
     correlated: bool  # True if errors may be correlated over longer times
-    least_variance: Array  # lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared]
-    # Channels with errors of like size, where the arm was held at rest in a few postures; empty where it moved.
+    least_variance: Array  # lower bound of the long-run variance from earlier runs, shape (C,), [signal unit squared]
+    # Groups of channels with errors of similar size, if the arm was held at rest in a few postures; empty if it
+    # moved.
     alike_at_rest: tuple[slice, ...] = ()
 
     def can_estimate(self, statistics: JointStatistics) -> bool:
-        """Returns whether a channel has more samples than are fitted to it, so that a residual shows its error."""
+        """Returns whether some channel has enough samples to estimate its errors from the residual."""
         return bool((statistics.counts > _count_fitted(statistics)).any())
 
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
-        """Estimates the long-run variance of each channel's error from a residual w^T z, w (C, 26); shape (C,).
+        """Estimates the long-run variance of each channel's error from the residual w^T z, w (C, 26); shape (C,).
 
-        The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
-        sample times the number of samples that share its error. Its lower bounds are the variance with correlation by
-        the filter alone, and that of earlier runs. Where a channel has no more independent samples than are fitted to
-        it, its residual shows no error, and all of its signal may be one. At rest the errors of postures are
-        independent, and few: see ``estimate_variance_at_rest``.
+        The estimate is the sum of the squared block sums of the residual divided by the number of samples, that is,
+        the variance of one sample times the number of samples that share its error. It is at least the variance with
+        correlation by the filter alone, and at least that of earlier runs. A channel with no more independent samples
+        than fitted unknowns has an uninformative residual, so its whole signal may be error. At rest the errors of
+        postures are independent but few: see ``estimate_variance_at_rest``.
         """
         if self.alike_at_rest:
             estimate = estimate_variance_at_rest(statistics, weights, self.alike_at_rest)
@@ -69,47 +72,48 @@ class ErrorModel(NamedTuple):
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
 
     def count_freedom(self, statistics: JointStatistics) -> Array:
-        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks that the fit leaves."""
+        """Counts the degrees of freedom of each channel's estimated variance, (C,): blocks less fitted unknowns."""
         count = np.maximum(statistics.counts, 1.0)
         errors = count / (statistics.block_length if self.correlated else self.alike)
         return np.maximum(errors - _count_fitted(statistics), np.minimum(errors, _FEWEST))
 
 
 def _count_fitted(statistics: JointStatistics) -> float:
-    """Returns the number of unknowns that are fitted to each channel."""
+    """Returns the number of unknowns that are fitted per channel."""
     return _OWN + _SHARED / statistics.num_channels
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples of a loaded run and the model of their errors."""
+    """Samples of a loaded run, with the model of their errors."""
 
     source: str  # file of the loaded run
     analysis: str  # treatment of the empty arm, in words
     kind: SignalKind
     channel_names: tuple[str, ...]  # names of the joints, or of the components of the wrench
-    prepared: PreparedRun  # even samples of the run, with their times, motion and filter
+    prepared: PreparedRun  # evenly spaced samples of the run, with their times, motion and filter
     rate: float  # sampling rate, [Hz]
     samples: ChannelSamples  # samples of all channels; the empty arm is subtracted, or modelled by its torque
-    arm_torque: Array  # torque of the arm alone, for the sign of the load, shape (N, C), [N m]
-    is_difference: bool  # True if the signal is what the load added to the same motion
-    # True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
+    arm_torque: Array  # torque of the arm alone, which determines the sign of the load, shape (N, C), [N m]
+    is_difference: bool  # True if the signal is the load's part alone: that of the empty arm was subtracted
+    # True if the subtracted signal is that of an empty run with the same motion; False if it is that of a model of
+    # the arm.
     is_repeated: bool = False
-    # Lower bound of the long-run variance by earlier runs, shape (C,), or (1,) for all channels, [signal unit
-    # squared].
+    # Lower bound of the long-run variance from earlier runs, shape (C,), or (1,) for all channels,
+    # [signal unit squared].
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
-    # Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
+    # Mean of the phantom payload, the apparent load of an empty hand, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
-    # Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
+    # Covariance of the phantom payload, which includes errors that do not average out, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0  # ratio of the friction in the signal to its change between two runs
-    # Standard deviations of friction that an arm fitted to other runs leaves, shape (C, 3), in the signal's unit;
-    # None for those of the signal's kind.
+    # Standard deviations of the friction that remains after an arm was fitted to other runs, shape (C, 3), in the
+    # signal's unit; None for those of the signal's kind.
     friction_left: Array | None = None
     notes: tuple[str, ...] = ()  # findings of the analysis, in words
 
     def select(self, rows: slice) -> "Evidence":
-        """Returns a part of the run."""
+        """Returns some rows of the run."""
         return replace(
             self,
             prepared=self.prepared.select(rows),
@@ -125,7 +129,10 @@ class Evidence:
         return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
 
     def list_friction_sds(self, settings: IdentificationSettings) -> Array:
-        """Returns prior SDs of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets only."""
+        """Returns prior SDs of Coulomb friction, viscous friction and offset, (C, 3).
+
+        A wrist sensor has offsets only.
+        """
         if self.friction_left is not None and settings.friction:
             return self.friction_left
         sd = self.friction_scale * settings.get_prior(self.kind).friction_sd
@@ -134,24 +141,24 @@ class Evidence:
         return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
 
     def list_change_sds(self, gain: Array, settings: IdentificationSettings) -> tuple[Array, Array]:
-        """Returns SDs of the change of gains since the subtracted run, shared and each channel's own, (C,) each."""
+        """Returns SDs of the change of gains since the subtracted run: common and of each channel, (C,) each."""
         if not self.is_difference:
             return np.zeros_like(gain), np.zeros_like(gain)
         prior = settings.get_prior(self.kind)
         return prior.change_common_sd * np.abs(gain), prior.change_own_sd * np.abs(gain)
 
-    def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
+    def build_error_model(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
-        errors = describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
+        errors = build_error_model(self.rate, self.prepared.cutoff, self.least_variance, settings)
         return errors._replace(alike_at_rest=self._list_alike()) if self.is_at_rest else errors
 
     @property
     def is_at_rest(self) -> bool:
-        """True if the arm was held in postures and never moves."""
+        """True if the arm was held in postures and never moved."""
         return not self.prepared.v.any()
 
     def _list_alike(self) -> tuple[slice, ...]:
-        """Lists the channels whose errors are of like size: forces and moments, or all joints."""
+        """Lists the groups of channels with errors of similar size: forces and moments, or all joints."""
         return (slice(3), slice(3, 6)) if self.kind is SignalKind.WRENCH else (slice(len(self.channel_names)),)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
@@ -161,8 +168,9 @@ class Evidence:
     def with_load(self, pi: Array) -> "Evidence":
         """Returns the evidence with the load signs that a payload causes, pi of shape (10,).
 
-        Friction is mu |tau| along the motion. In a difference of two runs it is mu (|tau_arm + Y pi| - |tau_arm|), so
-        s is d times the bracket over Y pi: between -1 and 1, and d sign(tau_arm) if the arm's torque is the larger.
+        Load friction is mu |tau| against the motion. In a difference of two runs it is mu (|tau_arm + Y pi| -
+        |tau_arm|), so the load sign s is d times the bracket over Y pi. It lies between -1 and 1, and equals d
+        sign(tau_arm) if the arm's torque is the larger one.
         """
         payload = self.samples.Y @ pi
         total = self.arm_torque + payload
@@ -175,10 +183,10 @@ class Evidence:
         return replace(self, samples=self.samples._replace(load_sign=self.samples.direction * sign))
 
 
-def describe_errors(
+def build_error_model(
     rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
 ) -> ErrorModel:
-    """Builds the error model of signals sampled at a rate, [Hz], and low-passed at a cut-off, [Hz]."""
+    """Builds the error model of signals sampled at a rate, [Hz], and low-pass filtered at a cut-off, [Hz]."""
     alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
     return ErrorModel(alike, settings.correlated_noise, least_variance)
 
@@ -194,16 +202,16 @@ def build_evidence(
     is_difference: bool,
     dynamics: ChainDynamics | None = None,
 ) -> Evidence:
-    """Builds the evidence of all channels of a run, without errors of the arm's model, which each analysis adds.
+    """Builds the evidence of all channels of a run, without the model errors that each analysis adds.
 
-    The signal is that before a controller's compensation; fields of the evidence that are given have the same names.
-    The dynamics of the motion are computed for signals of joints if not given.
+    The signal is the one before a controller's compensation. The dynamics of the motion are computed for joint
+    signals unless they are given. The other arguments become the fields of the same names.
     """
     zero = np.zeros_like(prepared.signal)
     if kind is SignalKind.WRENCH:
         names: tuple[str, ...] = WRENCH_COLUMNS
         arm_torque = zero
-        # Force first, as sensors and their messages have it.
+        # Forces come first, as in sensor messages.
         W = robot.compute_wrench_regressors(*prepared.motion)[:, [3, 4, 5, 0, 1, 2]]
         samples = ChannelSamples(W, zero, zero, zero, zero, prepared.signal, np.ones(zero.shape, dtype=bool))
     else:
@@ -220,7 +228,7 @@ def build_evidence(
 
 
 def restore_compensated(robot: SerialChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
-    """Adds the torques that a run's controller had subtracted back to its signal, gain of shape (n,); (N, n)."""
+    """Adds the torques that a run's controller subtracted back to its signal, gain of shape (n,); (N, n)."""
     description, signal = run.description, prepared.signal
     if description.compensates_arm:
         signal = signal + gain * robot.compute_arm_torques(*prepared.motion)

@@ -2,10 +2,10 @@
 
     x_j = g_j (tau_file,j + W_j dpi + F_j f_j) + e
 
-with tau_file the torques by the arm's file, W the links' regressors, dpi the errors of the file's inertias, shared by
-all joints, and F_j the friction columns of joint j. All unknowns have normal priors, so the fit is one linear solve;
-the last link absorbs the apparent payload of an empty hand (the tare). Sums of products are kept in cells of half a
-second, so that a fit without some of them needs no second pass over the samples.
+with tau_file the torques according to the arm's file, W the links' regressors, dpi the errors of the file's inertias,
+which all joints share, and F_j the friction columns of joint j. All unknowns have normal priors, so the fit is one
+linear solve; the last link absorbs the apparent payload of an empty hand (the tare). Sums of products are stored in
+cells of half a second, so that a fit without some of them needs no second pass over the samples.
 """
 
 from collections.abc import Sequence
@@ -21,33 +21,34 @@ from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
 CELL = 0.5  # [s]
-# Relative SD of link masses in a file, and the length that scales it to first moments and moments of inertia, [m].
-# Files are right to some ten per cent; prediction errors of a Panda's empty run hardly depend on it from 0.1 to 1.
+# Relative SD of the link masses in a file, and the length that converts it to first moments and moments of inertia,
+# [m]. Files are right to within some ten per cent. Prediction errors of a Panda's empty run hardly depend on this
+# value from 0.1 to 1.
 _SHARE, _LENGTH = 0.3, 0.2
-# Columns of friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
+# Number of friction columns: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
 _NUM_FRICTION = 7
-_OF_MOTION = np.array([True, True, False, True, True, True, False])  # neither the offset nor the rotor
+_OF_MOTION = np.array([True, True, False, True, True, True, False])  # all but the offset and the rotor inertia
 _NUM_PASSES = 3
-# Correlation time of errors that is assumed until a first fit gives residuals, [s].
+# Correlation time of the errors that is assumed until a first fit gives residuals, [s].
 _FIRST_AGREEMENT = 0.5
 
 
 @dataclass(frozen=True)
 class FittedArm:
-    """Empty arm fitted to runs."""
+    """Model of the empty arm, fitted to runs."""
 
-    robot: SerialChain  # model of the arm by its file
+    robot: SerialChain  # model of the arm from its file
     gain: Array  # gain of each joint, shape (n,), [unit of the signal per N m]
     link_change: Array  # change dpi of the links' parameters, shape (10 n,)
     friction: Array  # friction coefficients f, shape (n, 7), [N m per unit of the column]
     link_root: Array  # square root L of the covariance of dpi, L L^T, shape (10 n, 10 n)
-    # Long-run variance of the prediction errors, shape (n,), in the signal's unit squared; this and what follows are
-    # of an arm whose errors were measured by cross-validation.
+    # Long-run variance of the prediction errors, shape (n,), in the signal's unit squared. This field and the
+    # following ones are set if the errors were measured by cross-validation.
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
-    phantom_mass: float = 0.0  # standard deviation of the mass that an empty hand appears to hold, [kg]
-    # Standard deviations of what friction (direction, velocity, offset) adds in another run, shape (n, 3).
+    phantom_mass: float = 0.0  # standard deviation of the apparent mass in an empty hand, [kg]
+    # Standard deviations by which friction (direction, velocity, offset) differs in another run, shape (n, 3).
     friction_left: Array = field(default_factory=lambda: np.zeros((1, 3)))
-    # Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
+    # Prediction errors of each run, shape (N, n) each; each stretch is predicted by a fit without it.
     residual: tuple[Array, ...] = ()
 
     def predict(self, prepared: PreparedRun) -> Array:
@@ -59,9 +60,9 @@ class FittedArm:
         return signal
 
     def measure_friction(self, runs: Sequence[PreparedRun], min_speed: float) -> tuple[Array, Array]:
-        """Measures the size of each joint's fitted friction, without offset, and its speed; root mean squares, (n,).
+        """Computes root mean squares of each joint's fitted friction, without offset, and of its speed, (n,) each.
 
-        Friction is in the signal's unit, speeds in [rad/s]; joints slower than the least speed do not count.
+        Friction is in the signal's unit, speeds in [rad/s]. Samples slower than ``min_speed``, [rad/s], do not count.
         """
         coefficients = np.where(_OF_MOTION, self.friction, 0.0)
         v = np.concatenate([run.v for run in runs])
@@ -74,7 +75,7 @@ class FittedArm:
 
 
 class ArmRegression:
-    """Sums of products of empty runs, to which an arm can be fitted with any cells left out."""
+    """Sums of products of empty runs, from which an arm can be fitted without any subset of cells."""
 
     def __init__(
         self,
@@ -84,9 +85,10 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Sums the products of all cells, from signals of shape (N, n) and the means of the gains.
+        """Computes the sums of all cells from signals of shape (N, n) and the mean gains.
 
-        A joint that never moves faster than the least speed raises a BadValueError.
+        Raises:
+            BadValueError: A joint never moves faster than the minimum speed.
         """
         moves = np.any([(np.abs(run.v) >= settings.min_speed).any(axis=0) for run in runs], axis=0)
         if not moves.all():
@@ -109,7 +111,7 @@ class ArmRegression:
         self._products, self._sums = np.concatenate(products), np.concatenate(sums)
         self._counts = np.concatenate(counts)
         self.run_of_cell = np.array(run_of_cell)
-        # Rows per cell of each run.
+        # Number of rows in a cell of each run.
         self.cell_lengths = [round(CELL * run.rate) for run in runs]
 
     @property
@@ -146,7 +148,7 @@ class ArmRegression:
         return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
 
     def _measure_variance(self, kept: Mask, weights: Array) -> Array:
-        """Computes the long-run variance of a residual in blocks of four cells, shape (n,), [(N m)^2]."""
+        """Computes the long-run variance of the residual from blocks of four cells, shape (n,), [(N m)^2]."""
         sums = np.einsum("kji,ji->kj", self._sums, weights) * kept[:, None]
         starts = np.arange(0, len(sums), 4)
         blocks = np.add.reduceat(sums, starts, axis=0)
@@ -156,7 +158,7 @@ class ArmRegression:
         return variance
 
     def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
-        """Builds columns W, F and signal less file torque by joint, (n, N, P + 1), and the mask of used samples."""
+        """Builds each joint's columns W, F and signal less file torque, (n, N, P + 1), and the used samples' mask."""
         W = self.robot.compute_link_regressors(run.q, run.v, run.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
         rest = signal / self.gain - tau_file
@@ -181,7 +183,7 @@ def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
 
 
 def build_link_scale(robot: SerialChain) -> Array:
-    """Returns the prior standard deviations of a file's errors of inertia, link by link, shape (10 n,)."""
+    """Builds the prior standard deviations of the file's inertia errors, link by link, shape (10 n,)."""
     masses = robot.link_parameters[:, 0]
     masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)
     unit = np.array([1.0, *[_LENGTH] * 3, *[_LENGTH**2] * 6])

@@ -1,7 +1,7 @@
 """Gains of joints: signal per newton metre, and the share of the load that is lost in friction.
 
-Torque sensors are calibrated by their makers. Gains of motor currents stand in no robot's file: they are found with a
-load of known mass or, less accurately, from the arm's own weight.
+Torque sensors are calibrated by their makers. No robot's file contains the gains of motor currents. They are
+estimated with a load of known mass or, less accurately, from the arm's own weight.
 """
 
 from dataclasses import dataclass, replace
@@ -34,14 +34,14 @@ class Gains:
         common_sd: Relative standard deviation of a factor common to all gains.
         friction: Means of c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit.
         friction_sd: Standard deviations of friction, shape (n, 3); None if friction was not calibrated, so that the
-            prior of the signal's kind applies in its place.
-        least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
+            prior of the signal's kind applies.
+        least_variance: Long-run variance of the error in the calibration runs, shape (n,).
         source: Origin of the gains, in words.
-        robot: Fingerprint of the arm with which they were found; empty if unknown.
-        is_by_weight: True if the arm's own weight told them, by a file that errs.
-        own_weight: Signal for the arm's own weight in the empty run over what gain and robot's file say, and its
-            relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. A file errs the same
-            way in every run, so that this tells another controller.
+        robot: Fingerprint of the arm that was calibrated; empty if unknown.
+        is_by_weight: True if the gains were estimated from the arm's own weight, with the errors of its file.
+        own_weight: Ratio of the own-weight signal in the empty run to the one that gain and robot's file predict, and
+            its relative error, shape (n, 2), NaN for joints that cannot be judged; None if unknown. The file's errors
+            are the same in every run, so a change of the ratio reveals another controller.
 
     Example:
         >>> from affordance import Robot
@@ -71,25 +71,25 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """Load friction mu of each joint, shape (n,); zero at a joint that never moved, whose gain is zero."""
+        """Load friction mu of each joint, shape (n,); zero for a joint that never moved, whose gain is zero."""
         g, h = self.mean.T
         mu: Array = np.divide(h, g, out=np.zeros_like(g), where=g != 0.0)
         return mu
 
     def widen(self) -> "Gains":
-        """Returns gains that are known to be alike only: each as their median, to a factor."""
+        """Returns gains of which only the size is known: the median of all, each to about 50 %."""
         typical = np.median(np.abs(self.mean[:, 0]))
         mean = np.tile([typical, 0.0], (len(self.mean), 1))
         covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(self.mean), 1, 1))
         return replace(self, mean=mean, covariance=covariance)
 
     def with_drift(self, settings: IdentificationSettings) -> "Gains":
-        """Returns the gains for another run, their uncertainty widened by drift."""
+        """Returns the gains for another run, with their uncertainty widened by drift."""
         prior = settings.get_prior(self.kind)
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
         drift[:, 0, 0] = (prior.drift_own_sd * g) ** 2
-        # Only signals that contain gear friction.
+        # Load friction drifts only in signals that contain gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
         friction_sd = self.friction_sd
@@ -109,12 +109,12 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
     )
     covariance = np.tile(np.diag([own_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
     mean = np.tile([1.0, prior.load_friction], (num, 1))
-    source = f"the signal is a torque; gains good to {100 * common_sd:.2g} % together and {100 * own_sd:.2g} % each"
+    source = f"the signal is a torque; gains known to {100 * common_sd:.2g} % in common and {100 * own_sd:.2g} % each"
     return Gains(joint_names, kind, mean, covariance, common_sd, np.zeros((num, 3)), None, np.zeros(num), source)
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
-    """Writes gains as YAML, in full precision, for ``read_gains``.
+    """Writes gains as YAML in full precision, for ``read_gains``.
 
     Raises:
         BadArgumentError: The argument is not of class Gains.
@@ -132,7 +132,7 @@ def write_gains(path: StrPath, gains: Gains) -> None:
             f"  {name}:",
             f"    gain: {float(gains.mean[i, 0])!r}  # {gains.kind.unit} per N m",
             f"    load_friction: {float(gains.load_friction[i])!r}",
-            f"    covariance: {_list(gains.covariance[i, [0, 0, 1], [0, 1, 1]])}  # of g, of g and h = mu g, of h",
+            f"    covariance: {_list(gains.covariance[i, [0, 0, 1], [0, 1, 1]])}  # var(g), cov(g, h = mu g), var(h)",
             f"    noise_variance: {float(gains.least_variance[i])!r}",
         ]
         if gains.friction_sd is not None:
@@ -142,7 +142,7 @@ def write_gains(path: StrPath, gains: Gains) -> None:
             ]
         if gains.own_weight is not None and np.isfinite(gains.own_weight[i]).all():
             lines.append(
-                f"    own_weight: {_list(gains.own_weight[i])}  # signal over that by the file, and its error"
+                f"    own_weight: {_list(gains.own_weight[i])}  # ratio of the signal to the file's, and its error"
             )
     write_text(check_path("path", path), "\n".join(lines) + "\n")
 
@@ -155,38 +155,38 @@ def read_gains(path: StrPath) -> Gains:
     """Reads gains that ``write_gains`` wrote.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is wrong; the message names it.
     """
     return load_model(check_path("path", path), _GainsEntry).build()
 
 
 class JointEntry(DataModel):
-    """Gain of a joint, its load friction and its friction."""
+    """Gain, load friction and friction of a joint."""
 
-    gain: Annotated[float, Within(-1e6, 1e6), Field(description="Signal for one N m, g.")]
+    gain: Annotated[float, Within(-1e6, 1e6), Field(description="Gain g, signal per N m.")]
     load_friction: Annotated[float, Within(-2.0, 2.0), Field(description="Share of the load lost in friction, mu.")]
-    covariance: Annotated[_Triple, Vector(3, Within()), Field(description="Of g, of g and h = mu g, of h.")]
+    covariance: Annotated[_Triple, Vector(3, Within()), Field(description="var(g), cov(g, h), var(h); h = mu g.")]
     noise_variance: Annotated[float, Within(0.0, 1e12), Field(description="Long-run variance of the error.")]
     friction: Annotated[
         Annotated[_Triple, Vector(3, Within())] | None,
-        Field(description="Friction by direction, by velocity, and offset."),
+        Field(description="Coulomb friction, viscous friction and offset."),
     ] = None
     friction_sd: Annotated[
-        Annotated[_Triple, Vector(3, Within(0.0))] | None, Field(description="Their standard deviations.")
+        Annotated[_Triple, Vector(3, Within(0.0))] | None, Field(description="Standard deviations of friction.")
     ] = None
     own_weight: Annotated[
         Annotated[tuple[float, float], Vector(2, Within(1e-6, 1e6))] | None,
-        Field(description="Signal for the arm's own weight over that by gain and file, and its relative error."),
+        Field(description="Own-weight signal over the one that gain and file predict, and its relative error."),
     ] = None
 
     @model_validator(mode="after")
     def check_values(self) -> Self:
-        """Refuses a gain of zero, and numbers that are no covariance."""
+        """Rejects a gain of zero, and numbers that are not a covariance."""
         gg, gh, hh = self.covariance
         if self.gain == 0.0:
-            raise complain("is 0, must be another number", "gain")
+            raise complain("is 0, must not be 0", "gain")
         if gg < 0.0 or hh < 0.0 or gh**2 > gg * hh * (1.0 + 1e-9):
-            raise complain(f"is [{gg:g}, {gh:g}, {hh:g}], must be that of two numbers", "covariance")
+            raise complain(f"is [{gg:g}, {gh:g}, {hh:g}], must be a covariance of two numbers", "covariance")
         if (self.friction is None) != (self.friction_sd is None):
             raise complain("is missing", "friction" if self.friction is None else "friction_sd")
         return self
@@ -201,13 +201,13 @@ class _GainsEntry(DataModel):
     common_sd: Annotated[
         float, Within(0.0, 1.0), Field(description="Relative standard deviation of a factor common to all gains.")
     ]
-    joints: Annotated[dict[Name, JointEntry], Field(min_length=1, description="Gains by the names of joints.")]
+    joints: Annotated[dict[Name, JointEntry], Field(min_length=1, description="Gains by joint name.")]
 
     @model_validator(mode="after")
     def check_friction(self) -> Self:
         given = sum(joint.friction is not None for joint in self.joints.values())
         if 0 < given < len(self.joints):
-            problem = f"give friction of {given} joints, must of all {len(self.joints)} or of none"
+            problem = f"give friction for {given} joints, must give it for all {len(self.joints)} or for none"
             raise complain(problem, "joints")
         return self
 
@@ -231,10 +231,14 @@ class _GainsEntry(DataModel):
 
 
 def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
-    """Returns the gains in the order of an arm's joints; a joint without a gain raises a BadValueError."""
+    """Returns the gains in the order of an arm's joints.
+
+    Raises:
+        BadValueError: A joint has no gain.
+    """
     missing = [name for name in joint_names if name not in gains.joint_names]
     if missing:
-        raise BadValueError(path, "joints", f"are {', '.join(gains.joint_names)}, must name {', '.join(missing)}")
+        raise BadValueError(path, "joints", f"are {', '.join(gains.joint_names)}, must include {', '.join(missing)}")
     order = [gains.joint_names.index(name) for name in joint_names]
     return replace(
         gains,

@@ -1,6 +1,6 @@
-"""Direction of gravity that a wrist sensor shows in held postures: how far base and sensor are off the description.
+"""Direction of gravity from a wrist sensor in held postures, which shows tilts of base and sensor.
 
-At rest the force is R^T m g + offset, linear in the three numbers m g and the three of the offset, so that a few
+At rest the force is R^T m g + offset. It is linear in the three numbers m g and in the three of the offset, so a few
 postures show gravity's direction along with the load.
 """
 
@@ -14,27 +14,28 @@ from affordance.identification.recording.run import Run
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import SerialChain
 
-# SD of the tilt of a base that was set up level, and of a sensor's mounting, about each axis: three degrees, [rad].
+# SD of the tilt of a base that was meant to be level, and of a sensor's mounting, about each axis: three degrees,
+# [rad].
 _TILT_SD = 0.05
-# SDs of the weight and of the forces' offsets, [N], before a run.
+# Prior SDs of the weight and of the force offsets, [N].
 _WEIGHT_SD, _OFFSET_SD = 1e3, 1e2
 
 
 class Tilt(NamedTuple):
     """Direction of gravity in the base frame."""
 
-    gravity: Array  # gravity, shape (3,), [m/s^2], as long as that of the description
-    described: Array  # gravity as the description has it, shape (3,), [m/s^2]
-    axes: Array  # two directions across the described gravity, shape (2, 3)
-    covariance: Array  # covariance of the tilt along these, shape (2, 2), [rad^2]
-    apparent: float  # angle to the described gravity by the forces alone, [rad]
+    gravity: Array  # gravity, shape (3,), [m/s^2], with the described length
+    described: Array  # gravity according to the description, shape (3,), [m/s^2]
+    axes: Array  # two directions perpendicular to the described gravity, shape (2, 3)
+    covariance: Array  # covariance of the tilt along these axes, shape (2, 2), [rad^2]
+    apparent: float  # angle to the described gravity, from the forces alone, [rad]
     apparent_sd: float  # standard deviation of that angle, [rad]
 
     def describe(self) -> str:
         """Describes the tilt in words."""
         angle = np.degrees(measure_angle(self.gravity, self.described))
         sd = np.degrees(np.sqrt(np.trace(self.covariance)))
-        return f"gravity is taken to be {angle:.1f} +- {sd:.1f} deg from its described direction, as the forces show"
+        return f"according to the forces, gravity is {angle:.1f} +- {sd:.1f} deg from its described direction"
 
     def measure_errors(self, robot: SerialChain, Y: Array, signal: Array, q: Array) -> Array:
         """Computes the covariance of the load that the tilt's uncertainty causes, shape (10, 10).
@@ -42,7 +43,7 @@ class Tilt(NamedTuple):
         Args:
             robot: The arm, with this gravity.
             Y: Regressors of the six channels, shape (N, 6, 10).
-            signal: Signals without an offset, or with, shape (N, 6).
+            signal: Signals, with or without an offset, shape (N, 6).
             q: Joint angles of the postures, shape (N, n), [rad].
         """
 
@@ -58,7 +59,7 @@ class Tilt(NamedTuple):
         values, vectors = np.linalg.eigh(self.covariance)
         for value, vector in zip(values, vectors.T, strict=True):
             change = np.linalg.norm(self.gravity) * np.sqrt(max(value, 0.0)) * (vector @ self.axes)
-            tilted = list_forces(robot.with_gravity(self.gravity + change), q)
+            tilted = compute_force_regressors(robot.with_gravity(self.gravity + change), q)
             step = fit(tilted) - before
             covariance[:4, :4] += np.outer(step, step)
         return covariance
@@ -69,7 +70,7 @@ def measure_angle(a: Array, b: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
 
 
-def list_forces(robot: SerialChain, q: Array) -> Array:
+def compute_force_regressors(robot: SerialChain, q: Array) -> Array:
     """Computes the regressors of a sensor's forces and moments at rest, forces first, shape (N, 6, 10)."""
     rest = np.zeros_like(q)
     forces: Array = robot.compute_wrench_regressors(q, rest, rest)[:, [3, 4, 5, 0, 1, 2]]
@@ -77,11 +78,11 @@ def list_forces(robot: SerialChain, q: Array) -> Array:
 
 
 def find_tilt(robot: SerialChain, run: Run) -> Tilt:
-    """Finds the direction of gravity by the forces of a run of postures."""
+    """Estimates the direction of gravity from the forces of a run of postures."""
     described = robot.gravity_W
     length = float(np.linalg.norm(described))
-    # Forces of one kilogram for gravity along each axis of the base.
-    of_axes = [list_forces(robot.with_gravity(length * axis), run.q)[:, :3, 0] for axis in np.eye(3)]
+    # Forces of one kilogram with gravity along each axis of the base.
+    of_axes = [compute_force_regressors(robot.with_gravity(length * axis), run.q)[:, :3, 0] for axis in np.eye(3)]
     columns = np.stack(of_axes, axis=2)
     A = np.concatenate([columns, np.tile(np.eye(3), (len(columns), 1, 1))], axis=2).reshape(-1, 6)
     b = run.signal[:, :3].ravel()

@@ -1,4 +1,4 @@
-"""Sufficient statistics of a run for its payload, joint by joint: sums of products, exact and recursive.
+"""Sufficient statistics of a run for its payload, channel by channel: sums of products, exact and recursive.
 
 A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
 is modelled as
@@ -6,9 +6,10 @@ is modelled as
     x = g (tau_arm + Y pi) + h s (tau_arm + Y pi) + c_C d + c_v v + c_0 + e
 
 with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), and c friction.
-Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, x], 26 numbers, so for any values of the unknowns
-the residual is w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and nothing
-is lost. The same sum over blocks of some seconds measures how far errors of neighbouring samples are correlated.
+Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, x], 26 numbers. For any values of the unknowns the
+residual is therefore w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and no
+information is lost. The same sum over blocks of some seconds measures how strongly errors of neighbouring samples are
+correlated.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ class ChannelSamples(NamedTuple):
     """N samples of C channels."""
 
     Y: Array  # payload regressors, shape (N, C, 10)
-    tau_arm: Array  # torque of the arm, shape (N, C), [N m], in the signal or subtracted
+    tau_arm: Array  # torque of the arm, contained in the signal or subtracted, shape (N, C), [N m]
     load_sign: Array  # factor s of load friction, shape (N, C), from -1 to 1
     direction: Array  # direction of motion d, -1, 0 or 1, shape (N, C)
     velocity: Array  # joint velocities, shape (N, C), [rad/s]
@@ -39,9 +40,10 @@ class ChannelSamples(NamedTuple):
 
     @classmethod
     def of_joints(cls, Y: Array, v: Array, signal: Array, *, arm_torque: Array, min_speed: float) -> "ChannelSamples":
-        """Builds the samples of joints; those slower than the least speed, [rad/s], are not used.
+        """Builds the samples of joints; those slower than the minimum speed, [rad/s], are not used.
 
-        The sign of the load is that of the torque of the arm alone, shape (N, n), whether the signal has it or not.
+        The sign of the load is that of the torque of the arm alone, shape (N, n), whether or not the signal contains
+        it.
         """
         direction = np.sign(v)
         return cls(Y, arm_torque, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
@@ -71,11 +73,11 @@ class JointStatistics:
     """Sums over all samples so far."""
 
     products: Array  # sum of z z^T of each channel, shape (C, 26, 26)
-    block_products: Array  # sum of b b^T with b the sum of z over one complete block, shape (C, 26, 26)
+    block_products: Array  # sum of b b^T, where b is the sum of z over a complete block, shape (C, 26, 26)
     block_sum: Array  # sum of z over the block that is not yet complete, shape (C, 26)
     counts: Array  # number of used samples of each channel, shape (C,)
     block_length: int  # number of rows in a block
-    num_rows: int  # number of rows so far, unused ones included
+    num_rows: int  # number of rows so far, including unused ones
 
     @property
     def num_channels(self) -> int:
@@ -83,12 +85,12 @@ class JointStatistics:
         return len(self.counts)
 
     def sum_squares(self, w: Array) -> Array:
-        """Computes the sum of squared residuals w^T z of each channel, w of shape (C, 26), result (C,)."""
+        """Computes the sum of squared residuals w^T z of each channel, (C,), from w of shape (C, 26)."""
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
         return total
 
     def sum_block_squares(self, w: Array) -> Array:
-        """Computes the sum of squared block sums of residuals, the incomplete block included, shape (C,)."""
+        """Computes the sum of squared block sums of residuals, including the incomplete block, shape (C,)."""
         whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
@@ -100,10 +102,10 @@ class RunningSums(NamedTuple):
     products: Array  # (C, 26, 26)
     block_products: Array  # (C, 26, 26)
     block_sum: Array  # (C, 26)
-    counts: Array  # (C + 1,), the last for all rows
+    counts: Array  # (C + 1,), the last one counts all rows
 
     def add(self, z: Array, used: Mask, block_length: int) -> None:
-        """Adds one sample, its columns of shape (C, 26), zero where it is not used."""
+        """Adds one sample, given its columns of shape (C, 26), which are zero where it is not used."""
         self.products[:] += z[:, :, None] * z[:, None, :]
         self.block_sum[:] += z
         self.counts[:-1] += used
@@ -113,7 +115,7 @@ class RunningSums(NamedTuple):
             self.block_sum[:] = 0.0
 
     def freeze(self, block_length: int) -> JointStatistics:
-        """Returns the sums so far."""
+        """Returns the sums so far as statistics."""
         return JointStatistics(
             self.products, self.block_products, self.block_sum, self.counts[:-1], block_length, int(self.counts[-1])
         )

@@ -1,7 +1,7 @@
-"""Evidence by repetition: the same motion without and with the load, one run subtracted from the other.
+"""Evidence from a repeated motion: the empty run is subtracted from the loaded one.
 
-All that both runs share cancels, friction included; no model of the arm is needed. The lag between them is found to a
-fraction of a sample by matching joint angles.
+Everything that both runs share cancels, including friction, and no model of the arm is needed. The delay between the
+runs is found to a fraction of a sample by matching joint angles.
 """
 
 from collections.abc import Sequence
@@ -16,44 +16,56 @@ from affordance.identification.evidence.evidence import Evidence, build_evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.model_error import project_pulls
 from affordance.identification.recording.held_postures import FEWEST_POSTURES, POSTURE_STEP
-from affordance.identification.recording.preparation import find_cutoff, prepare
+from affordance.identification.recording.preparation import compute_cutoff, prepare
 from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
 # Share of the loaded run's moving time that the common part must span.
 _SHARE = 0.5
-_NUM_STEPS = 5  # of the least squares for the lag; each leaves a hundredth of the error
+_NUM_STEPS = 5  # number of least-squares steps for the lag; each divides the error by a hundred
 _MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 
 
 def build_paired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run that repeats the only empty one; errors as in ``pair_runs``."""
-    of_empty = take_only(empty, "a paired analysis")
+    """Builds the evidence of a loaded run that repeats the only empty one.
+
+    Raises:
+        BadValueError: There are several empty runs, or the loaded run does not repeat the empty one.
+    """
+    of_empty = get_only(empty, "a paired analysis")
     if loaded.description.postures:
         return pair_postures(robot, of_empty, loaded, settings)
     return pair_runs(robot, of_empty, loaded, settings)
 
 
-def take_only(empty: Sequence[Run], analysis: str) -> Run:
-    """Returns the only empty run; several raise a BadValueError."""
+def get_only(empty: Sequence[Run], analysis: str) -> Run:
+    """Returns the only empty run.
+
+    Raises:
+        BadValueError: There are several empty runs.
+    """
     if len(empty) > 1:
         raise BadValueError("--empty", "", f"names {len(empty)} runs, must name one for {analysis}")
     return empty[0]
 
 
 def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts an empty run from a loaded one, which must repeat its motion, or a BadValueError is raised."""
+    """Subtracts an empty run from a loaded run that repeats its motion.
+
+    Raises:
+        BadValueError: The loaded run does not repeat the empty one.
+    """
     alignment = align(empty, loaded, settings.repeat_tolerance)
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     times = np.arange(alignment.start, alignment.end, step)
-    cutoff = max(find_cutoff(empty, settings), find_cutoff(loaded, settings))
+    cutoff = max(compute_cutoff(empty, settings), compute_cutoff(loaded, settings))
     before = prepare(empty, settings, cutoff=cutoff, times=times)
     after = prepare(loaded, settings, cutoff=cutoff, times=times + alignment.lag)
     nominal = np.ones(robot.num_joints)
-    # The mean of both motions: they differ by a ten-thousandth of a radian.
+    # The motion is the mean of both, which differ by a ten-thousandth of a radian.
     both = before._replace(
         q=0.5 * (before.q + after.q),
         v=0.5 * (before.v + after.v),
@@ -61,7 +73,7 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
         signal=restore_compensated(robot, loaded, after, nominal)
         - restore_compensated(robot, empty, before, nominal),
     )
-    analysis = f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock"
+    analysis = f"paired with {empty.source}, lag {alignment.lag:.3f} s"
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, both, settings, analysis=analysis, is_difference=True
     )
@@ -73,14 +85,17 @@ def pair_runs(robot: SerialChain, empty: Run, loaded: Run, settings: Identificat
         prepared=both._replace(times=both.times + alignment.lag),
         phantom_covariance=covariance,
         is_repeated=True,
-        notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
+        notes=(f"the joint angles of the two runs agree to {1e3 * alignment.difference:.2g} mrad",),
     )
 
 
 def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts from each posture that was held with the load the same posture with an empty hand.
+    """Subtracts from each posture held with the load the same posture held with an empty hand.
 
-    Postures without a counterpart are left out; if too few have one, a BadValueError is raised.
+    Postures without a counterpart are left out.
+
+    Raises:
+        BadValueError: Too few postures have a counterpart.
     """
     apart = np.abs(loaded.q[:, None] - empty.q[None]).max(axis=2)
     nearest = apart.argmin(axis=1)
@@ -96,7 +111,7 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
     before = prepare(empty, settings).select(nearest[rows])
     nominal = np.ones(robot.num_joints)
     signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
-    if kind is not SignalKind.CURRENT:  # what the arm itself weighs differently, as an arm droops under a load
+    if kind is not SignalKind.CURRENT:  # the arm droops under the load, so its own-weight torque differs
         signal = signal - robot.compute_arm_torques(*after.motion) + robot.compute_arm_torques(*before.motion)
     times = np.linspace(0.0, POSTURE_STEP * (len(rows) - 1), len(rows))
     evidence = build_evidence(
@@ -105,7 +120,7 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
         kind,
         after._replace(times=times, signal=signal),
         settings,
-        analysis=f"postures held with the load, less the same postures of {empty.source}",
+        analysis=f"postures held with the load, minus the same postures of {empty.source}",
         is_difference=True,
     )
     lost = len(loaded.q) - len(rows)
@@ -114,19 +129,20 @@ def pair_postures(robot: SerialChain, empty: Run, loaded: Run, settings: Identif
 
 
 class Alignment(NamedTuple):
-    """Alignment of two runs in time."""
+    """Alignment of a loaded run with an empty one in time."""
 
-    lag: float  # lag of the loaded run behind the empty one, by their own clocks, [s]
-    start: float  # start of the common part by the empty run's clock, [s]
-    end: float  # end of the common part by the empty run's clock, [s]
+    lag: float  # lag of the loaded run behind the empty one, each in its own clock, [s]
+    start: float  # start of the common part in the empty run's clock, [s]
+    end: float  # end of the common part in the empty run's clock, [s]
     difference: float  # largest difference of a joint angle over the common part, [rad]
 
 
 def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
-    """Finds the lag of a loaded run behind an empty one; joint angles may differ by the tolerance, [rad].
+    """Finds the lag of a loaded run behind an empty one whose joint angles it repeats to a tolerance, [rad].
 
-    A run that has no motion, or does not repeat the other, raises a BadValueError; it names the row and joint that
-    differ most.
+    Raises:
+        BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
+            and joint that differ most.
     """
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     reference, moved = (_sample_velocity(run, step) for run in (empty, loaded))
@@ -134,7 +150,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
         still = empty if not reference.any() else loaded
         raise BadValueError(still.source, "q", f"has no joint that moves faster than {_MOVING:g} rad/s")
     rough = _correlate(reference, moved) * step + loaded.times[0] - empty.times[0]
-    margin = 3.0 * step  # the lag may still move by two
+    margin = 3.0 * step  # the lag may still change by two steps
     start = float(max(empty.times[0], loaded.times[0] - rough + margin))
     end = float(min(empty.times[-1], loaded.times[-1] - rough - margin))
     times = np.arange(start, end, step)
@@ -148,7 +164,7 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
         problem = f"repeats {max(end - start, 0.0):.2f} s of {empty.source}, must repeat at least {least:.2f} s of it"
         raise BadValueError(loaded.source, "time", f"{problem} (--unpaired for other motions)")
     lag, slope = rough, np.gradient(reference_q, step, axis=0)
-    for _ in range(_NUM_STEPS):  # least squares; the slope is that of the reference, which the run repeats
+    for _ in range(_NUM_STEPS):  # least squares, with the slope of the reference
         lag -= float((slope * compare(lag)).sum() / np.maximum((slope**2).sum(), np.finfo(float).tiny))
         lag = float(np.clip(lag, rough - 2.0 * step, rough + 2.0 * step))
     difference = np.abs(compare(lag))
@@ -157,27 +173,30 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
     if largest > tolerance:
         at = int(np.searchsorted(loaded.times, times[row] + lag))
         name = f"q_{joint + 1} ({loaded.description.joint_names[joint]})"
-        problem = f"is {largest:.4f} rad away from the same moment of {empty.source}, must be at most {tolerance:g}"
+        problem = f"is {largest:.4f} rad off the same moment of {empty.source}, must be within {tolerance:g} rad"
         raise loaded.error_at(at, name, f"{problem} (--unpaired for runs that do not repeat each other)")
     return Alignment(lag, start, end, largest)
 
 
 def _correlate(reference: Array, moved: Array) -> int:
-    """Returns the number of rows by which signals, shape (N, C) each, lag behind a reference that they resemble."""
-    size = len(reference) + len(moved) - 1  # so that no end meets a beginning
+    """Returns the number of rows by which velocities, (N, C), lag behind a reference that they resemble."""
+    size = len(reference) + len(moved) - 1  # padded, so that ends do not wrap around to beginnings
     spectra = np.fft.rfft(moved, size, axis=0) * np.fft.rfft(reference, size, axis=0).conj()
     lag = int(np.argmax(np.fft.irfft(spectra.sum(axis=1), size)))
     return lag if lag < len(moved) else lag - size
 
 
 def _measure_motion(run: Run) -> float:
-    """Returns the time between the first and last motion, [s]."""
+    """Returns the time from the first to the last motion, [s]."""
     moving = np.flatnonzero(np.abs(np.gradient(run.q, run.times, axis=0)).max(axis=1) > _MOVING)
     return float(run.times[moving[-1]] - run.times[moving[0]]) if moving.size else 0.0
 
 
 def _sample_velocity(run: Run, step: float) -> Array:
-    """Computes velocities at even times from angles, zero at rest, so that motion is matched, not poses or noise."""
+    """Computes velocities at evenly spaced times from angles, and sets those of an arm at rest to zero.
+
+    Motion is thus matched, not poses or noise.
+    """
     times = np.arange(run.times[0], run.times[-1], step)
     v = np.gradient(resample(times, run.times, run.q), step, axis=0)
     return np.where(np.abs(v) > _MOVING, v, 0.0)

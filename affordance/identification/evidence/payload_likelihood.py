@@ -1,11 +1,11 @@
 """Likelihood of the ten parameters, with all other unknowns integrated out.
 
-Given the load, all other unknowns enter the signal linearly and have normal priors: the gain, the load friction and
-the friction of each channel. Their integral is thus known in closed form, however large their uncertainty (nothing is
-linearised), and costs a few products of small matrices, for a thousand loads at once.
+Given the load, all other unknowns (gain, load friction and friction of each channel) enter the signal linearly and
+have normal priors. Their integral therefore has a closed form, however uncertain they are; nothing is linearised. It
+costs a few products of small matrices, for a thousand loads at once.
 
-Where the arm was subtracted, its torque is part of the signal still, as gains differ from run to run: by a factor of
-each channel, which is one more term of friction, and by a factor that all channels share, which is integrated last.
+Where the arm was subtracted, its torque still enters the signal, as gains differ from run to run: by a factor of each
+channel, which acts as one more friction term, and by a factor common to all channels, which is integrated out last.
 """
 
 from dataclasses import dataclass, field
@@ -26,10 +26,10 @@ from affordance.identification.evidence.joint_statistics import (
 )
 from affordance.objects.inertia import NUM_PARAMETERS
 
-_NUM_LOAD = 22  # columns of z that the load fills
-_HALF = 11  # half of these columns, without or with the factor s
+_NUM_LOAD = 22  # number of columns of z that contain the load
+_HALF = 11  # number of these columns without the factor s, and with it
 _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
-# Columns of friction, and of the arm's torque in a difference of two runs whose gains differ.
+# Columns of friction, and that of the arm's torque, which remains in a difference of two runs whose gains differ.
 _NUISANCES = np.r_[FRICTION, ARM]
 
 
@@ -41,19 +41,19 @@ class ChannelPrior:
     gain_covariance: Array  # covariance of g and h, channel by channel, shape (C, 2, 2)
     friction: Array  # means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s)
     friction_sd: Array  # standard deviations of friction, shape (C, 3)
-    # Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
+    # Mean of the phantom payload, the apparent load of an empty hand, shape (10,).
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     # Covariance of the phantom payload, shape (10, 10).
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     has_arm: bool = True  # True if the arm's torque is in the signal; False if it was subtracted
-    # Standard deviations of the change of gains between the run that was subtracted and the loaded one, shape (C,),
-    # [unit of the signal per N m]: that which all channels share in proportion, and each channel's own.
+    # Standard deviations of the change of gains between the subtracted run and the loaded one, shape (C,),
+    # [unit of the signal per N m]: the change common to all channels, in proportion, and each channel's own.
     shared_change_sd: Array | float = 0.0
     own_change_sd: Array | float = 0.0
 
 
 class _AtLoad(NamedTuple):
-    """What gains and their change depend on at a load, with A = d x / d (g, h)."""
+    """Terms at one load that determine gains and their change, with A = d x / d (g, h)."""
 
     load: Array  # coefficients of the load, shape (11,)
     residual: Array  # A^T K (x - A g), shape (C, 2)
@@ -65,20 +65,20 @@ class _AtLoad(NamedTuple):
 class PayloadLikelihood:
     """Log likelihood log p(signals of a run | pi) up to a constant.
 
-    A signal is x = A beta + u t + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load,
-    where the load is tau_arm + Y pi, or Y pi if the arm was subtracted; u ~ N(0, 1) is the change of gains that all
-    channels share, and t the arm's torque times its standard deviation.
+    A signal is x = A beta + u t + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load.
+    The load is tau_arm + Y pi, or Y pi if the arm was subtracted. u ~ N(0, 1) is the change of gains common to all
+    channels, and t is the arm's torque times its standard deviation.
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
         """Integrates friction out of the sums over a run.
 
-        The long-run variance, (C,), is that of an error times the number of samples that share it.
+        The long-run variance, (C,), is the variance of an error times the number of samples that share it.
         """
         self.prior = prior
-        # Errors that each channel's variance was estimated from.
+        # Number of errors from which each channel's variance was estimated.
         self.num_errors = statistics.counts / statistics.block_length
-        # Centred on the mean of friction: x - f^T c in place of x.
+        # The signal is centred on the mean of friction: x - f^T c in place of x.
         shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
         shift[:, FRICTION, SIGNAL] = -prior.friction
         products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
@@ -87,7 +87,7 @@ class PayloadLikelihood:
         F = np.concatenate([prior.friction_sd, own[:, None]], axis=1)[:, :, None] * np.eye(4)
         cross = F @ products[:, _NUISANCES[:, None], _KEPT]  # (C, 4, 23)
         inner = np.eye(4) + F @ products[:, _NUISANCES[:, None], _NUISANCES] @ F
-        # F u with u the posterior mean of standardised friction is linear in the residual without friction.
+        # F u, with u the posterior mean of standardised friction, is linear in the residual without friction.
         self._friction = F @ np.linalg.solve(inner, cross)
         self._log_friction = float(np.linalg.slogdet(inner)[1].sum())
         K = products[:, _KEPT[:, None], _KEPT] - cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
@@ -109,7 +109,7 @@ class PayloadLikelihood:
         self._L = factor(prior.gain_covariance)
 
     def compute_log_likelihood(self, pi: Array) -> Array:
-        """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
+        """Computes log L of N loads, (N, 10), up to a constant common to all; shape (N,).
 
         A load is the body plus the deviation of the phantom payload from its mean.
         """
@@ -118,11 +118,11 @@ class PayloadLikelihood:
         a, b, d, c0, c1 = values[:, 1:].reshape(len(pi), 5, -1).swapaxes(0, 1)
         determinant = 1.0 + a + d + np.maximum(a * d - b**2, 0.0)
         explained = ((1.0 + d) * c0**2 - 2.0 * b * c0 * c1 + (1.0 + a) * c1**2) / determinant
-        # A sum of squares, of which rounding leaves nothing where a load is millions of times too heavy.
+        # This sum of squares is lost to rounding where a load is millions of times too heavy.
         squares = np.maximum(values[:, 0] - explained.sum(axis=1), 0.0)
         log_likelihood: Array = -0.5 * (squares + np.log(determinant).sum(axis=1))
         if self._has_shared:
-            # q = t^T K A, and p = L^T q; then u has the precision 1 + H and the information f.
+            # With q = t^T K A and p = L^T q, u has the precision 1 + H and the information f.
             f, p0, p1 = (load @ self._of_shared).reshape(len(pi), 3, -1).swapaxes(0, 1)
             f = f - ((1.0 + d) * p0 * c0 - b * (p0 * c1 + p1 * c0) + (1.0 + a) * p1 * c1) / determinant
             H = ((1.0 + d) * p0**2 - 2.0 * b * p0 * p1 + (1.0 + a) * p1**2) / determinant
@@ -131,9 +131,9 @@ class PayloadLikelihood:
         return log_likelihood
 
     def compute_log_evidence(self, covariance: Array, sizes: Array) -> Array:
-        """Computes log p(signals) up to a constant, with exact gains and loads ~ N(0, size^2 covariance), (sizes,).
+        """Computes log p(signals) up to a constant, for exact gains and loads ~ N(0, size^2 covariance), (sizes,).
 
-        Unlike the log likelihood of a load, it compares priors of friction.
+        Unlike the log likelihood of a load, its values are comparable between priors of friction.
         """
         quadratic, root = self.linearise(np.zeros(NUM_PARAMETERS)), factor(covariance)
         values, vectors = np.linalg.eigh(root.T @ quadratic.precision @ root)
@@ -145,7 +145,7 @@ class PayloadLikelihood:
         return log_evidence
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic approximation of log L near a load, shape (10,), without products of two errors."""
+        """Builds the quadratic approximation of log L near a load, (10,), without products of two errors."""
         H, b = self._linearise_channels(pi)
         H, b = H.sum(axis=0), b.sum(axis=0)
         if self._has_shared:  # the last unknown is u
@@ -156,13 +156,13 @@ class PayloadLikelihood:
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def count_errors(self, pi: Array, covariance: Array) -> float:
-        """Counts the degrees of freedom that estimated variances give the distance of a load from what is expected.
+        """Counts the degrees of freedom of a load's distance from expectation, given that variances are estimated.
 
-        The distance weighs the error of the load, H^-1 if H = sum H_c over channels c, along with errors of known
-        covariance C, (10, 10). With M the inverse of both, channel c makes up k_c = tr(M H^-1 H_c H^-1) of the k
-        measured numbers, and estimated its variance from n_c errors, so that the distance varies by these as if there
-        were k^2 / sum(k_c^2 / n_c) of them (Satterthwaite 1946). That variances also weigh the channels among each
-        other is left out. The likelihood is taken as quadratic near the load pi, (10,).
+        The distance is weighted by the load's error, H^-1 with H = sum H_c over channels c, plus errors of known
+        covariance C, (10, 10). With M the inverse of this sum, channel c contributes k_c = tr(M H^-1 H_c H^-1) to the
+        k measured numbers. As its variance was estimated from n_c errors, the distance varies as if there were k^2 /
+        sum(k_c^2 / n_c) errors (Satterthwaite 1946). Estimated variances also change the relative weights of the
+        channels, which is neglected. The likelihood is taken as quadratic near the load pi, (10,).
         """
         each, _ = self._linearise_channels(pi)
         each = each[:, :-1, :-1]
@@ -176,19 +176,19 @@ class PayloadLikelihood:
         return num_values**2 / max(float((shares[used] ** 2 / self.num_errors[used]).sum()), np.finfo(float).tiny)
 
     def _linearise_channels(self, pi: Array) -> tuple[Array, Array]:
-        """Computes curvature and gradient of log L at a load, channel by channel, shapes (C, 11, 11) and (C, 11).
+        """Computes curvature, (C, 11, 11), and gradient, (C, 11), of each channel's log L at a load.
 
-        The last unknown is u, the change of gains that all channels share, about 0.
+        The last unknown is u, the change of gains common to all channels, about 0.
         """
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         g, L, load, inverse = self.prior.gain, self._L, at.load, at.inverse
-        # T = g Y + h s Y at the gains that fit this load.
+        # T = g Y + h s Y, at the gains that fit this load.
         TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
         TKA = TK @ load  # (C, 10, 2)
         TKT = np.einsum("cibj,cb->cij", TK[..., 1:], gain)
         TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
-        # Rows of u below those of the load: t in place of T.
+        # Rows of u below those of the load, with t in place of T.
         tT = np.einsum("ca,cai->ci", gain, self._t_load[:, :, 1:])
         TKT = np.concatenate([TKT, tT[:, None]], axis=1)
         TKT = np.concatenate([TKT, np.append(tT, self._tt[:, None], axis=1)[..., None]], axis=2)
@@ -199,7 +199,7 @@ class PayloadLikelihood:
         return H, TKx - (TKA @ g[:, :, None] + D @ inverse @ at.c[..., None])[..., 0]
 
     def estimate_change(self, pi: Array) -> float:
-        """Computes the most probable u given a load, shape (10,): the shared change of gains over its SD."""
+        """Computes the most probable u given a load, shape (10,): the common change of gains over its SD."""
         return self._estimate_change(self._condition(pi))
 
     def _estimate_change(self, at: _AtLoad) -> float:
@@ -212,9 +212,9 @@ class PayloadLikelihood:
         return float(f.sum()) / precision
 
     def estimate_changes(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the relative change of each channel's gain since the subtracted run, and its prior SD.
+        """Computes the relative change of each channel's gain since the subtracted run, (C,), and its prior SD, (C,).
 
-        The load, (10,), is given; both are of shape (C,), and zeros where no run was subtracted.
+        The load, (10,), is given. Both results are zero where no run was subtracted.
         """
         own, shared = (np.broadcast_to(each, self._tt.shape) for each in (self.prior.own_change_sd, self._shared_sd))
         gain = np.maximum(np.abs(self.prior.gain[:, 0]), np.finfo(float).tiny)
@@ -223,7 +223,7 @@ class PayloadLikelihood:
         return change / gain * np.sign(self.prior.gain[:, 0]), np.hypot(own, shared) / gain
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
-        """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
+        """Computes the posterior means, (C, 2), and covariances, (C, 2, 2), of g and h given a load, (10,)."""
         return self._estimate_gains(self._condition(pi))
 
     def _estimate_gains(self, at: _AtLoad) -> tuple[Array, Array]:
@@ -234,7 +234,7 @@ class PayloadLikelihood:
         return self.prior.gain + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds w, (C, 26), with w^T z the residual at the most probable unknowns given a load, shape (10,)."""
+        """Builds w, (C, 26), such that w^T z is the residual at the most probable unknowns given a load, (10,)."""
         at = self._condition(pi)
         gain, _ = self._estimate_gains(at)
         load = at.load.copy()
@@ -254,15 +254,15 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_pairs(self) -> Array:
-        """Factors by which products of two coefficients of a load enter the log likelihood.
+        """Coefficients with which products of two load coefficients enter the log likelihood, shape (121, 1 + 5 C).
 
-        The first coefficient is one, so that these products hold the coefficients themselves. With M = L^T A^T K A L
-        and c = L^T A^T K (x - A g) they give (x - A g)^T K (x - A g), summed over channels, and then, channel by
-        channel, M_11, M_12, M_22, c_1 and c_2; shape (121, 1 + 5 C).
+        The first load coefficient is one, so the products include the coefficients themselves. With M = L^T A^T K A L
+        and c = L^T A^T K (x - A g), they yield (x - A g)^T K (x - A g), summed over channels, and then M_11, M_12,
+        M_22, c_1 and c_2 of each channel.
         """
         g, L, K = self.prior.gain, self._L, self._K
         x = np.zeros((len(g), 2, _HALF, _HALF))
-        x[:, :, 0] = self._Kx  # one times a coefficient
+        x[:, :, 0] = self._Kx  # products of one and a coefficient
         M = np.einsum("cap,caibj,cbq->cpqij", L, K, L)
         c = np.einsum("cap,caij->cpij", L, x - np.einsum("caibj,cb->caij", K, g))
         rest = np.einsum("ca,caij->ij", g, np.einsum("caibj,cb->caij", K, g) - 2.0 * x)
@@ -272,7 +272,7 @@ class PayloadLikelihood:
 
     @cached_property
     def _of_shared(self) -> Array:
-        """Factors by which coefficients of a load enter t^T K (x - A g) and p = L^T A^T K t, shape (11, 3 C)."""
+        """Coefficients with which a load enters t^T K (x - A g) and p = L^T A^T K t, shape (11, 3 C)."""
         g, t_load = self.prior.gain, self._t_load
         f = -np.einsum("ca,cai->ic", g, t_load)
         f[0] += self._tx
@@ -280,7 +280,7 @@ class PayloadLikelihood:
         return np.concatenate([f[:, None], p], axis=1).reshape(_HALF, -1)
 
     def _condition(self, pi: Array) -> _AtLoad:
-        """Computes what the unknowns depend on at a load, shape (10,)."""
+        """Computes the terms that determine the unknowns at a load, shape (10,)."""
         load, channels = self._extend(pi[None]), len(self._xx)
         pairs = (load[:, :, None] * load[:, None, :]).reshape(1, -1)
         AKA = (pairs @ self._K_of_pairs).reshape(channels, 2, 2)
@@ -297,10 +297,9 @@ def factor(covariance: Array) -> Array:
 
 
 def _invert_with_identity(M: Array) -> Array:
-    """Computes inverses of many I + M, several times faster than a solver.
+    """Computes the inverses of many matrices I + M, several times faster than a general solver.
 
-    M, of shape (..., 2, 2), is positive semidefinite, so that the determinant of I + M is at least one, however
-    large M is.
+    M, of shape (..., 2, 2), is positive semidefinite, so the determinant of I + M is at least one however large M is.
     """
     b, c = M[..., 0, 1], M[..., 1, 0]
     of_M = np.maximum(M[..., 0, 0] * M[..., 1, 1] - b * c, 0.0)

@@ -1,4 +1,4 @@
-"""Errors of an arm that is held at rest: their variance from a few postures, and the uncertainty of that variance."""
+"""Errors of an arm that is held at rest: their variance, estimated from a few postures with its uncertainty."""
 
 import numpy as np
 import scipy
@@ -6,24 +6,25 @@ import scipy
 from affordance.arrays import Array
 from affordance.identification.evidence.joint_statistics import JointStatistics
 
-# Unknowns that postures determine: the offset of a channel; mass and first moment, and for the forces and for the
-# moments of a wrist sensor three each, with the two angles of gravity.
+# Numbers of unknowns that postures determine: the offset of a channel; mass and first moment; and three each for the
+# forces and the moments of a wrist sensor, which include the two angles of gravity.
 _OFFSET, _OF_LOAD, _OF_WRENCH = 1.0, 4.0, 3.0
-# Postures that the mean variance of like channels counts for, beside a channel's own.
+# Number of postures that the mean variance of similar channels is worth, beside a channel's own.
 _SHRINKAGE = 4.0
-_LEVEL, _NORMAL = 0.95, 1.6448536  # end of a 90 % interval, and its place in standard deviations of a normal error
+_LEVEL, _NORMAL = 0.95, 1.6448536  # upper end of a 90 % interval, as a quantile and in normal SDs
 
 
 def estimate_variance_at_rest(statistics: JointStatistics, weights: Array, alike: tuple[slice, ...]) -> Array:
     """Estimates the variance of each channel's error from the residual of a few postures, shape (C,).
 
-    A posture is one sample, as what errs in it does so for as long as it is held. Each channel's variance is drawn
-    to the mean over channels of like errors, and widened so that a normal error has the 90 % interval of Student's t.
+    A posture counts as one sample, because its error persists as long as it is held. Each channel's variance is
+    shrunk towards the mean over channels with similar errors, and widened so that a normal error has the 90 %
+    interval of Student's t.
 
     Args:
         statistics: Sums over the postures.
         weights: Weights w of the residual w^T z, shape (C, 26).
-        alike: Channels whose errors are of like size.
+        alike: Groups of channels with errors of similar size.
     """
     variance = np.empty(statistics.num_channels)
     squares = statistics.sum_squares(weights)

@@ -1,7 +1,7 @@
-"""Evidence by a model of the empty arm: fitted to other runs with an empty hand or, for lack of them, its file's.
+"""Evidence from a model of the empty arm: fitted to other empty runs or, if there are none, taken from its file.
 
-Inertias in files are wrong by some ten per cent, and a wrist a hundred grams heavier than in its file looks like a
-load of a hundred grams. This error is carried over: the uncertainty of the links is projected onto the payload.
+Inertias in files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than in its file looks
+like a load of a hundred grams. This error is propagated: the uncertainty of the links is projected onto the payload.
 """
 
 from collections.abc import Sequence
@@ -26,11 +26,12 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-# Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
+# Length of the stretches that are predicted by an arm fitted to the others, and of the gap on either side, [cells].
 _STRETCH, _GUARD = 8, 1
-# Friction that a fit leaves, as a share of each joint's friction, among which its size is looked for.
+# Candidates for the friction that a fit leaves unexplained, as a share of each joint's friction.
 _SHARES = np.geomspace(0.01, 1.0, 9)
-# Friction scale of an arm's file: the signal contains all of the friction, not only its change between two runs.
+# Friction scale for an arm from its file: the signal contains all of the friction, not only its change between two
+# runs.
 WHOLE_FRICTION = 10.0
 
 
@@ -44,7 +45,7 @@ def fit_empty_arm(
 ) -> FittedArm:
     """Fits an arm to empty runs with signals of shape (N, n), and measures its errors by cross-validation.
 
-    Only the kept cells of half a second are used, a mask of shape (cells,); None for all.
+    ``kept`` masks the cells of half a second that are used, shape (cells,); None for all.
     """
     regression = ArmRegression(robot, runs, signals, gains, settings)
     allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
@@ -84,8 +85,8 @@ def fit_empty_arm(
     of_joint, offset_sd = np.zeros((robot.num_joints, 3)), settings.get_prior(gains.kind).friction_sd
 
     def describe_friction(share: float) -> Array:
-        """Returns SDs of friction, (n, 3): a share of what each joint has; offsets of sensors are others each run."""
-        viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # none at rest
+        """Returns SDs of friction, (n, 3): a share of each joint's friction, and offsets that differ in each run."""
+        viscous = np.divide(share * size, speed, out=np.zeros_like(size), where=speed > 0.0)  # zero at rest
         return np.column_stack([share * size, viscous, np.full(len(size), offset_sd)])
 
     def list_stretches(share: float) -> list[PayloadLikelihood]:
@@ -99,7 +100,7 @@ def fit_empty_arm(
         return [PayloadLikelihood(statistics, prior, variance) for statistics in quadratics]
 
     phantom_mass, share = estimate_sizes(list_stretches, _SHARES)
-    # Of one run, stretches do not show by how much friction is another in the next.
+    # Stretches of one run do not show how much friction differs in the next.
     friction_left = describe_friction(float(np.hypot(share, settings.friction_drift)))
     return replace(
         fitted,
@@ -113,7 +114,7 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run from which an arm fitted to the empty runs is subtracted."""
+    """Builds the evidence of a loaded run minus the prediction of an arm fitted to the empty runs."""
     prepared, *without = prepare_alike([loaded, *empty], settings)
     signals = [
         restore_compensated(robot, run, part, gains.mean[:, 0]) for run, part in zip(empty, without, strict=True)
@@ -124,7 +125,7 @@ def build_unpaired_evidence(
 def subtract_arm(
     robot: SerialChain, fitted: FittedArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run less the prediction of a fitted arm."""
+    """Builds the evidence of a loaded run minus the prediction of a fitted arm."""
     predicted = fitted.predict(prepared)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, fitted.gain) - predicted)
     analysis = "unpaired: an arm fitted to other runs with an empty hand"
@@ -133,7 +134,8 @@ def subtract_arm(
     )
     covariance = evidence.phantom_covariance
     if settings.floor:
-        # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
+        # The variation between stretches of the empty runs, plus what they leave uncertain about the links on this
+        # motion.
         open_links = project_link_errors(robot, prepared, evidence.samples, fitted.link_root)
         pulls = project_pulls(robot, prepared, evidence.samples)
         covariance = build_phantom_covariance(fitted.phantom_mass) + open_links + pulls
@@ -142,17 +144,17 @@ def subtract_arm(
         least_variance=fitted.least_variance,
         phantom_covariance=covariance,
         friction_left=fitted.friction_left,
-        notes=(f"an empty hand seems to hold {1e3 * fitted.phantom_mass:.0f} g now and then",),
+        notes=(f"the apparent load of the empty hand varies by {1e3 * fitted.phantom_mass:.0f} g (one SD)",),
     )
 
 
 def build_file_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run from the arm's file; empty runs are not used."""
+    """Builds the evidence of a loaded run with the arm as in its file; empty runs are not used."""
     prepared = prepare(loaded, settings)
     prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
-    analysis = f"unpaired: the arm as {robot.source} has it"
+    analysis = f"unpaired: the arm as in {robot.source}"
     evidence = build_evidence(
         robot, loaded.source, loaded.description.kind, prepared, settings, analysis=analysis, is_difference=False
     )
@@ -163,5 +165,5 @@ def build_file_evidence(
         evidence,
         phantom_covariance=covariance,
         friction_scale=WHOLE_FRICTION,
-        notes=(f"the arm's file may err by {1e3 * np.sqrt(covariance[0, 0]):.0f} g at the tip",),
+        notes=(f"the arm's file may be wrong by {1e3 * np.sqrt(covariance[0, 0]):.0f} g at the tip",),
     )

@@ -1,9 +1,9 @@
-"""Evidence by a force-torque sensor at the wrist: six channels, with no joint between them and the load.
+"""Evidence from a force-torque sensor at the wrist: six channels, with no joint between them and the load.
 
     [f; n] = W pi + offset + error
 
-with pi all that is mounted on the sensor. The empty hand (gripper, cables) and the sensor's offset are found from a
-run with an empty hand, the tare, and accounted for with their uncertainty.
+with pi all that is mounted on the sensor. The empty hand (gripper, cables) and the sensor's offset are estimated from
+a run with an empty hand, the tare, and their uncertainty is taken into account.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.gravity_tilt import find_tilt
 from affordance.identification.evidence.joint_statistics import SIGNAL
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
-from affordance.identification.evidence.paired_runs import take_only
+from affordance.identification.evidence.paired_runs import get_only
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.recording.preparation import prepare_alike
 from affordance.identification.recording.run import Run
@@ -24,23 +24,24 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.serial_chain import SerialChain
 
-# SD of an offset before a tare, as a multiple of its drift.
+# SD of an offset before a tare, as a multiple of the offset's drift.
 _RAW_OFFSET = 20.0
-# Prior SDs of the empty hand, kilograms at some centimetres: mass, first moment, moment of inertia.
+# Prior SDs of the empty hand's mass, first moment and moments of inertia: kilograms at some centimetres.
 _TARE_SD = np.array([3.0, *[0.5] * 3, *[0.1] * 6])
-_STRETCH = 4.0  # length of the empty run's stretches that measure errors that do not average out, [s]
+_STRETCH = 4.0  # length of the empty run's stretches, from which errors that do not average out are estimated, [s]
 _NUM_PASSES = 4
 
 
 def build_wrist_evidence(
     robot: SerialChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a sensor at the tip; several empty runs raise a BadValueError.
+    """Builds the evidence of a sensor at the tip; without an empty run, all that is mounted on it is the load.
 
-    Without an empty run all that is mounted on the sensor is the load.
+    Raises:
+        BadValueError: There are several empty runs.
     """
-    runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
-    analysis = "wrist sensor without a tare: everything attached to it is the load"
+    runs = [loaded, get_only(empty, "a wrist sensor's tare")] if empty else [loaded]
+    analysis = "wrist sensor without a tare: everything mounted on it counts as load"
     tilt = None
     if loaded.description.postures:
         tilt = find_tilt(robot, loaded)
@@ -63,7 +64,7 @@ def build_wrist_evidence(
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:
-    """Tares with an empty run: the sensor's offset is subtracted, and the empty hand becomes the phantom payload."""
+    """Tares with an empty run: subtracts the sensor's offset, and makes the empty hand the phantom payload."""
     statistics = of_empty.compute_statistics(settings)
     num = statistics.num_channels
     zero = np.zeros(NUM_PARAMETERS)
@@ -80,7 +81,7 @@ def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettin
         covariance = np.linalg.inv(quadratic.precision + np.diag(_TARE_SD**-2))
         tare = covariance @ quadratic.information
         weights = likelihood.build_residual_weights(tare)
-        variance = of_empty.describe_errors(settings).estimate_variance(statistics, weights)
+        variance = of_empty.build_error_model(settings).estimate_variance(statistics, weights)
     phantom_mass = 0.0
     if settings.floor:
         phantom_mass = estimate_phantom_mass(
@@ -93,11 +94,11 @@ def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettin
     loaded = evidence.samples._replace(signal=evidence.samples.signal - offset)
     return replace(
         evidence,
-        analysis=f"wrist sensor, tared: the empty hand holds {1e3 * tare[0]:.0f} g",
+        analysis=f"wrist sensor, tared: the empty hand weighs {1e3 * tare[0]:.0f} g",
         samples=loaded,
         friction_scale=1.0,
         least_variance=variance,
         phantom=tare,
         phantom_covariance=covariance + build_phantom_covariance(phantom_mass),
-        notes=(f"an empty hand seems to hold {1e3 * phantom_mass:.0f} g more or less now and then",),
+        notes=(f"the apparent load of the empty hand varies by {1e3 * phantom_mass:.0f} g (one SD)",),
     )

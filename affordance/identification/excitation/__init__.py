@@ -1,1 +1,1 @@
-"""Motions that show a payload well: what they will show, their limits, and the search for them."""
+"""Design of motions that show a payload well: prediction of what they show, their limits, and the search."""

@@ -1,9 +1,10 @@
 """Prediction of what a motion will show of a payload: standard deviations as ``identify`` would state them.
 
-Along a planned motion the columns of the likelihood are known before anything is measured, and the signal is what the
-expected body would cause. All that identification integrates out is thus integrated out here: gains, load friction,
-friction, errors that agree over time, and the error of the arm's model that no time averages out. Designs that count
-on white noise leave these out, choose postures of the greatest leverage, and claim more than is found.
+Along a planned motion the columns of the likelihood are known before anything is measured, and the signal is the one
+that the expected body would cause. Everything that identification integrates out is therefore integrated out here
+too: gains, load friction, friction, errors that are correlated in time, and model errors that do not average out.
+Designs that assume white noise neglect these, choose postures of the greatest leverage, and promise more than is
+achieved.
 """
 
 import enum
@@ -32,69 +33,71 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import ChainDynamics, SerialChain
 
-# Errors of joint torques that nobody measured: root of the long-run density over the limit of torque, [sqrt(s)]. A
-# Panda's joints have .0015 to .006, those of a UR10e .0008 to .0013.
+# Errors of joint torques without a measurement: square root of the long-run variance density over the torque limit,
+# [sqrt(s)]. It is .0015 to .006 for a Panda's joints and .0008 to .0013 for those of a UR10e.
 _ERROR = 0.002
-# Bodies over which a prediction is averaged, and their relative spread in mass.
+# Number of bodies over which a prediction is averaged, and their relative spread in mass.
 _NUM_BODIES, _MASS_SD = 4, 0.1
-# Step of a difference by the ten parameters, relative to the body.
+# Finite-difference step of the ten parameters, relative to the body.
 _STEP = 1e-4
 
 
 class Aim(enum.Enum):
-    """Quantity that a motion is to show."""
+    """Quantity that a motion should determine."""
 
     MASS = "mass"
     COM = "com"
     INERTIA = "inertia"
-    COST = "cost"  # of a task with the body
+    COST = "cost"  # cost of a task with the body
 
 
 class Spread(NamedTuple):
-    """Standard deviations that identification would state."""
+    """Standard deviations that identification would state after a motion."""
 
     mass: float  # standard deviation of the mass, [kg]
-    com: float  # standard deviation of the centre of mass, root of the sum of squares over its coordinates, [m]
+    com: float  # standard deviation of the centre of mass, root sum of squares over its coordinates, [m]
     inertia: float  # standard deviation of the moments of inertia about the centre of mass, likewise, [kg m^2]
     cost: float  # standard deviation of the cost of a task, in its unit; 0 without a task
 
     def get(self, aim: Aim) -> float:
-        """Returns the standard deviation of an aim."""
+        """Returns the standard deviation of one quantity."""
         value: float = getattr(self, aim.value)
         return value
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """Knowledge before the loaded run, as far as it decides how well the run will show the payload."""
+    """Knowledge before the loaded run that determines how well the run will show the payload."""
 
     robot: SerialChain  # model of the arm, with its mounting
     gains: Gains  # gains as known before, drift included
-    # Long-run variance of each joint's error times the time between samples, shape (n,), in the signal's unit squared
-    # times seconds: independent of the rate.
+    # Density of each joint's long-run error variance, shape (n,), in the signal's unit squared times seconds: the
+    # variance times the time between samples, which does not depend on the rate.
     error_density: Array
-    # Log-Cholesky coordinates of bodies that may be held, shape (K, 10), over which squares are averaged.
+    # Log-Cholesky coordinates of bodies that may be held, shape (K, 10); squared deviations are averaged over them.
     bodies: Array
-    # Covariance of the phantom payload, which no time averages out, shape (10, 10).
+    # Covariance of the phantom payload, which does not average out over time, shape (10, 10).
     floor: Array = field(default_factory=lambda: np.zeros((10, 10)))
-    # Derivative of the cost of a task by the ten parameters, shape (10,); zero without a task.
+    # Derivative of a task's cost with respect to the ten parameters, shape (10,); zero without a task.
     slope: Array = field(default_factory=lambda: np.zeros(10))
     settings: IdentificationSettings = DEFAULT_SETTINGS
 
     @classmethod
     def of_load(cls, robot: SerialChain, gains: Gains, error_density: Array, *, mass: float, floor: float) -> Self:
-        """Expects a body in the hand of about a mass, [kg]; the floor is the error of mass that no time averages out.
+        """Builds the expectation of a body of about the given mass, [kg], in the hand.
 
-        Gains and densities are as the attributes.
+        The floor is the standard deviation of the mass that no time averages out, [kg]. Gains and densities are the
+        attributes.
         """
         prior = SolidPrior.for_hand().with_mass(mass, _MASS_SD * mass)
         bodies = prior.draw_theta(np.random.default_rng(0), _NUM_BODIES)
         return cls(robot, gains, error_density, bodies, build_phantom_covariance(floor))
 
     def of_task(self, pi: Array, compute_cost: Callable[[Array], Array]) -> Self:
-        """Expects a known body, parameters (10,), for the cost of a task, a function from (S, 10) to (S,).
+        """Returns the expectation of a known body, (10,), with the slope of a task's cost.
 
-        The slope, by central differences, is not finite where the cost is not.
+        ``compute_cost`` maps parameters (S, 10) to costs (S,). The slope is found by central differences, and is not
+        finite where the cost is not.
         """
         step = _STEP * np.linalg.norm(pi)
         cost = compute_cost(np.concatenate([pi + step * np.eye(10), pi - step * np.eye(10)]))
@@ -103,7 +106,7 @@ class Expectation:
         return replace(self, bodies=theta_from_parameters(pi)[None], slope=slope)
 
     def build_evidence(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Evidence:
-        """Builds the evidence of a motion, less an empty run of it; its signal is the load's, as far as it is known.
+        """Builds the evidence of a motion, minus an empty run of it, as far as it is known beforehand.
 
         Load friction has the sign of the mean body's load. The dynamics of the motion are computed if not given.
         """
@@ -126,20 +129,20 @@ class Expectation:
         return known.with_load(parameters_from_theta(self.bodies).mean(axis=0))
 
     def predict(self, motion: PreparedRun, dynamics: ChainDynamics | None = None) -> Spread:
-        """Predicts the standard deviations after a motion, whose signal counts for nothing."""
+        """Predicts the standard deviations after a motion; the motion's signal is not used."""
         evidence = self.build_evidence(motion, dynamics)
         return self.measure(evidence, evidence.compute_statistics(self.settings))
 
     @cached_property
     def _precision(self) -> Array:
-        """Inverse covariance of the prior of a body whose torques share the gains' common factor, (10, 10)."""
+        """Inverse prior covariance of a body whose torques share the gains' common factor, (10, 10)."""
         return SolidPrior.for_hand().with_common_factor(self.gains.common_sd).precision
 
     @cached_property
     def _derivatives(self) -> list[tuple[Array, Array, Array]]:
-        """Parameters of each body, (10,), their derivatives by theta, (10, 10), and those of its moments, (3, 10).
+        """Parameters of each body, (10,), with their derivatives, (10, 10), and those of its moments, (3, 10).
 
-        Moments are about the centre of mass.
+        Derivatives are with respect to theta; the moments are about the centre of mass.
         """
         return [
             (
@@ -151,7 +154,7 @@ class Expectation:
         ]
 
     def measure(self, evidence: Evidence, statistics: JointStatistics) -> Spread:
-        """Computes the standard deviations by the sums over a motion, root mean squares over the bodies."""
+        """Computes the standard deviations from the sums over a motion, as root mean squares over the bodies."""
         prior = build_channel_prior(evidence, self.gains, self.settings)
         squares = []
         for pi, D, about in self._derivatives:
@@ -174,9 +177,10 @@ class Expectation:
 def find_errors(
     joint_names: tuple[str, ...], tau_max: Array, kind: SignalKind, path: Path | None = None
 ) -> tuple[Gains, Array]:
-    """Finds gains and long-run densities of errors: those of a file of gains, else as of arms with like limits.
+    """Returns gains and long-run error densities from a file of gains, or typical ones for the torque limits.
 
-    A file of gains that is invalid raises a BadValueError.
+    Raises:
+        BadValueError: The file of gains is invalid.
     """
     if path is None:
         return build_nominal_gains(joint_names, kind, DEFAULT_SETTINGS), np.square(_ERROR * tau_max)
@@ -190,7 +194,7 @@ _IS_COM = np.isin(np.arange(10), (1, 2, 3))
 def fill_signal(statistics: JointStatistics, gain: Array, pi: Array, *, has_arm: bool = True) -> JointStatistics:
     """Returns the sums with the signal that a load would cause without error, at given g and h, shape (n, 2).
 
-    The arm's torque is part of the signal, or was subtracted from it.
+    ``has_arm`` is True if the signal contains the arm's torque, and False if that was subtracted.
     """
     weights = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
     weights[:, SIGNAL, SIGNAL] = 0.0

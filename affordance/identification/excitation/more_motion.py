@@ -1,4 +1,4 @@
-"""Benefit of further motion after a run: a few motions are drawn and predicted, none is designed."""
+"""Benefit of further motion after a run, predicted for a few random motions; none is optimised."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,18 +19,18 @@ from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.plant.serial_chain import SerialChain
 
-_SECONDS = 4.0  # more
-_POSTURES, _DRAWS = 2, 3  # of a visit; motions of each pace
-# Times the top speed and acceleration of the run, by the words for a motion.
+_SECONDS = 4.0  # duration of the further motion, [s]
+_POSTURES, _DRAWS = 2, 3  # postures per motion, and motions drawn for each pace
+# Factors of the run's top speed and acceleration, by the description of a motion.
 _PACES = {
     "slowly through other postures": (1.0, 1.0),
     "as fast as before, elsewhere": (1.0, 1.0),
     "faster": (2.0, 4.0),
 }
-# Acceleration of joints that arms of any size reach, [rad/s^2], where the robot's file has no limit.
+# Joint acceleration that arms of any size reach, [rad/s^2], used where the robot's file has no limit.
 USUAL_ACCELERATION = 3.0
-_HELPS = 0.8  # share of the standard deviation that is left, below which a motion is worth a line
-# Words for each aim, its place among the quantities, and the unit in which it is said, with the factor to it.
+_HELPS = 0.8  # a motion is recommended if it reduces the standard deviation to less than this share
+# Name of each aim, its place among the quantities, and the unit in which it is printed with its factor.
 _AIMS = {
     Aim.MASS: ("mass", MASS, "g", 1e3),
     Aim.COM: ("centre of mass", COM, "mm", 1e3),
@@ -41,11 +41,11 @@ _AIMS = {
 def suggest_motion(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Says what four more seconds would bring for the mass, and for the first other quantity that was not seen.
+    """Predicts what four more seconds would bring for the mass, and for the first other quantity not yet seen.
 
-    Yields nothing of a wrist sensor, nor if the arm is believed to be as in its file: an empty run helps more. With a
-    drawing, a picture or a scale it says what the motion alone would tell, and only if that is more than is known.
-    The arm has the gravity of the run; gains are those known before, drift included.
+    Yields nothing for a wrist sensor, nor for an arm that is modelled by its file, where an empty run helps more.
+    After a run with a drawing, a picture or a scale, it predicts from the motion alone, and only if that improves on
+    what is known. The arm must have the gravity of the run. Gains are those known before the run, drift included.
     """
     fit = belief.fit
     if fit.evidence.kind is SignalKind.WRENCH or not fit.evidence.is_difference:
@@ -78,57 +78,57 @@ def suggest_motion(
         name, place, unit, factor = _AIMS[aim]
         best = int(np.argmin([spread.get(aim) for _, spread in found]))
         words, least = found[best][0], min(found[best][1].get(aim), now.get(aim))
-        # Of three components together, the root of the sum of their squares.
+        # For the three components together, the root of the sum of their squares.
         stated = float(np.linalg.norm(belief.marginals.sd[place]))
-        before, alone = now.get(aim), " (without what was seen or weighed)"
+        before, alone = now.get(aim), " (from the motion alone, without camera or scale)"
         if belief.seen is None and belief.reference_mass is None:
-            before, least, alone = stated, least / before * stated, ""  # as the table has it
+            before, least, alone = stated, least / before * stated, ""  # as in the table
         elif least >= stated:
             continue
-        sds = [_show(factor * sd) for sd in (before, least)]
+        sds = [_format_number(factor * sd) for sd in (before, least)]
         if least < _HELPS * before:
             yield (
-                f"{_SECONDS:g} s more, moved {words}, would bring the SD of the {name} from {sds[0]} to "
+                f"{_SECONDS:g} s more, moving {words}, would reduce the SD of the {name} from {sds[0]} to "
                 f"{sds[1]} {unit}{alone}; affordance excite --for {aim.value} designs a motion"
             )
         else:
             yield (
-                f"{_SECONDS:g} s more would hardly help: the best of {len(found)} motions drawn at random ({pace}) "
-                f"leaves the SD of the {name} at {sds[1]} of {sds[0]} {unit}{alone}"
+                f"{_SECONDS:g} s more would hardly help: the best of {len(found)} random motions ({pace}) "
+                f"leaves the SD of the {name} at {sds[1]} (now {sds[0]}) {unit}{alone}"
             )
 
 
 def suggest_run(belief: PayloadBelief) -> str:
-    """Says what recording would show a mass that a run did not show; empty if it did."""
+    """Suggests a recording that would show the mass; an empty text if this run showed it."""
     evidence = belief.fit.evidence
     if belief.shows_mass:
         return ""
     if evidence.is_at_rest and (evidence.kind is SignalKind.WRENCH or evidence.is_repeated):
-        return "hold more postures, in which the payload hangs otherwise"
+        return "hold more postures, in which the payload has other orientations"
     if evidence.is_at_rest:
-        return "hold the same postures with an empty hand too (--empty)"
+        return "hold the same postures also with an empty hand (--empty)"
     if evidence.kind is SignalKind.WRENCH:
-        return "turn the sensor slowly through other postures, with an empty hand too (--empty)"
+        return "turn the sensor slowly through other postures, also with an empty hand (--empty)"
     if not evidence.is_difference:
         return "record the same motion with an empty hand (--empty): the arm's file is too uncertain"
     if not evidence.is_repeated:
-        return "record the same motion with an empty hand: the arm that was fitted to other motions is too uncertain"
+        return "record the same motion with an empty hand: an arm fitted to other motions is too uncertain"
     return "move slowly through other postures; affordance excite --for mass designs the motion"
 
 
-def _show(number: float) -> str:
-    """Formats a number with two digits, never as a power of ten."""
+def _format_number(number: float) -> str:
+    """Formats a number with two significant digits, without an exponent."""
     return np.format_float_positional(number, precision=2, fractional=False, trim="-")
 
 
 def _list_families(robot: SerialChain, belief: PayloadBelief) -> Iterator[tuple[str, MotionFamily]]:
-    """Lists motions about the place of the run, within the arm's angles; torques of its file are not known here."""
+    """Lists families of motions around the run, within the arm's angle limits; torque limits are not known here."""
     run = belief.fit.evidence.prepared
     middle, quarter = run.q.mean(axis=0), np.full(robot.num_joints, 0.5 * np.pi)
     low, high = robot.limits
     fastest = np.maximum(np.abs(run.v).max(axis=0), 0.1)
     hardest = np.maximum(np.abs(run.vdot).max(axis=0), 0.1)
-    # Without a limit in the file, what the run itself showed is possible.
+    # Without a limit in the file, the acceleration of the run itself is possible.
     known = np.isfinite(robot.acceleration_limits)
     hardest_allowed = np.where(known, robot.acceleration_limits, np.maximum(USUAL_ACCELERATION, hardest))
     for words, (speed, acceleration) in _PACES.items():

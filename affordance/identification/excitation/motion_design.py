@@ -1,4 +1,4 @@
-"""Search for a motion that shows a payload well: the best few of many, then changed as long as that helps."""
+"""Search for a motion that shows a payload well: the best of many random motions are improved by random changes."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -14,32 +14,32 @@ from affordance.identification.posterior.log_cholesky import parameters_from_the
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.plant.serial_chain import ChainDynamics
 
-# Motions that are drawn, the best of them that are changed, and changes that are tried of each: one alone often ends
-# a fifth above the best of three.
+# Number of motions that are drawn, number of the best ones that are improved, and number of changes tried on each.
+# The result of a single start is often a fifth worse than the best of three.
 NUM_DRAWS, NUM_STARTS, NUM_CHANGES = 200, 3, 400
-# First step of a change, its factors after one that helped and one that did not, and the share of numbers changed.
+# First step of a change, its factors after a success and after a failure, and the share of numbers that are changed.
 _STEP, _LONGER, _SHORTER, _CHANGED = 0.5, 1.6, 0.9, 0.2
 _LEAST_STEP = 0.02
-_USED = 0.97  # share of each limit that may be taken up, as motions are compared at few samples
+_USED = 0.97  # share of each limit that may be used, as motions are compared at few samples
 _OUTPUT_RATE = 50.0  # [Hz]
 
-# Function of a motion and its dynamics that is to be small.
+# Function of a motion and its dynamics that the search minimises.
 type Score = Callable[[PreparedRun, ChainDynamics], float]
 
 
 class MotionDesign(NamedTuple):
-    """Motion that was found."""
+    """Motion that the search found."""
 
     motion: PreparedRun  # motion at 50 Hz, without a signal
     score: float  # score of the motion
-    typical: float  # median score of the motions that were drawn at random
+    typical: float  # median score of the random motions
 
 
 class NoMotionError(AffordanceError):
-    """No motion keeps the limits.
+    """No motion respects the limits.
 
     Attributes:
-        limit: Limit that most of the motions break.
+        limit: Limit that most of the motions exceed.
     """
 
     def __init__(self, message: str, limit: Limit) -> None:
@@ -57,9 +57,9 @@ def design_motion(
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> tuple[MotionDesign, Spread]:
-    """Designs a motion for the least standard deviation of an aim, as identification would state it; see ``search``.
+    """Designs the motion after which the standard deviation of one quantity is predicted to be least; see ``search``.
 
-    Returns: The motion, and what it is predicted to show.
+    Returns: The motion, and the predicted standard deviations.
     """
     bodies = parameters_from_theta(expectation.bodies)
 
@@ -79,9 +79,10 @@ def search(
     num_changes: int = NUM_CHANGES,
     seed: int = 0,
 ) -> MotionDesign:
-    """Searches the motion of the least score that keeps the limits with some bodies, shape (K, 10).
+    """Searches for the motion with the least score that respects the limits with every body, shape (K, 10).
 
-    If none of the motions that were drawn keeps the limits, a NoMotionError is raised.
+    Raises:
+        NoMotionError: None of the random motions respects the limits.
     """
     rng = np.random.default_rng(seed)
     times = list_times(family.duration)
@@ -91,7 +92,7 @@ def search(
         if motion is None:
             return np.inf
         dynamics = family.robot.compute_dynamics(*motion.motion)
-        if family.limits.find_excess(family.robot, motion, bodies, dynamics) > _USED:
+        if family.limits.compute_excess(family.robot, motion, bodies, dynamics) > _USED:
             return np.inf
         return score(motion, dynamics)
 
@@ -109,27 +110,27 @@ def search(
 
 
 def _explain(family: MotionFamily, bodies: Array, drawn: Sequence[Array], times: Array) -> NoMotionError:
-    """Explains why none of the motions that were drawn keeps the limits: the limit that most of them break."""
+    """Explains why none of the random motions respects the limits, by the limit that most of them exceed."""
     built = [motion for numbers in drawn if (motion := family.build(numbers, times)) is not None]
     shares = [family.limits.measure_shares(family.robot, motion, bodies) for motion in built]
     worst = [max(each, key=lambda place: each[place]) for each in shares]
     counts = Counter({LimitPlace(Limit.TIME, ""): len(drawn) - len(built), **Counter(worst)})
     ((place, _),) = counts.most_common(1)
-    message = f"none of {len(drawn)} motions of {family.duration:g} s keeps the limits: most of them "
+    message = f"none of {len(drawn)} motions of {family.duration:g} s respects the limits: most of them "
     if place.limit is Limit.TIME:
         return NoMotionError(message + "need more time", place.limit)
     least = min(each[place] for each, broken in zip(shares, worst, strict=True) if broken == place)
     if place.limit is Limit.HEIGHT:
         reason = f"come at least {least - _USED:.2g} m too low"
     else:
-        reason = f"ask at least {least:.2f} times the limit of the {place.limit.value} of {place.of}"
+        reason = f"need at least {least:.2f} times the {place.limit.value} limit of {place.of}"
     return NoMotionError(message + reason, place.limit)
 
 
 def _improve(
     judge: Callable[[Array], float], best: Array, least: float, num_changes: int, rng: np.random.Generator
 ) -> tuple[Array, float]:
-    """Changes the numbers of a motion as long as its score falls; returns them with their score."""
+    """Changes the numbers of a motion at random while its score falls; returns the numbers with their score."""
     step = _STEP
     for _ in range(num_changes):
         changed = rng.uniform(size=best.shape) < _CHANGED

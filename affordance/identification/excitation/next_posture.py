@@ -1,4 +1,4 @@
-"""Posture to hold next, after some that were held: recorded ones with one joint turned are tried and predicted."""
+"""Suggestion of the next posture to hold, by predicting what recorded postures with one joint turned would show."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -13,17 +13,17 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import IdentificationSettings
 from affordance.plant.serial_chain import SerialChain
 
-_BASES = 3  # recorded postures that are changed: the first, a middle one and the last
-_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # of one joint, [rad]
-_HELPS = 0.9  # share of the standard deviation that is left, below which a posture is worth a line
+_BASES = 3  # number of recorded postures to vary: the first, a middle one and the last
+_TURNS = np.radians([-90.0, -45.0, 45.0, 90.0])  # turns of one joint that are tried, [rad]
+_HELPS = 0.9  # a posture is recommended if it reduces the standard deviation to less than this share
 
 
 def suggest_posture(
     robot: SerialChain, belief: PayloadBelief, gains: Gains, settings: IdentificationSettings
 ) -> Iterator[str]:
-    """Says which posture would help most, after postures that were held: a recorded one with one joint turned.
+    """Suggests the posture that would help most, as a recorded posture with one joint turned.
 
-    What counts is the mass if it was not seen, else the centre of mass. Collisions are not checked.
+    The criterion is the SD of the mass if it was not seen, else of the centre of mass. Collisions are not checked.
     """
     fit, kind = belief.fit, belief.fit.evidence.kind
     run = fit.evidence.prepared
@@ -58,8 +58,8 @@ def suggest_posture(
     before, after = (np.format_float_positional(1e3 * sd, 2, fractional=False, trim="-") for sd in (now, found[best]))
     if found[best] < _HELPS * now:
         yield (
-            f"hold one more posture: the {row + 1}. one with {robot.joint_names[joint]} turned by "
-            f"{np.degrees(turn):+.0f} deg would bring the SD of the {name} from {before} to {after} {unit} "
+            f"hold one more posture: posture {row + 1} with {robot.joint_names[joint]} turned by "
+            f"{np.degrees(turn):+.0f} deg would reduce the SD of the {name} from {before} to {after} {unit} "
             "(collisions are not checked)"
         )
     else:

@@ -1,7 +1,7 @@
 """Motions within an arm's limits: Fourier series from rest to rest, and visits to postures with slow sweeps at each.
 
-Limits of angle, velocity and acceleration hold by construction, whatever the numbers that describe a motion; limits
-of torque and of the tip are checked. Collisions are not: nothing here knows what stands around the arm.
+Limits of angle, velocity and acceleration hold by construction, whatever numbers describe a motion; limits of torque
+and of the tip are checked. Collisions are not checked, as the surroundings of the arm are unknown here.
 """
 
 import abc
@@ -22,13 +22,13 @@ from affordance.plant.serial_chain import ChainDynamics, ChainMotion, SerialChai
 
 # Share of each limit that is used, as limits are checked at samples.
 _USED = 0.95
-# Harmonics of the series, and fewest samples of a motion: sixteen in a period of the highest.
+# Number of harmonics of the series, and fewest samples of a motion: sixteen in a period of the highest harmonic.
 _TERMS, _FEWEST = 5, 80
-_RATE = 10.0  # at which motions are compared, [Hz]
-# Mean speed of a sweep, above that below which friction has no direction, and its least duration, [rad/s, s].
+_RATE = 10.0  # sampling rate at which motions are compared, [Hz]
+# Mean speed of a sweep, at which the direction of friction is certain, and its least duration, [rad/s, s].
 _SWEEP_SPEED, _SHORTEST = 0.1, 0.2
-_PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # of a move of minimum jerk by 1 rad in 1 s
-_TRIALS = 4  # in which a motion is slowed down until the tip is slow enough
+_PEAK_V, _PEAK_VDOT = 1.875, 10.0 / np.sqrt(3.0)  # peaks of a minimum-jerk move by 1 rad in 1 s
+_TRIALS = 4  # attempts to slow a motion down until the tip is slow enough
 
 
 class Limit(enum.Enum):
@@ -44,7 +44,7 @@ class Limit(enum.Enum):
 
 
 class LimitPlace(NamedTuple):
-    """Limit with the name of its joint, or that of the tip."""
+    """Limit, with the name of the joint that it applies to, or of the tip."""
 
     limit: Limit
     of: str
@@ -72,7 +72,10 @@ class MotionLimits(NamedTuple):
         tip_speed: float,
         height: float,
     ) -> "MotionLimits":
-        """Builds limits of motions within a distance from home, [rad], and joint limits; others as the attributes."""
+        """Builds the limits of motions that stay within a distance of home, [rad], and within the joint limits.
+
+        The other arguments are the attributes.
+        """
         return cls(
             np.maximum(joints.q_lower, home - reach),
             np.minimum(joints.q_upper, home + reach),
@@ -86,10 +89,10 @@ class MotionLimits(NamedTuple):
     def measure_shares(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> Mapping[LimitPlace, float]:
-        """Measures the share of each limit that a motion takes up with one of some bodies, shape (K, 10).
+        """Computes the share of each limit that a motion uses, at most over some bodies, shape (K, 10).
 
-        More than 1 breaks a limit. The least height of the tip is approached by what is left of a metre. The dynamics
-        of the motion are computed if not given.
+        A share above 1 exceeds a limit. The share of the tip's least height is 1 minus the height in metres above it.
+        The dynamics of the motion are computed if not given.
         """
         q, v, vdot = motion.motion
         tip, arm, Y = dynamics or robot.compute_dynamics(q, v, vdot)
@@ -105,29 +108,29 @@ class MotionLimits(NamedTuple):
             for limit, each in of_joints.items()
             for name, share in zip(robot.joint_names, each.max(axis=0), strict=True)
         }
-        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _find_speed(tip, v) / self.tip_speed
+        shares[LimitPlace(Limit.TIP_SPEED, "the tip")] = _compute_speed(tip, v) / self.tip_speed
         shares[LimitPlace(Limit.HEIGHT, "the tip")] = 1.0 - float(tip.p_WT[:, 2].min() - self.height)
         return shares
 
-    def find_excess(
+    def compute_excess(
         self, robot: SerialChain, motion: PreparedRun, bodies: Array, dynamics: ChainDynamics | None = None
     ) -> float:
-        """Finds the largest share of a limit that a motion takes up; arguments as of ``measure_shares``."""
+        """Computes the largest share of any limit that a motion uses; arguments as for ``measure_shares``."""
         return max(self.measure_shares(robot, motion, bodies, dynamics).values())
 
 
-def find_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
-    """Finds the largest speed of the tip along a motion, [m/s]."""
-    return _find_speed(robot.compute_motion(*motion.motion), motion.v)
+def compute_tip_speed(robot: SerialChain, motion: PreparedRun) -> float:
+    """Computes the largest speed of the tip along a motion, [m/s]."""
+    return _compute_speed(robot.compute_motion(*motion.motion), motion.v)
 
 
-def _find_speed(tip: ChainMotion, v: Array) -> float:
+def _compute_speed(tip: ChainMotion, v: Array) -> float:
     return float(np.linalg.norm(np.einsum("nij,nj->ni", tip.Jv_V_WT[:, 3:], v), axis=1).max())
 
 
 @dataclass(frozen=True)
 class MotionFamily(abc.ABC):
-    """Motions of an arm within limits, of a duration, [s], that a vector of numbers describes."""
+    """Motions of an arm within limits that have the same duration, [s]; a vector of numbers describes each."""
 
     robot: SerialChain
     limits: MotionLimits
@@ -139,18 +142,18 @@ class MotionFamily(abc.ABC):
 
     @abc.abstractmethod
     def build(self, numbers: Array, times: Array) -> PreparedRun | None:
-        """Builds a motion at times, [s], shape (N,); None if the time is too short."""
+        """Builds a motion at times, [s], shape (N,); None if the duration is too short."""
 
 
 def list_times(duration: float, rate: float = _RATE) -> Array:
-    """Lists even times from 0 to the duration, [s], at least sixteen in a period of the highest harmonic."""
+    """Lists even times from 0 to the duration, [s], at least sixteen per period of the highest harmonic."""
     return np.linspace(0.0, duration, max(_FEWEST, round(duration * rate)) + 1)
 
 
 def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array, rate: float = 50.0) -> PreparedRun:
-    """Plans the way from rest to rest, straight in joint angles and of minimum jerk, within limits of speed.
+    """Plans a minimum-jerk move from rest to rest, straight in joint angles, within limits of speed and acceleration.
 
-    Start and end have shape (n,), [rad], the rate is in [Hz]. Neither torques nor collisions are checked.
+    Start and end have shape (n,), [rad]; the rate is in [Hz]. Torques and collisions are not checked.
     """
     step = end - start
     duration = max(
@@ -167,19 +170,19 @@ def plan_way(robot: SerialChain, limits: MotionLimits, start: Array, end: Array,
             step * 30.0 * x**2 * (1.0 - x) ** 2 / duration,
             step * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2,
         )
-        over = find_tip_speed(robot, motion) / (_USED * limits.tip_speed)
+        over = compute_tip_speed(robot, motion) / (_USED * limits.tip_speed)
         if over <= 1.0:
             return motion
         duration *= 1.02 * over
 
 
 def to_motion(times: Array, q: Array, v: Array, vdot: Array) -> PreparedRun:
-    """Builds a motion without a signal from q, v and vdot, shape (N, n)."""
+    """Builds a motion without a signal from q, v and vdot, shape (N, n) each."""
     return PreparedRun(times, q, v, vdot, np.zeros_like(q), 0.0)
 
 
 def to_trajectory(motion: PreparedRun) -> PiecewisePolynomial:
-    """Converts a motion to a Drake trajectory with its angles and velocities, to the third order between samples."""
+    """Converts a motion to a Drake trajectory of its angles and velocities, cubic between samples."""
     breaks = motion.times.tolist()
     trajectory: PiecewisePolynomial = PiecewisePolynomial.CubicHermite(breaks, list(motion.q.T), list(motion.v.T))
     return trajectory
@@ -187,15 +190,15 @@ def to_trajectory(motion: PreparedRun) -> PiecewisePolynomial:
 
 @dataclass(frozen=True)
 class FourierFamily(MotionFamily):
-    """Fourier series of five terms, from rest to rest: where it begins it ends.
+    """Fourier series of five terms, from rest to rest, which end where they begin.
 
-    The numbers of a joint are those of its shape (8), which is scaled to the limits, then the share of that scale
-    that is used and the place within the angles that are left, from 0 to 1.
+    Ten numbers describe each joint's motion: eight for its shape, which is scaled to the limits, then the share of
+    this scale that is used, from 0 to 1, and the place within the remaining range of angles, from 0 to 1.
     """
 
     @cached_property
     def _basis(self) -> Array:
-        """Combinations of sines and cosines without velocity and acceleration at the start, shape (2 terms, 8)."""
+        """Combinations of sines and cosines with zero velocity and acceleration at the start, shape (2 terms, 8)."""
         k = np.arange(1, _TERMS + 1)
         rest = np.zeros((2, 2 * _TERMS))
         rest[0, :_TERMS], rest[1, _TERMS:] = k, k**2
@@ -203,7 +206,7 @@ class FourierFamily(MotionFamily):
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion, shape (10 n,): all of the limits are used."""
+        """Draws the numbers of a motion that uses the limits fully, shape (10 n,)."""
         n, size = self.robot.num_joints, self._basis.shape[1]
         return np.concatenate([rng.standard_normal((n, size)), np.ones((n, 1)), rng.uniform(size=(n, 1))], 1).ravel()
 
@@ -228,7 +231,7 @@ class FourierFamily(MotionFamily):
             free = (self.limits.q_upper - self.limits.q_lower) - (high - low) - 2.0 * edge
             centre = self.limits.q_lower + edge - low + place * free
             motion = to_motion(shape.times, centre + scale * shape.q, scale * shape.v, scale * shape.vdot)
-            over = find_tip_speed(self.robot, motion) / (_USED * self.limits.tip_speed)
+            over = compute_tip_speed(self.robot, motion) / (_USED * self.limits.tip_speed)
             if over <= 1.0:
                 at = self._sum(scale * a, scale * b, times)
                 return at._replace(q=centre + at.q)
@@ -244,17 +247,17 @@ class FourierFamily(MotionFamily):
 
 @dataclass(frozen=True)
 class PostureFamily(MotionFamily):
-    """Visits to postures, each of which is swept through slowly and back, so that friction shows with both signs.
+    """Visits to postures, each of which is swept slowly back and forth, so that friction acts in both directions.
 
-    The numbers are the angles of the postures as shares of their ranges, from 0 to 1. Moves in between are of minimum
-    jerk, and as fast as the limits let them; sweeps take what time is left.
+    The numbers are the angles of the postures as shares of their ranges, from 0 to 1. The moves in between have
+    minimum jerk and are as fast as the limits allow; sweeps take the remaining time.
     """
 
     num_postures: int
 
     @override
     def draw(self, rng: np.random.Generator) -> Array:
-        """Draws the numbers of a motion, shape (postures n,): postures near to one another or far apart."""
+        """Draws the numbers of a motion, shape (postures n,), with postures that are close together or far apart."""
         n = self.robot.num_joints
         centre, spread = rng.uniform(size=n), rng.uniform()
         postures = centre + spread * (rng.uniform(size=(self.num_postures, n)) - centre)
@@ -280,14 +283,14 @@ class PostureFamily(MotionFamily):
             if sweep < _SHORTEST:
                 return None
             motion = self._visit(postures, moves, sweep, half, list_times(self.duration))
-            over = find_tip_speed(self.robot, motion) / (_USED * limits.tip_speed)
+            over = compute_tip_speed(self.robot, motion) / (_USED * limits.tip_speed)
             if over <= 1.0:
                 return self._visit(postures, moves, sweep, half, times)
             moves = 1.02 * over * moves
         return None
 
     def _visit(self, postures: Array, moves: Array, sweep: float, half: Array, times: Array) -> PreparedRun:
-        """Visits postures, shape (K, n), with moves of given durations, shape (K - 1,), in between, [s]."""
+        """Builds the visit to postures, (K, n), with moves of given durations, (K - 1,), [s], between them."""
         swept = np.minimum(0.5 * _SWEEP_SPEED * sweep, half)
         points = (postures[:, None] + swept * np.array([-1.0, 1.0, -1.0])[None, :, None]).reshape(
             -1, postures.shape[1]

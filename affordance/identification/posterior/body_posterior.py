@@ -1,7 +1,7 @@
 """Posterior of a held body that no camera has seen: its mode, and weighted samples around it.
 
 Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
-integrated out, over the density of the proposal.
+integrated out, divided by the density of the proposal.
 """
 
 from collections.abc import Sequence
@@ -25,29 +25,28 @@ from affordance.identification.posterior.log_cholesky import (
 from affordance.identification.posterior.solid_prior import Normals, SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Effective sample size that suffices: by weights, as a share of the samples by which the proposal is refitted, and
-# for the worst parameter, as a share of all samples.
+# Sufficient effective sample size, as a share of the samples: computed from the weights when the proposal is
+# refitted, and for the worst parameter at the end.
 _ENOUGH = 0.2
-# Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
-# as a share of these samples, after which none is needed.
+# Number of samples from which the proposal is refitted to the posterior, largest number of refits, and effective
+# size, as a share of these samples, at which refitting stops.
 _ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
-# Weight of no account: so far out, bodies may be too thin for rounding.
+# Negligible weight: bodies this far out may be too thin for the arithmetic.
 _FAINT = 1e-100
-# Random-walk moves of each sample in a round, and the step and share of accepted moves that are optimal in ten
-# dimensions, 2.38 over the square root of 10 and .234 (Roberts, Gelman & Gilks 1997); where the distribution is
-# curved, the step that has this share is smaller.
+# Number of random-walk moves of each sample in a round, and the step and acceptance rate that are optimal in ten
+# dimensions: 2.38 over the square root of 10, and .234 (Roberts, Gelman & Gilks 1997). Where the distribution is
+# curved, the step that gives this rate is smaller.
 _NUM_MOVES, _WALK, _ACCEPTED = 6, 0.75, 0.234
-# Number of accepted moves of each sample that suffices in an intermediate distribution. In the posterior itself
-# rounds go on until samples have forgotten where they began: largest correlation over samples of a parameter before
-# and after, and largest number of rounds.
+# Sufficient number of accepted moves of each sample in an intermediate distribution. In the posterior itself, rounds
+# continue until samples have forgotten where they began: largest correlation before and after, and number of rounds.
 _MOVED, _FORGOTTEN, _MAX_ROUNDS = 3.0, 0.1, 60
 _MAX_ITERATIONS = 60
-# Gauss-Newton steps before the likelihood is linearised again.
+# Number of Gauss-Newton steps between linearisations of the likelihood.
 _STEPS_A_ROUND = 5
-# Gain of the log density below which a mode is found, for a fit and for a proposal.
+# Gain of the log density at which the search for a mode stops, for a fit and for a proposal.
 _TOLERANCE, _ROUGH = 1e-8, 0.1
 _LONGEST_STEP = 5.0
-# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest.
+# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest one.
 _LEAST_SHARE = 1e-3
 
 
@@ -55,9 +54,9 @@ class Mode(NamedTuple):
     """Most probable body."""
 
     theta: Array  # log-Cholesky coordinates, shape (10,)
-    covariance: Array  # covariance of theta by the curvature at the mode, shape (10, 10)
+    covariance: Array  # covariance of theta from the curvature at the mode, shape (10, 10)
     pi: Array  # ten inertial parameters, shape (10,)
-    load: Array  # most probable load, which is pi plus the phantom payload of model errors, shape (10,)
+    load: Array  # most probable load: pi plus the phantom payload of model errors, shape (10,)
 
 
 class WeightedBodies(NamedTuple):
@@ -65,31 +64,30 @@ class WeightedBodies(NamedTuple):
 
     pi: Array  # ten parameters of each sample, shape (N, 10)
     weights: Array  # weights of the samples, shape (N,); their sum is one
-    # Index of the sample from which each descends, shape (N,); its own index without resampling.
+    # Index of the sample from which each sample descends, shape (N,); its own index without resampling.
     ancestors: NDArray[np.intp]
 
     @property
     def effective_size(self) -> float:
-        """Number of independent samples that would estimate the means as well, for the worst of the ten parameters.
+        """Number of independent samples that would estimate the mean of the worst of the ten parameters equally well.
 
-        The variance of a weighted mean is estimated from sums over the samples that descend from each ancestor,
-        because samples with a common ancestor may be correlated (Lee & Whiteley 2018, Variance estimation in the
-        particle filter).
+        The variance of a weighted mean is estimated from sums over the samples with a common ancestor, which may be
+        correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
         """
         away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
         sums = np.zeros_like(away)
         np.add.at(sums, self.ancestors, away)
         variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
-        # The scatter over a few ancestors is unreliable, so their number is an upper bound.
+        # The scatter over few ancestors is unreliable, so the number of ancestors is an upper bound.
         most = float(len(np.unique(self.ancestors)))
         return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
 
 
 def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
-    """Finds the most probable body by Gauss-Newton iteration with Levenberg's damping.
+    """Finds the most probable body by Gauss-Newton iteration with Levenberg damping.
 
-    The prior is approximated by the normal distribution of its mean and covariance, which has one mode. The start is
-    a theta, (10,), or the result of ``guess_theta``.
+    The prior is approximated by a normal distribution with its mean and covariance, which has a single mode. The
+    start is a theta, (10,), or ``guess_theta``.
     """
     theta = guess_theta(likelihood, prior) if start is None else start
     load = parameters_from_theta(theta)
@@ -102,7 +100,7 @@ def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | N
 
 
 def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
-    """Improves theta, shape (10,), with the likelihood approximated by a quadratic at a load, shape (10,)."""
+    """Improves theta, (10,), with the likelihood approximated by a quadratic at a load, (10,)."""
     quadratic = likelihood.linearise(load)
     phantom = likelihood.prior.phantom_covariance
     theta, covariance = _climb(quadratic.widen(phantom), prior.mean, prior.precision, theta, _TOLERANCE)
@@ -111,7 +109,7 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
 
 
 def measure_step(step: Array, mode: Mode) -> float:
-    """Computes the squared length of a step in posterior standard deviations, as theta has no unit of its own."""
+    """Computes the squared length of a step in posterior standard deviations, as theta has no common unit."""
     return float(step @ np.linalg.solve(mode.covariance, step))
 
 
@@ -120,16 +118,16 @@ def draw_bodies(
 ) -> WeightedBodies:
     """Draws weighted samples of the posterior.
 
-    The proposal is centred at the mode of each kind of solids, and refitted to its own samples while their effective
-    size is too small. The strongly curved posteriors of bodies that a run hardly constrains are reached by annealed
-    sequential Monte Carlo: a sequence of intermediate distributions, in each of which every sample is moved
-    (Del Moral, Doucet & Jasra 2006). Samples that have forgotten where they began count as independent; scatter over
-    seeds says that they are worth a third to a half of their number.
+    The proposal has a component at the mode for each kind of solid, and is refitted to its own samples while their
+    effective size is too small. The strongly curved posteriors of bodies that a run hardly constrains are sampled by
+    annealed sequential Monte Carlo: every sample is moved in a sequence of intermediate distributions (Del Moral,
+    Doucet & Jasra 2006). Samples that have forgotten where they began count as independent. The scatter over seeds
+    shows that they are worth a third to a half of their number.
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
     def compare(proposal: Proposal, theta: Array, normals: Array) -> tuple[Array, Array]:
-        """Returns the log density of the proposal, and by how much that of the posterior exceeds it."""
+        """Returns the log density of the proposal, and the excess of the posterior's log density over it."""
         log_prior = prior.compute_log_density(theta)
         log_proposals = proposal.compute_log_density(theta, log_prior)
         return log_proposals, of_body.compute(parameters_from_theta(theta), normals) + log_prior - log_proposals
@@ -151,15 +149,17 @@ def draw_bodies(
         proposal = proposal.refit(theta, bodies.weights)
     theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     for _ in range(_MAX_REFITS):
-        # A few heavy samples, on which edges of intervals of one parameter depend, are a small part of all weights.
-        # The last draw counts whatever its weights: the best of several would be one that has missed them.
+        # A few heavy samples, on which the interval of a single parameter depends, carry little of the total weight.
+        # The last draw is used whatever its weights: choosing the best of several would favour draws that missed the
+        # heavy samples.
         if num_samples == few or bodies.effective_size >= _ENOUGH * num_samples:
             break
         proposal = proposal.refit(theta, bodies.weights)
         theta, normals, log_ratios, bodies = weigh(proposal, num_samples)
     if _count(bodies) >= _ENOUGH * few:
         return bodies
-    # Moves of many samples take seconds; these are in the order of their kinds, so that the first few are no sample.
+    # Moving many samples takes seconds, so fewer are drawn anew: the samples are sorted by kind, so that the first
+    # few are not a random sample.
     if num_samples > few:
         theta, normals, log_ratios, _ = weigh(proposal, few)
     exponent, ancestors, equal = 0.0, np.arange(few), np.full(few, 1.0 / few)
@@ -177,7 +177,7 @@ def draw_bodies(
         for _ in range(_MAX_ROUNDS):
             for _ in range(_NUM_MOVES):
                 moved = theta + walk * rng.standard_normal(theta.shape) @ root.T
-                # Phantoms move by as much: a new one for each body would be noise that no step makes small.
+                # Phantoms move in proportion: a new phantom for each body would be noise that no small step reduces.
                 moved_normals = np.sqrt(1.0 - walk**2) * normals + walk * of_body.draw_normals(rng, few)
                 moved_proposals, moved_ratios = compare(proposal, moved, moved_normals)
                 gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
@@ -203,11 +203,11 @@ def spread_bodies(
     mode: Mode,
     rng: np.random.Generator,
 ) -> WeightedBodies:
-    """Spreads samples of a posterior over those of several likelihoods, each with other variances of the errors.
+    """Spreads the samples of a posterior over several likelihoods with different error variances.
 
-    Each sample is moved as the normal approximation about the mode (Laplace's) moves from its own likelihood to one
-    of the others, drawn at random: by the most probable body and by the roots of both covariances. What the run does
-    not show stays as it is.
+    Each sample is assigned to a random one of the likelihoods, and moved as the normal (Laplace) approximation about
+    the mode moves: from one most probable body to the other, scaled by the roots of both covariances. What the run
+    does not show stays as it is.
     """
     theta = theta_from_parameters(thicken(bodies.pi))
     away = np.linalg.solve(np.linalg.cholesky(mode.covariance), (theta - mode.theta).T).T
@@ -221,14 +221,14 @@ def spread_bodies(
 
 
 def _correlate(before: Array, after: Array) -> float:
-    """Computes the largest correlation over samples of a parameter, shape (N, 10), before and after moves."""
+    """Computes the largest correlation of a parameter, shape (N, 10), over samples before and after moves."""
     away, later = before - before.mean(axis=0), after - after.mean(axis=0)
     scale = np.sqrt((away**2).sum(axis=0) * (later**2).sum(axis=0))
     return float(((away * later).sum(axis=0) / np.maximum(scale, np.finfo(float).tiny)).max())
 
 
 def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal:
-    """Builds a proposal centred at the mode of each kind of solids, by Laplace's approximation."""
+    """Builds a proposal with a component at the mode for each kind of solid, by Laplace's approximation."""
     quadratic = of_body.of_body
     means, precisions = prior.kinds.means, prior.kinds.precisions
     modes = [_climb(quadratic, *kind, mode.theta, _ROUGH) for kind in zip(means, precisions, strict=True)]
@@ -239,14 +239,14 @@ def _propose(of_body: BodyLikelihood, prior: SolidPrior, mode: Mode) -> Proposal
 
 
 def normalise(log_weights: Array) -> Array:
-    """Computes weights whose sum is one."""
+    """Computes weights that sum to one."""
     weights = np.exp(log_weights - log_weights.max())
     normalised: Array = weights / weights.sum()
     return normalised
 
 
 def _count(bodies: WeightedBodies) -> float:
-    """Computes the effective number of samples by their weights alone."""
+    """Computes the effective number of samples from their weights alone."""
     return float(1.0 / np.sum(bodies.weights**2))
 
 
@@ -257,7 +257,7 @@ def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
-    """Finds the longest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
+    """Finds the largest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
 
     def count(step: float) -> float:
         return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
@@ -272,13 +272,13 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
 
 
 def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """Guesses theta, shape (10,): the mean of a normal posterior of the parameters, made physically consistent."""
+    """Guesses theta, (10,), from the mean of a normal posterior of the parameters, made physically consistent."""
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
     spread = D @ prior.covariance @ D.T
     quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
-    spread[0, 0] += pi[0] ** 2  # the mass may be many times the prior mean's, as its logarithm is normal
+    spread[0, 0] += pi[0] ** 2  # the mass may be many times its prior mean, as its logarithm is normal
     pi = np.linalg.solve(
         np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
     )
@@ -291,7 +291,7 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
 def _climb(
     quadratic: Quadratic, mean: Array, precision: Array, theta: Array, tolerance: float
 ) -> tuple[Array, Array]:
-    """Returns the most probable theta under a quadratic likelihood and a normal prior, and its covariance."""
+    """Finds the most probable theta under a quadratic likelihood and a normal prior, and its covariance."""
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:

@@ -1,7 +1,7 @@
-"""Distribution from which bodies are proposed as samples of a posterior.
+"""Proposal distribution of bodies for samples of a posterior.
 
-It is a mixture of multivariate t distributions, one for each kind of solids and at least as heavy in its tails as the
-posterior, and, with small weight, the prior, which bounds the weights of the samples.
+It is a mixture of a multivariate t distribution for each kind of solid, with tails at least as heavy as the
+posterior's, and, with a small weight, of the prior, which bounds the weights of the samples.
 """
 
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from affordance.identification.posterior.solid_prior import Normals, SolidPrior,
 # Degrees of freedom of a multivariate t: its tails are heavier than the posterior's, so that no single sample
 # dominates.
 _DEGREES_OF_FREEDOM = 8.0
-# Share of the samples that is drawn from the prior, and share of the others that is spread evenly over the kinds.
+# Share of the samples that are drawn from the prior, and share of the others that is divided equally among the kinds.
 _DEFENSIVE, _EVEN = 0.05, 0.05
-# Number of samples above which evenly spread points are drawn.
+# Number of samples above which evenly spread points are used.
 _MANY = 4000
-_LEAST_UNIFORM = 1e-12  # so that no sample is infinitely far
-# Effective number of samples by which the distribution of a kind can be refitted.
+_LEAST_UNIFORM = 1e-12  # keeps all samples at finite distances
+# Least effective number of samples from which the distribution of a kind is refitted.
 _FEWEST = 30.0
-# Share of a kind's covariance that is kept, so that it does not collapse onto a few samples of large weight.
+# Share of a kind's covariance that a refit retains, so that it does not collapse onto a few samples of large weight.
 _KEPT = 0.1
 
 
@@ -32,18 +32,18 @@ class Proposal:
     """Mixture of t distributions and a prior."""
 
     kinds: Normals  # centre and squared scale of each t distribution
-    shares: Array  # share of each, shape (K,); their sum is one
+    shares: Array  # share of each t distribution, shape (K,); they sum to one
     prior: SolidPrior  # prior of the body
 
     @classmethod
     def build(cls, kinds: Normals, log_evidence: Array, prior: SolidPrior) -> "Proposal":
-        """Builds the proposal of kinds with unnormalised logarithms of their probabilities, shape (K,)."""
+        """Builds the proposal from kinds and the unnormalised logarithms of their probabilities, shape (K,)."""
         weights = np.exp(log_evidence - log_evidence.max())
         return cls(kinds, (1.0 - _EVEN) * weights / weights.sum() + _EVEN / len(weights), prior)
 
     @property
     def covariance(self) -> Array:
-        """Mean of the squared scales, shape (10, 10)."""
+        """Mean of the squared scales of the t distributions, shape (10, 10)."""
         covariance: Array = np.einsum("k,kij->ij", self.shares, self.kinds.covariances)
         return covariance
 
@@ -51,8 +51,8 @@ class Proposal:
         """Draws samples of theta, shape (num_samples, 10)."""
         num_prior = int(_DEFENSIVE * num_samples)
         count, size = num_samples - num_prior, self.kinds.means.shape[1]
-        # Evenly spread points: edges of intervals scatter half as much with the seed as by independent ones, which
-        # take less than a millisecond.
+        # With evenly spread points, interval edges scatter between seeds half as much as with independent points.
+        # Those take less than a millisecond to draw.
         spread = draw_even_points(rng, count, size + 1) if num_samples > _MANY else rng.random((count, size + 1))
         spread = np.clip(spread, _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
         scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
@@ -63,13 +63,13 @@ class Proposal:
         return np.concatenate([about, self.prior.draw_theta(rng, num_prior)])
 
     def compute_log_density(self, theta: Array, prior: Array) -> Array:
-        """Computes the log density up to a constant that all components share, shape (N,), with the prior's, (N,)."""
+        """Computes the log density, (N,), up to a constant common to all components, given the prior's, (N,)."""
         about = add_logs(self._compute_log_densities(theta))
         log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
         return log_density
 
     def refit(self, theta: Array, weights: Array) -> "Proposal":
-        """Returns the proposal fitted to samples of the posterior, (N, 10), and their weights, (N,), kind by kind."""
+        """Returns the proposal refitted, kind by kind, to samples of the posterior, (N, 10), with weights, (N,)."""
         log_densities = self._compute_log_densities(theta)
         belongs = np.exp(log_densities - add_logs(log_densities)[:, None]) * weights[:, None]
         means, covariances = self.kinds.means.copy(), self.kinds.covariances.copy()
@@ -85,7 +85,7 @@ class Proposal:
         return Proposal.build(Normals(means, covariances), log_evidence, self.prior)
 
     def _compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each t distribution, its share included, up to one constant for all, (N, K)."""
+        """Computes the log density of each t distribution times its share, up to a common constant, (N, K)."""
         size = self.kinds.means.shape[1]
         half, power = 0.5 * _DEGREES_OF_FREEDOM, 0.5 * (_DEGREES_OF_FREEDOM + size)
         scales = self.kinds.log_scales + gammaln(power) - gammaln(half) - 0.5 * size * np.log(half)

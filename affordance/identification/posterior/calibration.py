@@ -1,7 +1,7 @@
-"""Gains from a load of known mass, whose centre of mass and moments are estimated along with them.
+"""Calibration of gains with a load of known mass, whose centre of mass and moments are estimated along with them.
 
-Without any load they follow, less accurately, from the arm's own weight. With a single weighed load, gains from one
-half of a run are checked by the mass in the other.
+Without a load they are estimated, less accurately, from the arm's own weight. With a single weighed load, the gains
+from each half of a run are checked by the mass that they give in the other half.
 """
 
 from dataclasses import replace
@@ -27,19 +27,20 @@ from affordance.plant.serial_chain import SerialChain
 
 # Relative error of a kitchen scale.
 SCALE_SD = 1e-3
-# SD of a gain before calibration, of either sign, as a multiple of the typical ratio of signal to torque.
+# SD of a gain of either sign before calibration, as a multiple of the typical ratio of signal to torque.
 _BROAD = 3.0
-# Reflected rotor inertia, which files lack, [kg m^2]: a few tenths to a few on arms for ten kilograms of payload.
+# Reflected rotor inertia, which robot files lack, [kg m^2]: a few tenths to a few for arms with ten kilograms of
+# payload.
 _ROTOR_INERTIA = 1.0
 # Relative uncertainty at which a gain counts as unknown.
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
-_FEW = 2000  # samples by which halves of a run are compared
-_STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
+_FEW = 2000  # number of samples when the halves of a run are compared
+_STEP = 1e-4  # finite-difference step of the gains' derivatives, in standard deviations of the body
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
-    """Estimates gains and load friction of each joint from a run with a load of known mass, [kg].
+    """Estimates gain and load friction of each joint from a run with a load of known mass, [kg].
 
     The mass is None if the load is fully known and part of the evidence's tau_arm. The covariance of the gains
     includes the uncertainty of the load's centre of mass and moments.
@@ -70,7 +71,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
         scale = found[:, 0]  # the priors of mu g scale with the gains
-        evidence = fit.evidence  # with the signs of the load, from which the next fit starts
+        evidence = fit.evidence  # with the load signs, from which the next fit starts
     load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,
@@ -86,7 +87,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 
 def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
-    """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
+    """Estimates gains from the arm's own weight, to about 20 %; those of a light wrist remain undetermined."""
     evidence = build_evidence(
         robot,
         run.source,
@@ -103,7 +104,7 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
     share = np.maximum(settings.gain_own_sd, _measure_gain_errors(robot, prepared, samples))
     own[:, 0, 0] = (share * gains.mean[:, 0]) ** 2
     source = (
-        f"the arm's own weight by {robot.source}: all of them {100 * settings.gain_common_sd:g} % uncertain, each "
+        f"the arm's own weight in {robot.source}: uncertain by {100 * settings.gain_common_sd:g} % in common and by "
     )
     return replace(
         gains,
@@ -111,12 +112,12 @@ def estimate_gains(robot: SerialChain, run: Run, prepared: PreparedRun, settings
         common_sd=settings.gain_common_sd,
         is_by_weight=True,
         least_variance=np.zeros(robot.num_joints),
-        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
+        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} % each; by 2 % with a weighed load",
     )
 
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
-    """Identifies a weighed load, [kg], by each half of a run with gains found in the other."""
+    """Identifies a weighed load, [kg], from each half of a run with the gains of the other half."""
     settings = replace(settings, num_samples=min(settings.num_samples, _FEW))
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
@@ -136,7 +137,7 @@ def check_halves(evidence: Evidence, reference_mass: float, settings: Identifica
 
 
 def _estimate_friction_sd(fit: PayloadFit) -> Array:
-    """Computes the standard deviations of friction given the load and gains, shape (n, 3)."""
+    """Computes the standard deviations of friction given load and gains, shape (n, 3)."""
     products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
     sd = fit.likelihood.prior.friction_sd  # zero for friction that is switched off
     covariance = np.linalg.inv(np.eye(3) + sd[:, :, None] * products * sd[:, None, :])
@@ -144,7 +145,7 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
-    """Guesses the ratio of signal to torque as the joints' median, with a point mass at the tip."""
+    """Guesses the ratio of signal to torque as the median over joints, for a point mass at the tip."""
     of_arm = 0.0 if evidence.is_difference else evidence.samples.tau_arm
     torque = of_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal
@@ -153,10 +154,10 @@ def _guess_scale(evidence: Evidence, mass: float) -> float:
 
 
 def _propagate(fit: PayloadFit) -> Array:
-    """Computes the covariance of the gains: that given the body, plus the part due to the body's uncertainty."""
+    """Computes the covariance of the gains: that for a given body, plus the part due to the body's uncertainty."""
     gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
     D = compute_jacobian(fit.mode.theta)
-    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one standard deviation of the body
+    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one SD of the body
     steps = []
     for column in root.T:
         displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)
@@ -167,7 +168,7 @@ def _propagate(fit: PayloadFit) -> Array:
 
 
 def _measure_gain_errors(robot: SerialChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Computes the relative errors of gains due to errors of links and rotors in the file, shape (n,)."""
+    """Computes the relative errors of gains that errors of links and rotors in the file cause, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)

@@ -1,14 +1,14 @@
-"""Evenly spread points of a unit cube, by which integrals have smaller errors than by independent ones.
+"""Evenly spread points of a unit cube, which give integrals smaller errors than independent points do.
 
-They are Sobol's, with the direction numbers of Joe & Kuo (2008, SIAM J. Sci. Comput. 30:2635). SciPy draws the same
-ones, but its statistics take half a second to import.
+They are Sobol points with the direction numbers of Joe & Kuo (2008, SIAM J. Sci. Comput. 30:2635). SciPy draws the
+same points, but its statistics package takes half a second to import.
 """
 
 import numpy as np
 
 from affordance.arrays import Array
 
-# Primitive polynomial, by its inner coefficients, and first direction numbers of each dimension after the first.
+# Inner coefficients of the primitive polynomial, and first direction numbers, of each dimension after the first.
 _POLYNOMIALS = (
     (0, (1,)),
     (1, (1, 3)),
@@ -30,7 +30,7 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
     """Draws points of the open unit cube, shape (num_points, size), each of which is uniformly distributed.
 
     Binary digits are multiplied by a random triangular matrix and shifted (Matousek 1998, J. Complexity 14:527).
-    There may be fewer than 2^30 points, of up to ``MAX_DIMENSION`` coordinates.
+    There may be fewer than 2^30 points, with up to ``MAX_DIMENSION`` coordinates.
     """
     points = np.empty((num_points, size))
     for dimension in range(size):
@@ -46,7 +46,7 @@ def draw_even_points(rng: np.random.Generator, num_points: int, size: int) -> Ar
 
 
 def list_directions(dimension: int) -> list[int]:
-    """Lists the direction numbers of a dimension, counted from 0, as multiples of 2^-30."""
+    """Lists the direction numbers of a dimension, counted from 0, in multiples of 2^-30."""
     inner, first = _POLYNOMIALS[dimension - 1] if dimension else (0, (1,) * _BITS)
     degree = len(first)
     directions = [m << (_BITS - 1 - i) for i, m in enumerate(first)]

@@ -1,4 +1,4 @@
-"""Inference of a payload from evidence, whatever the runs and the analysis that it comes from; its assumptions."""
+"""Inference of a payload from evidence of any analysis, and the assumptions behind it."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _NUM_PRIOR_BODIES = 1000
-_ODD = 0.05  # probability of a run below which it is said
+_ODD = 0.05  # probability of a run below which a note reports it
 
 
 def infer(
@@ -45,7 +45,7 @@ def infer(
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
-    if not evidence.is_at_rest:  # errors there are widened by Student's t already
+    if not evidence.is_at_rest:  # errors at rest are already widened by Student's t
         bodies = spread_bodies(bodies, vary_errors(fit, settings), felt, fit.mode, rng)
     bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
@@ -79,12 +79,12 @@ def infer(
             num_samples=settings.num_samples,
         )
     except NotTheSeenObjectError as error:
-        return replace(belief, notes=(*belief.notes, f"{error}; the camera is left out"), p_value=error.p_value)
+        return replace(belief, notes=(*belief.notes, f"{error}; the camera is ignored"), p_value=error.p_value)
     if parts.p_value < SURPRISE:
-        left_out = "the camera is left out: with what it saw the run would be too improbable"
+        left_out = "the camera is ignored: with the object that it saw, the run would be too improbable"
         return replace(belief, notes=(*belief.notes, left_out), p_value=parts.p_value)
     if parts.p_value < _ODD:
-        odd = f"p = {parts.p_value:.2g}: of objects that are what they look like, so few give as odd a run"
+        odd = f"p = {parts.p_value:.2g}: few objects that are what they look like would give such an improbable run"
         belief = replace(belief, notes=(*belief.notes, odd))
     return replace(
         belief,
@@ -98,14 +98,14 @@ def infer(
 
 
 def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Lists the assumptions about everything but the payload, a sentence each."""
+    """Lists the assumptions about everything but the payload, one sentence each."""
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]
     sentences.append(f"gains: {gains.source}{'' if settings.gains else '; their drift is switched off'}")
     if evidence.is_difference and prior.change_common_sd > 0.0:
         together, each = 100.0 * prior.change_common_sd, 100.0 * prior.change_own_sd
-        sentences.append(f"gains since the empty run: +-{together:g} % together and +-{each:g} % each")
+        sentences.append(f"change of gains since the empty run: +-{together:g} % in common and +-{each:g} % each")
     if evidence.kind is not SignalKind.WRENCH:
         if prior.load_friction_sd > 0.0 or gains.mean[:, 1].any():
             mu = ", ".join(f"{value:.3f}" for value in gains.load_friction)
@@ -115,7 +115,7 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         friction = f"+-{evidence.friction_scale * prior.friction_sd:g} {unit}"
         if (left := evidence.friction_left) is not None:
             friction = (
-                f"+-{left[:, 0].min():.2g} to {left[:, 0].max():.2g} {unit}, and offset {friction}, as a fit leaves"
+                f"+-{left[:, 0].min():.2g} to {left[:, 0].max():.2g} {unit} after the fit, and offset {friction}"
             )
         sentences.append(
             f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
@@ -123,25 +123,27 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
         if not evidence.is_at_rest:
             sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
         elif evidence.kind is not SignalKind.JOINT_TORQUE:
-            sentences.append("friction at rest holds part of the load, in either direction by chance")
+            sentences.append("friction at rest bears part of the load, in a random direction")
     else:
-        sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, a tenth of that in N m")
+        sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, and a tenth of that in N m")
     phantom = 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0]))
     if phantom > 0.0:
         sentences.append(
-            f"error of the models of arm and friction that does not average out: {phantom:.2g} g at the tip"
+            f"error of the arm and friction models that does not average out: {phantom:.2g} g at the tip"
         )
     else:
         sentences.append(
-            "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"
+            "error of the arm's model: none, it cancels"
+            if evidence.is_difference
+            else "error of the arm's model: none"
         )
     if evidence.is_at_rest:
         sentences.append(f"{len(evidence.prepared.times)} postures held at rest; their errors are independent")
         return tuple(sentences)
     sentences.append(
-        f"errors agree over the time the residual says, in blocks of {settings.block:g} s"
+        f"errors are correlated over a time estimated from the residual, in blocks of {settings.block:g} s"
         if settings.correlated_noise
         else "errors of all samples are independent (switched off)"
     )
-    sentences.append(f"signals low-passed alike at {evidence.prepared.cutoff:.1f} Hz, forwards and backwards")
+    sentences.append(f"all signals low-pass filtered at {evidence.prepared.cutoff:.1f} Hz, forwards and backwards")
     return tuple(sentences)

@@ -3,8 +3,8 @@
     J = m [[S S^T + c c^T, c], [c^T, 1]],    theta = (ln m, c, ln diag S, s12, s13, s23)
 
 with S upper triangular. Every theta is a body of positive mass whose second moments about its centre of mass form a
-positive definite matrix, and every such body has one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939). Mass and
-centre of mass are coordinates themselves, so priors on them are easily stated.
+positive definite matrix, and every such body has exactly one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939).
+Mass and centre of mass are coordinates themselves, so priors on them are easily stated.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_param
 
 _OFF = (np.array([0, 0, 1]), np.array([1, 2, 2]))  # rows and columns of s12, s13, s23
 _DIAGONAL = np.arange(3)
-_ROWS, _COLUMNS = (np.concatenate([_DIAGONAL, off]) for off in _OFF)  # of ln diag S and s12, s13, s23
+_ROWS, _COLUMNS = (np.concatenate([_DIAGONAL, off]) for off in _OFF)  # those of ln diag S and s12, s13, s23
 
 
 def parameters_from_theta(theta: Array) -> Array:
@@ -30,12 +30,16 @@ def parameters_from_theta(theta: Array) -> Array:
 
 
 def theta_from_parameters(pi: Array) -> Array:
-    """Converts ten parameters, shape (..., 10), to theta; those of no body of positive volume raise a LinAlgError."""
+    """Converts ten parameters, shape (..., 10), to theta, shape (..., 10).
+
+    Raises:
+        numpy.linalg.LinAlgError: The parameters are not those of a body with positive volume.
+    """
     J = pseudo_inertia_from_parameters(pi)
     m = J[..., 3, 3]
     c = J[..., :3, 3] / m[..., None]
     G = J[..., :3, :3] / m[..., None, None] - c[..., :, None] * c[..., None, :]
-    # Upper triangular: Cholesky's lower triangle with rows and columns in reverse order.
+    # S is upper triangular: Cholesky's lower triangle with rows and columns in reverse order.
     S = np.linalg.cholesky(G[..., ::-1, ::-1])[..., ::-1, ::-1]
     theta = np.empty(pi.shape)
     theta[..., 0] = np.log(m)
@@ -48,7 +52,7 @@ def theta_from_parameters(pi: Array) -> Array:
 def thicken(pi: Array) -> Array:
     """Returns bodies, (..., 10), a micrometre thicker, so that rounding leaves the thinnest a positive volume.
 
-    Those of many metres, by more: by less than a millionth of their size.
+    Bodies of many metres become thicker by more, but by less than a millionth of their size.
     """
     thick = pi.copy()
     thick[..., 4:7] += 1e-12 * pi[..., :1] + 1e-13 * np.abs(pi[..., 4:7]).sum(axis=-1, keepdims=True)
@@ -58,7 +62,7 @@ def thicken(pi: Array) -> Array:
 def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
     """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10).
 
-    pi are the parameters at theta, (10,); None to compute them.
+    ``pi`` holds the parameters at theta, (10,); None to compute them.
     """
     m, c = np.exp(theta[0]), theta[1:4]
     S = _build_root(theta)
@@ -74,7 +78,7 @@ def compute_jacobian(theta: Array, pi: Array | None = None) -> Array:
 
 
 def is_possible(pi: Array) -> Mask:
-    """Returns a mask, shape (N,), of parameters, shape (N, 10), whose pseudo-inertia is positive definite."""
+    """Returns a mask, (N,), of the parameters, (N, 10), whose pseudo-inertia is positive definite."""
     possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
     return possible
 

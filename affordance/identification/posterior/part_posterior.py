@@ -3,8 +3,8 @@
     pi = Phi rho + delta,    delta ~ N(0, C)
 
 with Phi the geometry of the seen parts and delta the discrepancy: a mass of unknown sign (a screw, a cavity) anywhere
-in the box that the parts fill, and errors of measuring them. The run is a likelihood of rho like any other, so it
-updates the densities of materials as a hold in simulation does. Physically inconsistent samples are discarded.
+in the box that the parts fill, and errors of their measured geometry. The run is a likelihood of rho like any other,
+so it updates the densities of materials as a simulated hold does. Physically inconsistent samples are discarded.
 """
 
 from dataclasses import dataclass, replace
@@ -31,12 +31,12 @@ _MAX_BATCHES = 50
 
 @dataclass(frozen=True)
 class SeenObject:
-    """Belief about an object by a camera and a memory of materials."""
+    """Belief about an object from a camera and a memory of materials."""
 
     belief: ObjectBelief  # belief about the object's densities, with its geometry in the tool's frame T
     parts: tuple[ComponentFeatures, ...]  # features of its parts, in T
-    low: Array  # least coordinates of the box that the parts fill, in T, shape (3,), [m]
-    high: Array  # largest coordinates of the box, in T, shape (3,), [m]
+    low: Array  # lower corner of the box that the parts fill, in T, shape (3,), [m]
+    high: Array  # upper corner of the box, in T, shape (3,), [m]
 
     @cached_property
     def unseen(self) -> Array:
@@ -59,21 +59,21 @@ class SeenObject:
 
 
 class NotTheSeenObjectError(AffordanceError):
-    """Load that no densities of the seen parts explain.
+    """No densities of the seen parts explain the load.
 
     Attributes:
         p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Keeps its arguments, with which it is pickled between processes."""
+        """Stores the arguments, from which the error is rebuilt when it is pickled between processes."""
         super().__init__(num_possible, num_tried, p_value)
         self.p_value = p_value
 
     def __str__(self) -> str:
         num_possible, num_tried, p_value = self.args
-        share = f"{num_possible} of {num_tried} samples are possible bodies"
-        return f"what is held is not the object that was seen: {share}, p = {p_value:.1g}"
+        share = f"{num_possible} of {num_tried} samples are physically possible bodies"
+        return f"the held object is not the one that was seen: {share}, p = {p_value:.1g}"
 
 
 class PlacedObject(NamedTuple):
@@ -83,13 +83,13 @@ class PlacedObject(NamedTuple):
     unseen: Array  # covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10)
 
     def compute_discrepancy(self, rho: Array, share: float) -> Array:
-        """Computes the covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
+        """Computes the covariance of delta at densities rho, for an unseen share of the mass, shape (10, 10)."""
         mass = float((self.belief.geometry.Phi @ rho)[0])
         covariance: Array = (share * mass) ** 2 * self.unseen + self.belief.geometry.compute_covariance(rho)
         return covariance
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
-        """Draws physically consistent bodies from the prior, at most num_samples of them, shape (N, 10)."""
+        """Draws physically consistent bodies from the prior, shape (N, 10); N is at most ``num_samples``."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
         root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
         pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
@@ -103,7 +103,7 @@ class PartPosterior(NamedTuple):
     bodies: WeightedBodies  # samples of the ten parameters
     belief: ObjectBelief  # belief about the object, with an updated memory of all materials
     likelihood: Likelihood  # likelihood of the densities, for callers that keep beliefs of their own
-    felt: Quadratic  # quadratic log likelihood of the ten parameters, in the frame of the tip, without what is unseen
+    felt: Quadratic  # quadratic log likelihood of the ten parameters at the tip, without the unseen mass
     p_value: float  # probability, under the prior, of a run at least as improbable as this one
 
 
@@ -145,7 +145,7 @@ def infer_parts(
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)
-    # Weights correct the quadratic approximation, which stands uncorrected if a common factor of gains is uncertain.
+    # Weights correct the quadratic approximation, which remains uncorrected if a common factor of gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, of_body.draw_normals(rng, len(pi))) - of_body.of_body.evaluate(pi)
@@ -156,7 +156,10 @@ def infer_parts(
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
 ) -> tuple[Array, int]:
-    """Draws densities, then the unseen rest given them; returns up to num_samples bodies and the number of draws."""
+    """Draws densities, then the unseen rest given them; returns the bodies and the number of draws.
+
+    At most ``num_samples`` bodies are returned, shape (N, 10).
+    """
     root = factor(discrepancy)
     inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
     spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))

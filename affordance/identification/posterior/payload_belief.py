@@ -26,11 +26,12 @@ from affordance.identification.posterior.marginals import (
 from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.identification.posterior.unseen import UNSEEN, describe_unseen, find_hidden_direction
 
-# A positive quantity is undetermined too if its SD exceeds this share of its mean.
+# A positive quantity is also undetermined if its SD exceeds this share of its mean.
 _VAGUE = 0.4
-# Share of the prior's masses below the 90 % interval's upper end at which little is held, whatever it is.
+# Little is held, whatever it is, if the 90 % interval of the mass ends below this quantile of the prior.
 _LIGHT = 0.25
-# SD to which a seen object's centre of mass, [m], mass and moments, as shares of their means, count as known anyway.
+# SD of a seen object's centre of mass, [m], and SDs of its mass and moments as shares of their means, below which
+# they count as known in any case.
 _SHARP, _SHARP_SHARE = 0.005, 0.1
 _OF_COM = np.isin(np.arange(len(QUANTITIES)), np.r_[COM])
 # Effective sample size below which the tails of an interval are unreliable.
@@ -40,20 +41,20 @@ SURPRISE = 0.001
 
 
 class LearnedDensity(NamedTuple):
-    """Density of a material as a memory believes it after a run."""
+    """Density of a material according to a memory after a run."""
 
     colour: tuple[float, float, float]  # colour of the material, red, green and blue in [0, 1]
     median: float  # median, [kg/m^3]
-    interval90: tuple[float, float]  # credible interval that holds 90 %, [kg/m^3]
+    interval90: tuple[float, float]  # 90 % credible interval, [kg/m^3]
 
 
 class HalfCheck(NamedTuple):
-    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first."""
+    """Masses from both halves of a run, each with the gains of the other half, shape (2,) each, in order of time."""
 
     mass: Array  # means of the mass, [kg]
     sd: Array  # standard deviations of the mass, [kg]
     error: Array  # relative errors of the mass
-    inside: Array  # 1 where the 90 % interval contains the reference mass, else 0
+    inside: Array  # 1 if the 90 % interval contains the reference mass, else 0
     centre_of_mass: Array  # means of the centre of mass, shape (2, 3), [m]
 
 
@@ -70,20 +71,21 @@ class PayloadBelief:
         unit: Unit of the signal.
         gains: Posterior means of g and h = mu g of each channel, shape (C, 2).
         load_friction: Load friction mu of each channel, shape (C,).
-        noise_sd: Standard deviation of a residual, shape (C,), in the signal's unit.
+        noise_sd: Standard deviation of the residual of a sample, shape (C,), in the signal's unit.
         agreement: Correlation time of the errors, shape (C,), [s].
-        assumptions: Assumptions, a sentence each.
-        notes: Findings of the analysis, a sentence each.
+        assumptions: Assumptions, one sentence each.
+        notes: Findings of the analysis, one sentence each.
         fit: Fit of the run, for figures and checks.
-        calibration: Gains found in this run with a weighed load; None if they come from elsewhere.
-        reference_mass: Mass of the load by a scale, [kg]; None if unknown.
-        halves: Check of that calibration by both halves of the run; None without one.
+        calibration: Gains calibrated in this run with a weighed load; None if they come from elsewhere.
+        reference_mass: Weighed mass of the load, [kg]; None if unknown.
+        halves: Check of that calibration with both halves of the run; None without one.
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
         likelihood: Likelihood of the densities of those parts; None without a camera.
-        felt: Quadratic log likelihood of the ten parameters, without what is unseen; None without a camera.
-        p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
-        doubts: Reasons not to trust the result, a sentence each; empty if it fits.
-        advice: What would show the mass, in words; empty if it was seen.
+        felt: Quadratic log likelihood of the ten parameters, without the unseen mass; None without a camera.
+        p_value: Probability of a run at least as improbable if the object is what it looks like; None without a
+            camera.
+        doubts: Reasons not to trust the result, one sentence each; empty if there are none.
+        advice: Recording that would show the mass, in words; empty if the run showed it.
         tip: Name of the frame T.
 
     Example:
@@ -135,7 +137,7 @@ class PayloadBelief:
 
     @cached_property
     def parameters(self) -> Array:
-        """Mean of the ten parameters, shape (10,); itself physically consistent."""
+        """Mean of the ten parameters, shape (10,), which is physically consistent itself."""
         mean: Array = self.bodies.weights @ self.bodies.pi
         return mean
 
@@ -163,7 +165,7 @@ class PayloadBelief:
 
     @property
     def mass_interval90(self) -> tuple[float, float]:
-        """Credible interval of the mass that holds 90 %, [kg]."""
+        """90 % credible interval of the mass, [kg]."""
         return float(self.marginals.low90[0]), float(self.marginals.high90[0])
 
     @property
@@ -173,7 +175,7 @@ class PayloadBelief:
 
     @property
     def setting(self) -> PayloadSetting | None:
-        """Payload to set on a controller, without moments that were not seen; None if the mass was not."""
+        """Payload to set on a controller, without moments that the run did not show; None without a mass."""
         if self.hidden & set(QUANTITIES[MASS]):
             return None
         mean = self.marginals.mean
@@ -183,7 +185,7 @@ class PayloadBelief:
 
     @property
     def learned(self) -> tuple[LearnedDensity, ...]:
-        """Densities of the materials that the run showed; empty without a camera."""
+        """Densities of the materials in the seen object, after the run; empty without a camera."""
         if self.seen is None:
             return ()
         low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
@@ -205,11 +207,11 @@ class PayloadBelief:
 
     @cached_property
     def hidden(self) -> frozenset[str]:
-        """Quantities, by their names in QUANTITIES, that the run left undetermined."""
+        """Names, as in QUANTITIES, of the quantities that the run left undetermined."""
         m = self.marginals
-        is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are no part of what follows
+        is_vague = (m.sd > _VAGUE * m.mean) & ~_OF_COM  # known only to a factor; products are not considered
         is_hidden = (self._share_of_prior > UNSEEN) | is_vague
-        if self.seen is not None:  # by whose prior little is left open
+        if self.seen is not None:  # whose prior leaves little open
             is_hidden &= m.sd > np.where(_OF_COM, _SHARP, _SHARP_SHARE * np.abs(m.mean))
         if self.calibration is not None:
             is_hidden[MASS] = False  # the scale determined the mass
@@ -217,32 +219,32 @@ class PayloadBelief:
 
     @property
     def is_light(self) -> bool:
-        """True if the mass is known to be smaller than most of what a hand could hold, though not how small."""
+        """True if the mass is known to be below most of what a hand could hold, though not how small it is."""
         is_small = self.marginals.high90[0] < np.quantile(self.prior_bodies[:, 0], _LIGHT)
         return bool(is_small) and not self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @property
     def shows_mass(self) -> bool:
-        """True if the run tells how much is held, or that it is little or nothing."""
+        """True if the run shows how much is held, or that it is little or nothing."""
         return self.is_light or self.hidden.isdisjoint(QUANTITIES[MASS])
 
     @cached_property
     def _share_of_prior(self) -> Array:
-        """Standard deviations as a share of the prior's, shape (10,)."""
+        """Standard deviations as shares of the prior's, shape (10,)."""
         prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
         share: Array = self.marginals.sd / np.maximum(prior_sd, np.finfo(float).tiny)
         return share
 
     @cached_property
     def hidden_direction(self) -> Array | None:
-        """Direction along which postures that were held leave the centre of mass open, shape (3,), or None."""
+        """Direction along which held postures leave the centre of mass undetermined, shape (3,), or None."""
         if not self.fit.evidence.is_at_rest or self.seen is not None:
             return None
         return find_hidden_direction(self.bodies.pi, self.bodies.weights, self.prior_bodies)
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:
-        """Quantities that this motion left undetermined, a sentence each."""
+        """Quantities that this motion left undetermined, one sentence each."""
         return tuple(
             describe_unseen(
                 self.marginals,
@@ -257,22 +259,22 @@ class PayloadBelief:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings to heed before the numbers are used, a sentence each."""
+        """Warnings about the numbers, one sentence each."""
         sentences = []
         if self.bodies.effective_size < _FEW_SAMPLES:
-            sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
+            sentences.append(f"only {self.bodies.effective_size:.0f} samples are effective: intervals are inaccurate")
         if self.p_value is not None and self.p_value < SURPRISE:
             sentences.append(
-                f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is unseen than assumed"
+                f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is hidden than assumed"
             )
         if self.reference_mass is not None and self.calibration is None:
             low, high = self.mass_interval90
             if not low <= self.reference_mass <= high:
-                sentences.append(f"the reference mass of {self.reference_mass:g} kg lies outside the 90 % interval")
+                sentences.append(f"the reference mass of {self.reference_mass:g} kg is outside the 90 % interval")
         return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all results as plain numbers and texts, for JSON; SI units, at the tip."""
+        """Returns all results as plain numbers and texts for JSON, in SI units, at the tip."""
         m = self.marginals
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         moments = slice(4, 10)

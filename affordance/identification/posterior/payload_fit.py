@@ -1,4 +1,4 @@
-"""Fit of a run: the most probable payload and the noise, each estimated given the other, to a fixed point."""
+"""Fit of a run: the most probable payload and the noise variance, alternately, to a fixed point."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,10 +17,10 @@ from affordance.identification.posterior.log_cholesky import parameters_from_the
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.settings import IdentificationSettings
 
-# Number of error variances over which a posterior is averaged.
+# Number of draws of the error variances over which a posterior is averaged.
 _NUM_VARIANTS = 8
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
-# Tolerances of a variance, as a fraction, and of a body, in squared standard deviations.
+# Tolerances of a relative change of a variance, and of a change of the body in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
 
 
@@ -32,13 +32,13 @@ class PayloadFit(NamedTuple):
     likelihood: PayloadLikelihood  # likelihood of the ten parameters
     mode: Mode  # most probable body
     long_run_variance: Array  # long-run variance of each channel, shape (C,)
-    weights: Array  # weights w with w^T z the residual, shape (C, 26)
+    weights: Array  # weights w of the residual w^T z, shape (C, 26)
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    """Builds the prior of all unknowns but the payload from gains that include drift."""
+    """Builds the prior of all unknowns but the payload, from gains that include drift."""
     friction_sd = evidence.list_friction_sds(settings)
-    # Calibrated friction does not apply where a second run was subtracted.
+    # Calibrated friction does not apply if another run was subtracted.
     carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
     return ChannelPrior(
         gains.mean,
@@ -55,15 +55,16 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body, the noise, and the sign of the load that this body causes.
+    """Fits the most probable body, the noise variances, and the load signs that this body causes.
 
-    If no joint moves fast enough for a sample to be used, a BadValueError is raised.
+    Raises:
+        BadValueError: No joint moves fast enough for a sample to be used.
     """
-    errors = evidence.describe_errors(settings)
+    errors = evidence.build_error_model(settings)
     statistics = evidence.compute_statistics(settings)
     if not statistics.counts.any():
         problem = (
-            f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
+            f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no certain direction"
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
     likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid)
@@ -80,13 +81,13 @@ def fit_payload(
 
 
 def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[PayloadLikelihood]:
-    """Builds likelihoods whose error variances are drawn from what the run leaves open of them.
+    """Builds likelihoods with error variances drawn from their uncertainty after the run.
 
-    A variance that was estimated from n errors is n over a chi-squared variable of n degrees of freedom times its
-    estimate. Each channel takes each of its quantiles once, in an order of its own (a Latin hypercube). Fewer than
-    one error is taken as one, as quantiles would have no bound.
+    A variance that was estimated from n errors is its estimate times n over a chi-squared variable with n degrees of
+    freedom. Each channel takes each quantile of it once, in a random order of its own (a Latin hypercube). Fewer than
+    one error counts as one, because quantiles would be unbounded.
     """
-    freedom = np.maximum(fit.evidence.describe_errors(settings).count_freedom(fit.statistics), 1.0)
+    freedom = np.maximum(fit.evidence.build_error_model(settings).count_freedom(fit.statistics), 1.0)
     middles = (np.arange(_NUM_VARIANTS) + 0.5) / _NUM_VARIANTS
     rng = np.random.default_rng(0)
     quantiles = np.array([rng.permutation(chdtri(each, middles)) for each in freedom])
@@ -99,22 +100,24 @@ def vary_errors(fit: PayloadFit, settings: IdentificationSettings) -> list[Paylo
 def add_friction_error(
     evidence: Evidence, gains: Gains, solid: SolidPrior, settings: IdentificationSettings
 ) -> Evidence:
-    """Returns a pair's evidence with errors of the model of friction, which do not average out, as a phantom payload.
+    """Adds errors of the friction model, which do not average out, to a pair's evidence as a phantom payload.
 
-    Its signs of the load are those of the payload that fits without these errors, as a start for the next fit.
-    No model of friction is right. One standard deviation of a joint's error is all that its friction does: the change
-    of the most probable load if the joint is taken to have none. Joints err independently. Errors of a fitted arm
-    are measured, those of its friction included, and to an arm as its file has it no friction is no alternative; so
-    nothing is added where no run was repeated. Nor is anything where gains are those of the arm's own weight: without
-    friction they would be others, so that the change of the load is one of gains, and as large as the load.
+    No model of friction is right. One standard deviation of a joint's error is taken to be the whole effect of its
+    friction: the change of the most probable load if the joint is assumed to have none. Joints err independently.
+
+    Nothing is added unless a motion was repeated: errors of a fitted arm are measured and include those of its
+    friction, and without friction an arm as in its file would make no sense. Nor is anything added if the gains come
+    from the arm's own weight: without friction they would differ, so that the change of the load would be due to the
+    gains, and as large as the load. The returned evidence has the load signs of the payload that fits without these
+    errors, as a start for the next fit.
     """
-    if evidence.is_at_rest:  # friction has no direction there, and its errors are those of the residual
+    if evidence.is_at_rest:  # friction has no direction at rest, and its errors are part of the residual
         return evidence
     if not (evidence.is_repeated and settings.floor and settings.friction) or gains.is_by_weight:
         return evidence
     prior = build_channel_prior(evidence, gains, settings)
     fit = fit_payload(evidence, prior, solid, settings)
-    errors = evidence.describe_errors(settings)
+    errors = evidence.build_error_model(settings)
     covariance = evidence.phantom_covariance
     for joint in range(len(prior.friction_sd)):
         friction_sd = prior.friction_sd.copy()
@@ -134,11 +137,13 @@ def fit_statistics(
     start: Array | None = None,
     max_iterations: int = _MAX_ITERATIONS,
 ) -> tuple[PayloadLikelihood, Mode, Array, Array]:
-    """Fits the most probable body and the noise, each given the other, to a fixed point, from a theta or a guess.
+    """Fits the most probable body and the noise variances, alternately, to a fixed point.
+
+    The iteration starts from the theta ``start`` or, if that is None, from a guess.
 
     Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
     """
-    # At first a tenth of the signal is error, correlated by the filter alone.
+    # Initially a tenth of the signal is taken as error, correlated by the filter alone.
     square = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
     least = np.maximum(errors.least_variance, np.finfo(float).tiny)
     likelihood = PayloadLikelihood(statistics, prior, np.maximum(0.01 * square * errors.alike, least))

@@ -1,6 +1,6 @@
 """Prior of a held body that no camera has seen: any solid that a hand could hold.
 
-It is a mixture of normal distributions over the log-Cholesky coordinates, one fitted to each of four kinds of random
+It is a mixture of normal distributions of the log-Cholesky coordinates, one fitted to each of four kinds of random
 solids.
 """
 
@@ -13,13 +13,13 @@ from affordance.arrays import Array
 from affordance.identification.posterior.log_cholesky import parameters_from_theta, theta_from_parameters, thicken
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
-# All sizes and densities log-uniform, all directions alike:
-# - assemblies of one to three boxes, each edge from 1 to 30 cm and each density from 100 to 8000 kg/m^3: from foam to
-#   steel, from a pen to a drawer; within 15 cm (one SD) of the tip and 7 cm of one another;
-# - compact boxes with edges of 2 to 20 cm, within 10 cm;
-# - rods of 8 to 80 cm, 3 to 25 mm thick, held anywhere within 4 cm of the tip;
-# - handles of 8 to 50 cm with a head of any share of the mass, edges of 1 to 30 cm, held in the nearer half: hammers,
-#   ladles, pans and brushes.
+# All sizes and densities are log-uniform, all orientations uniform:
+# - assemblies of one to three boxes, with edges of 1 to 30 cm and densities of 100 to 8000 kg/m^3 (foam to steel, a
+#   pen to a drawer), within 15 cm (one SD) of the tip and 7 cm of one another;
+# - compact boxes with edges of 2 to 20 cm, within 10 cm of the tip;
+# - rods of 8 to 80 cm, 3 to 25 mm in radius, held anywhere along their length within 4 cm of the tip;
+# - handles of 8 to 50 cm with a head of any share of the mass and edges of 1 to 30 cm, held in the half away from the
+#   head: hammers, ladles, pans and brushes.
 _ASSEMBLY_EDGES, _DENSITIES = (0.01, 0.30), (100.0, 8000.0)
 _REACH_SD, _SPREAD_SD = 0.15, 0.07
 _COMPACT_EDGES, _COMPACT_SD = (0.02, 0.20), 0.10
@@ -27,7 +27,7 @@ _ROD_LENGTHS, _ROD_RADII, _HELD_SD = (0.08, 0.80), (0.003, 0.025), 0.04
 _HANDLE_LENGTHS, _HANDLE_RADII, _HEAD_EDGES = (0.08, 0.50), (0.005, 0.02), (0.01, 0.30)
 # Masses from a pencil case to the payload of a large robot, [kg].
 _MASSES = (0.02, 10.0)
-_NUM_SOLIDS = 4000  # of each kind
+_NUM_SOLIDS = 4000  # number of random solids of each kind
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Normals:
 
     @cached_property
     def roots(self) -> Array:
-        """Lower triangular roots L of the covariances, L L^T, shape (K, D, D)."""
+        """Lower triangular square roots L of the covariances L L^T, shape (K, D, D)."""
         return np.linalg.cholesky(self.covariances)
 
     @cached_property
@@ -51,19 +51,19 @@ class Normals:
 
     @cached_property
     def log_scales(self) -> Array:
-        """Logarithms of the densities at the means without powers of 2 pi, shape (K,)."""
+        """Logarithms of the densities at the means, without powers of 2 pi, shape (K,)."""
         scales: Array = -np.log(np.diagonal(self.roots, axis1=1, axis2=2)).sum(axis=1)
         return scales
 
     @cached_property
     def _whitening(self) -> tuple[Array, Array]:
-        """Inverse roots of all distributions side by side, (D, K D), and the means in their units, (K D,)."""
+        """Inverse roots of all distributions side by side, (D, K D), and the whitened means, (K D,)."""
         num, size = self.means.shape
         inverse = np.linalg.inv(self.roots)
         return inverse.reshape(num * size, size).T, (inverse @ self.means[..., None]).ravel()
 
     def measure_squares(self, points: Array) -> Array:
-        """Computes squared distances from the means in standard deviations, points of shape (N, D), result (N, K)."""
+        """Computes squared Mahalanobis distances of points, (N, D), from the means; shape (N, K)."""
         num, size = self.means.shape
         whitening, origin = self._whitening
         away = points @ whitening - origin
@@ -73,7 +73,7 @@ class Normals:
 
 
 def add_logs(logs: Array) -> Array:
-    """Computes the logarithms of sums of exponentials over K terms, shape (N, K), several times faster than NumPy."""
+    """Computes log-sum-exp over K terms, shape (N, K), several times faster than NumPy; shape (N,)."""
     most = logs.max(axis=1)
     total: Array = most + np.log(np.exp(logs - most[:, None]).sum(axis=1))
     return total
@@ -84,7 +84,7 @@ class SolidPrior:
     """Mixture of normal distributions of theta (see log_cholesky), whose samples are physically consistent bodies."""
 
     kinds: Normals  # distribution of theta for each of K kinds of solids
-    shares: Array  # probability of each kind, shape (K,); their sum is one
+    shares: Array  # probability of each kind, shape (K,); they sum to one
 
     @classmethod
     @cache
@@ -94,9 +94,12 @@ class SolidPrior:
 
     @classmethod
     def from_samples(cls, *kinds: Array) -> "SolidPrior":
-        """Fits the prior to bodies of one or several equally probable kinds, parameters (N, 10) with N well above 10.
+        """Fits the prior to samples of one or more equally probable kinds of bodies, parameters (N, 10) each.
 
-        A body that is not physically consistent raises a numpy.linalg.LinAlgError.
+        N must be well above 10.
+
+        Raises:
+            numpy.linalg.LinAlgError: A body is not physically consistent.
         """
         thetas = [theta_from_parameters(pi) for pi in kinds]
         means = np.array([theta.mean(axis=0) for theta in thetas])
@@ -105,7 +108,7 @@ class SolidPrior:
         )
 
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
-        """Returns the prior of a weighed body, conditioned on its mass and the mass's SD, [kg]."""
+        """Returns the prior of a weighed body, conditioned on its mass with a standard deviation, [kg]."""
         means, C = self.kinds.means, self.kinds.covariances
         away, variance = np.log(mass) - means[:, 0], C[:, 0, 0]
         gain = C[:, 0] / variance[:, None]
@@ -115,19 +118,19 @@ class SolidPrior:
         return SolidPrior(kinds, shares / shares.sum())
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
-        """Returns the prior of a body whose torques share a factor, its logarithm normal with this SD."""
+        """Returns the prior of a body times an unknown factor, whose logarithm is normal with the given SD."""
         covariances = np.array(self.kinds.covariances)
         covariances[:, 0, 0] += sd**2
         return SolidPrior(Normals(self.kinds.means, covariances), self.shares)
 
     def remove_common_factor(self, pi: Array, sd: float, rng: np.random.Generator) -> Array:
-        """Draws bodies without the common factor, given bodies with it, pi of shape (N, 10)."""
+        """Draws bodies without the unknown common factor, given bodies that include it, (N, 10)."""
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
         theta = theta_from_parameters(thicken(pi))
         log_densities = widened.compute_log_densities(theta)
-        # The largest of the densities' products with Gumbel noise belongs to each kind with its probability.
+        # The Gumbel trick draws each kind with its posterior probability.
         kind = np.argmax(log_densities + rng.gumbel(size=log_densities.shape), axis=1)
         share = sd**2 * widened.kinds.precisions[:, 0]  # part of a deviation that the factor explains, (K, 10)
         mean = np.einsum("nd,nd->n", theta - widened.kinds.means[kind], share[kind])
@@ -157,11 +160,11 @@ class SolidPrior:
         return 0.5 * (inverse + inverse.T)
 
     def compute_log_density(self, theta: Array) -> Array:
-        """Computes the log density up to a constant, theta of shape (N, 10), result (N,)."""
+        """Computes the log density of theta, (N, 10), up to a constant; shape (N,)."""
         return add_logs(self.compute_log_densities(theta))
 
     def compute_log_densities(self, theta: Array) -> Array:
-        """Computes the log density of each kind, its share included, up to one constant for all, (N, K)."""
+        """Computes the log density of each kind times its probability, up to a common constant, (N, K)."""
         squares = self.kinds.measure_squares(theta)
         log_densities: Array = np.log(self.shares) + self.kinds.log_scales - 0.5 * squares
         return log_densities
@@ -184,7 +187,7 @@ def _draw_random_solids(rng: np.random.Generator) -> tuple[Array, ...]:
 
 
 def _draw_assemblies(rng: np.random.Generator) -> Array:
-    """Draws assemblies of one to three boxes, ten parameters each, (N, 10)."""
+    """Draws the ten parameters of assemblies of one to three boxes, (N, 10)."""
     shape = (_NUM_SOLIDS, 3)
     edges = _draw_log_uniform(rng, _ASSEMBLY_EDGES, (*shape, 3))
     present = np.arange(3) < rng.integers(1, 4, _NUM_SOLIDS)[:, None]
@@ -196,14 +199,14 @@ def _draw_assemblies(rng: np.random.Generator) -> Array:
 
 
 def _draw_compact(rng: np.random.Generator) -> Array:
-    """Draws boxes, ten parameters each, (N, 10)."""
+    """Draws the ten parameters of boxes, (N, 10)."""
     edges = _draw_log_uniform(rng, _COMPACT_EDGES, (_NUM_SOLIDS, 1, 3))
     centres = _COMPACT_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3))
     return _turn(rng, np.ones((_NUM_SOLIDS, 1)), np.zeros_like(centres), edges**2 / 12.0, centres)
 
 
 def _draw_rods(rng: np.random.Generator) -> Array:
-    """Draws rods along x before they are turned, ten parameters each, (N, 10)."""
+    """Draws the ten parameters of rods, which lie along x before they are turned, (N, 10)."""
     length = _draw_log_uniform(rng, _ROD_LENGTHS, (_NUM_SOLIDS, 1))
     second = _measure_cylinder(length, _draw_log_uniform(rng, _ROD_RADII, (_NUM_SOLIDS, 1)))
     along = rng.uniform(-0.5, 0.5, (_NUM_SOLIDS, 1)) * length
@@ -212,7 +215,7 @@ def _draw_rods(rng: np.random.Generator) -> Array:
 
 
 def _draw_handled(rng: np.random.Generator) -> Array:
-    """Draws handles along x with a head at their end before they are turned, ten parameters each, (N, 10)."""
+    """Draws the ten parameters of handles along x with a head at the end, before they are turned, (N, 10)."""
     shape = (_NUM_SOLIDS, 1)
     length = _draw_log_uniform(rng, _HANDLE_LENGTHS, shape)
     handle = _measure_cylinder(length, _draw_log_uniform(rng, _HANDLE_RADII, shape))
@@ -226,15 +229,15 @@ def _draw_handled(rng: np.random.Generator) -> Array:
 
 
 def _measure_cylinder(length: Array, radius: Array) -> Array:
-    """Computes the mean squares of the coordinates of a cylinder along x, shape (N, 1, 3), from (N, 1) each."""
+    """Computes the mean squared coordinates of cylinders along x, (N, 1, 3), from lengths and radii, (N, 1)."""
     return np.stack([length**2 / 12.0, radius**2 / 4.0, radius**2 / 4.0], axis=-1)
 
 
 def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Array, held: Array) -> Array:
-    """Turns solids of P parts along common axes, and holds them; see ``_assemble``.
+    """Turns solids of P parts to random orientations and places them in the hand; see ``_assemble``.
 
-    Mean squares of the coordinates of each part about its centre are (N, P, 3), [m^2], the place of the solid's
-    origin in the tip is (N, 1, 3), [m].
+    ``squares`` holds the mean squared coordinates of each part about its centre, (N, P, 3), [m^2]; ``held`` is the
+    position of the solid's origin in the tip frame, (N, 1, 3), [m].
     """
     R, _ = np.linalg.qr(rng.standard_normal((_NUM_SOLIDS, 1, 3, 3)))
     second = R * squares[..., None, :] @ R.swapaxes(-1, -2)
@@ -242,9 +245,10 @@ def _turn(rng: np.random.Generator, masses: Array, centres: Array, squares: Arra
 
 
 def _assemble(rng: np.random.Generator, masses: Array, centres: Array, second: Array) -> Array:
-    """Builds the ten parameters of solids of P parts, and draws their masses, shape (N, 10).
+    """Draws the masses of solids of P parts, and computes their ten parameters, shape (N, 10).
 
-    Relative masses are (N, P), centres (N, P, 3), [m], second moments about them over the mass (N, P, 3, 3), [m^2].
+    ``masses`` holds relative masses, (N, P); ``centres`` has shape (N, P, 3), [m]; ``second`` holds the second
+    moments about the centres over the mass, (N, P, 3, 3), [m^2].
     """
     masses = masses * (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
     J = np.zeros((_NUM_SOLIDS, 4, 4))

@@ -1,1 +1,1 @@
-"""Recordings as users have them: files of runs, their columns, and even filtered samples of them."""
+"""Recordings of users: readers of their files and columns, and evenly spaced, filtered samples."""

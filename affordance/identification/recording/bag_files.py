@@ -1,8 +1,8 @@
-"""Storage of ROS bags: topics and encoded messages of SQLite and MCAP files of ROS 2, and of bags of ROS 1.
+"""Storage of ROS bags: topics and encoded messages of SQLite and MCAP files (ROS 2) and of ROS 1 bags.
 
-The first bytes of a file say what it is; its name, which a stranger's metadata chooses, says nothing. rosbags would
-execute what an SQLite file calculates, and open another file if a name holds escapes of URLs, so such files are read
-here; rosbags reads the others. What is compressed may unfold to the size of a recording.
+The first bytes of a file determine its format, as its name comes from a stranger's metadata. SQLite files are read
+here, because rosbags would execute computed columns, and open another file if a name contains URL escapes; rosbags
+reads the other formats. Compressed content may unpack to the size of a recording.
 """
 
 import bz2
@@ -23,14 +23,14 @@ from affordance.exceptions import BadValueError, show_value, suggest
 from affordance.files.bounded import RECORDING, check_size, read_yaml
 from affordance.files.plain_database import check_plain_tables, limit_steps
 
-# First bytes of the kinds of files.
+# First bytes of each file format.
 _SQLITE, _MCAP, _ROS1, _ZSTD = b"SQLite format 3\0", b"\x89MCAP0\r\n", b"#ROSBAG V2.0\n", b"\x28\xb5\x2f\xfd"
 _HEAD = 16
 _METADATA, _LIST = "metadata.yaml", "rosbag2_bagfile_information.relative_file_paths"
-# Zstandard is part of Python from 3.14 on; before, rosbags brings it.
+# Zstandard is part of Python from 3.14 on; for earlier versions rosbags installs it.
 _ZSTD_MODULE = "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd"
-_LEAST_ROW = 8  # bytes of a row of SQLite with three columns, its place in the page included
-_BLOCK = 1 << 20  # bytes that are unpacked at a time
+_LEAST_ROW = 8  # least size of an SQLite row with three columns, with its pointer, [bytes]
+_BLOCK = 1 << 20  # number of bytes that are unpacked at a time
 _MB = 1_000_000
 
 type _Opener = Callable[[IO[bytes]], IO[bytes]]
@@ -40,8 +40,8 @@ class Storage(NamedTuple):
     """Open file of a bag.
 
     Attributes:
-        topics: Name of each topic and type of its messages.
-        read: Reads the messages of a topic in the order of reception, each with its time, [ns], still encoded.
+        topics: Name of each topic, and the type of its messages.
+        read: Reads the encoded messages of a topic in order of reception, each with its time, [ns].
         is_ros1: True if messages are encoded as in ROS 1.
     """
 
@@ -51,7 +51,7 @@ class Storage(NamedTuple):
 
 
 class _Volume:
-    """Counter of bytes; more than those of a recording raise a BadValueError."""
+    """Counter of bytes, which raises a BadValueError above the largest size of a recording."""
 
     def __init__(self, path: Path, what: str) -> None:
         self._path, self._what, self._total = path, what, 0
@@ -61,24 +61,24 @@ class _Volume:
         self._total += len(content)
         if self._total > RECORDING:
             raise BadValueError(
-                self._path, "", f"{self._what} more than {RECORDING / _MB:g} MB, must have at most that"
+                self._path, "", f"{self._what} more than {RECORDING / _MB:g} MB, which is the most allowed"
             )
         return content
 
     def unpack(self, packed: IO[bytes]) -> bytes:
-        """Reads a compressed file to its end, and counts what it holds."""
+        """Reads a compressed file to its end, and counts the unpacked bytes."""
         with packed:
             return b"".join(iter(lambda: self.count(packed.read(_BLOCK)), b""))
 
 
 class _Bounds(NamedTuple):
-    """Counters of what the compressed parts of a bag unfold to, and of its messages."""
+    """Counters of the unpacked bytes of a bag's compressed parts, and of the bytes of its messages."""
 
     unpacked: _Volume
     messages: _Volume
 
     def count_message(self, content: bytes) -> bytes:
-        """Counts a message, unpacked if it is compressed."""
+        """Counts a message, unpacks it if it is compressed, and returns it."""
         if content.startswith(_ZSTD):
             return self.messages.unpack(_open_zstd(BytesIO(content)))
         return self.messages.count(content)
@@ -86,23 +86,29 @@ class _Bounds(NamedTuple):
 
 @contextmanager
 def open_bag(path: Path) -> Iterator[list[Storage]]:
-    """Opens a bag: a storage file, or a folder whose metadata lists such files in their order.
+    """Opens a bag: a storage file, or a folder whose metadata lists such files in order.
 
-    A bag that cannot be opened, is too large, may calculate, or names files outside of its folder raises a
-    BadValueError; a damaged one raises any exception, also while it is read.
+    Raises:
+        BadValueError: The bag cannot be opened, is too large, contains computed columns, or names files outside its
+            folder.
+        Exception: The bag is damaged; any exception may be raised, also while the bag is read.
     """
     files = _list_files(path) if path.is_dir() else [path]
     for file in files:
         check_size(file, RECORDING)
     if sum(file.stat().st_size for file in files) > RECORDING:
-        raise BadValueError(path, "", f"has files of more than {RECORDING / _MB:g} MB, must have at most that")
-    bounds = _Bounds(_Volume(path, "unfolds to"), _Volume(path, "has messages of"))
+        raise BadValueError(path, "", f"has files of more than {RECORDING / _MB:g} MB, which is the most allowed")
+    bounds = _Bounds(_Volume(path, "unpacks to"), _Volume(path, "has messages of"))
     with ExitStack() as stack:
         yield [stack.enter_context(_open_storage(file, bounds)) for file in files]
 
 
 def _list_files(folder: Path) -> list[Path]:
-    """Lists the files that a bag's metadata names; one that is not in the bag's folder raises a BadValueError."""
+    """Lists the files that a bag's metadata names.
+
+    Raises:
+        BadValueError: The metadata names no files, or a file that is not in the bag's folder.
+    """
     metadata = folder / _METADATA
     content = read_yaml(metadata)
     try:
@@ -110,10 +116,10 @@ def _list_files(folder: Path) -> list[Path]:
     except (KeyError, TypeError) as error:
         raise BadValueError(metadata, _LIST, "is missing, must list the bag's files") from error
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        raise BadValueError(metadata, _LIST, f"is {show_value(names)}, must be a list of names of files")
+        raise BadValueError(metadata, _LIST, f"is {show_value(names)}, must be a list of file names")
     files: list[Path] = []
     for i, name in enumerate(names):
-        last = PurePath(name).name  # some versions of ROS write the bag's folder in front
+        last = PurePath(name).name  # some versions of ROS prepend the bag's folder
         if problem := _find_problem(last, folder, files):
             raise BadValueError(metadata, f"{_LIST}[{i}]", f"is {show_value(name)}, {problem}")
         files.append(folder / last)
@@ -121,11 +127,11 @@ def _list_files(folder: Path) -> list[Path]:
 
 
 def _find_problem(name: str, folder: Path, others: list[Path]) -> str:
-    """Returns why a file is not accepted as one of a bag; empty if it is."""
+    """Returns why a file is not accepted as part of a bag; an empty text if it is."""
     file = folder / name
     if not name or not file.exists() or file.is_dir():
         known = [each.name for each in folder.iterdir() if each.name != _METADATA]
-        return f"which is no file in the bag's folder{suggest(name, known)}"
+        return f"which is not a file in the bag's folder{suggest(name, known)}"
     if file.resolve().parent != folder.resolve():
         return "a link that leads out of the bag's folder"
     return "which is listed twice" if file in others else ""
@@ -133,7 +139,7 @@ def _find_problem(name: str, folder: Path, others: list[Path]) -> str:
 
 @contextmanager
 def _open_storage(file: Path, bounds: _Bounds, *, may_be_packed: bool = True) -> Iterator[Storage]:
-    """Opens a storage file by its first bytes."""
+    """Opens a storage file whose format follows from its first bytes."""
     kinds: dict[bytes, Callable[[Path, _Bounds], AbstractContextManager[Storage]]] = {
         _SQLITE: _open_sqlite,
         _MCAP: _open_mcap,
@@ -149,7 +155,7 @@ def _open_storage(file: Path, bounds: _Bounds, *, may_be_packed: bool = True) ->
                 yield storage
             return
     problem = f"it begins with {head!r}" if head else "it is empty"
-    raise BadValueError(file, "", f"cannot be read as a ROS bag: {problem}, must begin as SQLite, MCAP or ROS 1 do")
+    raise BadValueError(file, "", f"cannot be read as a ROS bag: {problem}, must begin like SQLite, MCAP or ROS 1")
 
 
 @contextmanager
@@ -163,7 +169,7 @@ def _open_packed(file: Path, bounds: _Bounds) -> Iterator[Storage]:
         try:
             with _open_storage(unpacked, bounds, may_be_packed=False) as storage:
                 yield storage
-        except BadValueError as error:  # names the file that the user knows
+        except BadValueError as error:  # the message must name the file that the user knows
             raise BadValueError(
                 file if error.source == unpacked else error.source, error.key, error.problem
             ) from error
@@ -179,13 +185,13 @@ def _open_sqlite(file: Path, bounds: _Bounds) -> Iterator[Storage]:
         def fetch(query: str) -> Iterator[Any]:
             for number, row in enumerate(database.execute(query)):
                 if number > most_rows:  # pages of a damaged file may refer to each other without end
-                    raise BadValueError(file, "", f"has more than {most_rows} rows, which it is too small for")
+                    raise BadValueError(file, "", f"has more than {most_rows} rows, for which it is too small")
                 yield row
 
         topics = {i: (str(name), str(kind)) for i, name, kind in fetch("SELECT id, name, type FROM topics")}
 
         def read(topic: str) -> Iterator[tuple[int, bytes]]:
-            # Times are sorted here, as SQLite would sort them together with the messages.
+            # Times are sorted here because SQLite would sort them together with the messages.
             ids = {i for i, (name, _) in topics.items() if name == topic}
             times, rows = array("q"), array("q")
             for i, time, row in fetch("SELECT topic_id, timestamp, rowid FROM messages"):
@@ -214,7 +220,7 @@ def _open_ros1(file: Path, bounds: _Bounds) -> Iterator[Storage]:
     size = file.stat().st_size
 
     class Reader(library.Reader):  # type: ignore[misc,name-defined]
-        """Reader that refuses an index of more bytes than the file has, which names parts of it repeatedly."""
+        """Reader that rejects an index larger than the file, which would refer to the same parts repeatedly."""
 
         num_read = 0
 
@@ -230,7 +236,7 @@ def _open_ros1(file: Path, bounds: _Bounds) -> Iterator[Storage]:
 
 
 def _adapt(reader: Any, bounds: _Bounds, *, is_ros1: bool) -> Storage:
-    """Returns the storage that an open reader of rosbags reads."""
+    """Wraps an open reader of rosbags as a storage."""
 
     def read(topic: str) -> Iterator[tuple[int, bytes]]:
         connections = [each for each in reader.connections if each.topic == topic]
@@ -242,14 +248,14 @@ def _adapt(reader: Any, bounds: _Bounds, *, is_ros1: bool) -> Storage:
 
 @contextmanager
 def _opened(reader: Any) -> Iterator[Any]:
-    reader.open()  # closes itself if it cannot be opened
+    reader.open()  # on failure the reader closes itself
     with closing(reader):
         yield reader
 
 
 @contextmanager
 def _bounded(decompressors: dict[str, Callable[..., bytes]], bounds: _Bounds) -> Iterator[None]:
-    """Exchanges the functions by which rosbags unpacks chunks, by name, for ones that count what they unpack."""
+    """Replaces rosbags' decompressors, by name, with functions that count what they unpack."""
     openers: dict[str, _Opener] = {"zstd": _open_zstd, "lz4": _open_lz4, "bz2": _open_bz2}
     theirs = dict(decompressors)
     for name in theirs:

@@ -1,4 +1,4 @@
-"""Held postures: tables with one row a posture, or recordings of an arm that is held at rest in one after another."""
+"""Held postures: tables with one row per posture, or recordings of an arm held at rest in several postures."""
 
 from typing import NamedTuple
 
@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 
 FEWEST_POSTURES = 4
-# Time from one posture to the next in a run of postures, [s]: a number to count them by, as no time matters.
+# Nominal time between postures, [s]; it only numbers them, as their times do not matter.
 POSTURE_STEP = 0.5
-# Change of a joint angle within which an arm is at rest, [rad]: a droop under load, or an encoder's noise.
+# Largest change of a joint angle of an arm at rest, [rad]: droop under load, or encoder noise.
 _STILL = 5e-3
-# Rows in one posture from which a table is a recording over time, in which shorter stays are passages.
+# Number of rows in one posture from which a table counts as a recording over time, so that shorter stays are motion.
 _STAY = 5
-# Change of some joint from row to row that a recording with a time hardly makes, [rad].
+# Change of some joint angle from row to row that hardly occurs in a recording over time, [rad].
 _APART = 0.05
 
 
@@ -23,13 +23,13 @@ class Postures(NamedTuple):
 
     values: Array  # means of all columns, shape (P, columns)
     first: NDArray[np.intp]  # first row of each posture, from 0, shape (P,)
-    num_moving: int  # rows that were left out, as the arm moved in them
+    num_moving: int  # number of rows left out because the arm was moving
 
 
 def gather_postures(q: Array, values: Array) -> Postures:
-    """Averages neighbouring rows of the same joint angles.
+    """Averages consecutive rows with the same joint angles.
 
-    Where the longest stay has five rows and more, stays of fewer rows are taken for motion and left out.
+    If the longest stay has at least five rows, stays of fewer rows count as motion and are left out.
 
     Args:
         q: Joint angles, shape (N, n), [rad].
@@ -48,5 +48,5 @@ def gather_postures(q: Array, values: Array) -> Postures:
 
 
 def looks_held(q: Array) -> bool:
-    """Returns whether rows without a time are single postures: most are far from the row before."""
+    """Returns whether the rows of a table without times are separate postures, most of them far apart."""
     return len(q) >= FEWEST_POSTURES and bool(np.median(np.abs(np.diff(q, axis=0)).max(axis=1)) > _APART)

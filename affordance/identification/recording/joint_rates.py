@@ -1,6 +1,6 @@
-"""Jumps of recorded joint angles: rates that no joint of the robot reaches, and what such a table looks like.
+"""Jumps of recorded joint angles: rates that no joint of the robot reaches, and their likely causes.
 
-A table with jumps is no recording of a motion: a filter turns each jump into a motion that never happened.
+A table with jumps is not a recording of a motion: a filter would turn each jump into a motion that never happened.
 """
 
 from typing import NamedTuple
@@ -10,42 +10,43 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Largest rate of a joint of an arm of any size, four turns a second, [rad/s].
+# Largest rate of a joint of any arm, four turns per second, [rad/s].
 FASTEST = 8.0 * np.pi
-# Longest step of a recording, [s]; and angles beyond a joint's limits that some controllers allow, [rad].
+# Longest time step of a recording, [s], and largest excess over a joint's angle limits that some controllers allow,
+# [rad].
 LONGEST_STEP, ANGLE_SLACK = 0.5, 0.5
-# Units that are likely to be wrong, in words.
+# Hints at units that are likely to be wrong.
 DEGREES = "are these degrees? then its description must have 'units: {q: deg}'"
-LONGER_UNIT = "is the unit of time a thousand times as long? 'units: {time: s}' of the description names it"
-# Factor by which rates may exceed limits: files of robots limit joints more narrowly than some controllers do.
+LONGER_UNIT = "is the unit of time a thousand times longer? then set it in the description: 'units: {time: s}'"
+# Factor by which rates may exceed limits, as robots' files have narrower limits than some controllers.
 _RATE_SLACK = 1.5
-# Change of an angle that noise and rounding do not reach, however short the step, [rad].
+# Change of an angle that noise and rounding never reach, however short the time step, [rad].
 _NOISE = 0.05
-# Step over which the rate of a smooth motion is measured, [s].
+# Time over which the rate of a smooth motion is measured, [s].
 _WINDOW = 0.1
-# In a smooth motion the changes before and after one are in its direction, and at least this share of it.
+# In a smooth motion, the changes before and after a change have its sign and at least this share of its size.
 _SMOOTH = 0.5
-# Factor between units of time, and step below which no controller samples joints, [s].
+# Factor between units of time, and time step below which no controller samples joints, [s].
 _NEXT_UNIT, _SHORTEST = 1000.0, 5e-4
 _TURN = 2.0 * np.pi
-# Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
+# Largest factor between a measured rate and the change of its quantity; degrees for radians differ by a factor of 57.
 _RATE_FACTOR = 5.0
-# Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
+# Largest relative difference between a quantity and its integrated rate, which noise of the rate never reaches.
 _RATE_APART = 0.3
 _LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
-_LISTED = 5
-# Largest lag of a rate behind its quantity that is looked for, [s].
+_LISTED = 5  # number of rows that a message lists
+# Largest delay of a rate behind its quantity that is considered, [s].
 _LONGEST_LAG = 0.5
 
 
 class Jump(NamedTuple):
-    """Change of one joint's angle between two samples that is too large for the time between them."""
+    """Change of a joint angle between two samples that is too large for the time between them."""
 
     row: int  # number of the later sample, from 0
     joint: int  # number of the joint, from 0
     change: float  # change of the angle, [rad]
     step: float  # time between the samples, [s]
-    limit: float  # largest rate of the joint by its file, or of any arm, [rad/s]
+    limit: float  # largest rate of the joint according to its file, or of any arm, [rad/s]
 
     @property
     def rate(self) -> float:
@@ -54,20 +55,20 @@ class Jump(NamedTuple):
 
 
 def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
-    """Finds the changes of joint angles between neighbouring samples that velocity limits rule out.
+    """Finds changes of joint angles between neighbouring samples that exceed the velocity limits.
 
-    A table of postures that were held, one after the other, jumps from each to the next, unless they are close
-    together. A jump exceeds, by 0.05 rad, what one and a half times the limit allows in the time between the samples,
-    or in the median of these times if that is longer: by its stamps alone, a Panda's recording at 1 kHz has steps at
-    3.4 times the limit.
+    In a table of held postures, the angles jump from each posture to the next unless they are close together. A jump
+    exceeds by 0.05 rad what one and a half times the limit allows, in the time between the samples or in the median
+    time step if that is longer: according to single time stamps, a Panda's recording at 1 kHz has steps at 3.4 times
+    the limit.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        limits: Velocity limits by the robot's file, shape (n,), [rad/s]; infinite without one. No joint is taken to
-            turn faster than four turns a second.
+        limits: Velocity limits from the robot's file, shape (n,), [rad/s]; infinite without one. No joint is assumed
+            to turn faster than four turns per second.
 
-    Returns: The jumps, by sample and joint.
+    Returns: The jumps, ordered by sample and joint.
     """
     steps, changes = np.diff(times), np.diff(q, axis=0)
     lasting = np.maximum(steps, np.median(steps))[:, None]
@@ -80,11 +81,11 @@ def find_jumps(times: Array, q: Array, limits: Array) -> tuple[Jump, ...]:
 
 
 class Fault(NamedTuple):
-    """Rate that rules a table out."""
+    """Joint rate that is impossible in a recording."""
 
     row: int  # number of the sample, from 0
     joint: int  # number of the joint, from 0
-    problem: str  # rate, bound, and what the table looks like
+    problem: str  # rate, bound, and the likely cause
 
 
 def find_fault(
@@ -96,24 +97,24 @@ def find_fault(
     ranges: Array | None = None,
     source: str = "",
 ) -> Fault | None:
-    """Finds the joint that turns fastest beyond its velocity limit, and says what such a table looks like.
+    """Finds the joint that exceeds its velocity limit most, and explains the likely cause.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
         rows: Row of the file that holds each sample, shape (N,).
-        limits: Velocity limits by the robot's file, shape (n,), [rad/s]; None if the robot is not known.
-        ranges: Least and largest angle of each joint by the file, shape (2, n), [rad]; None if not known.
-        source: The robot's file.
+        limits: Velocity limits from the robot's file, shape (n,), [rad/s]; None if the robot is not known.
+        ranges: Lower and upper angle limit of each joint from the file, shape (2, n), [rad]; None if not known.
+        source: Name of the robot's file.
 
-    Returns: The fault; None if no joint turns too fast.
+    Returns: The fault; None if no joint is too fast.
     """
     n = q.shape[1]
     limits = np.full(n, np.inf) if limits is None else limits
     jumps = find_jumps(times, q, limits)
     is_smooth = not jumps or np.mean([_is_smooth(q[:, jump.joint], jump.row) for jump in jumps]) > 0.5
     typical = float(np.median(np.diff(times)))
-    if not jumps:  # a smooth motion shows its rate over several samples
+    if not jumps:  # in a smooth motion, the rate shows over several samples
         every = int(np.clip(_WINDOW / typical, 1, len(times) // 3))
         thin = find_jumps(times[::every], q[::every], limits)
         jumps = tuple(jump._replace(row=every * jump.row) for jump in thin)
@@ -124,54 +125,54 @@ def find_fault(
         looks = _explain_units(q, typical, worst, _TURN * np.array([[-1.0], [1.0]]) if ranges is None else ranges)
     else:
         looks = _explain_jumps(q, rows, jumps)
-    by = f"by {source}" if worst.limit < FASTEST else "as of any arm"
+    by = f"according to {source}" if worst.limit < FASTEST else "for any arm"
     rate = f"{worst.rate:.3g} rad/s, must be at most {worst.limit:.3g} {by}"
-    change = f"changes by {abs(worst.change):.3g} rad within {worst.step:.3g} s"
+    change = f"changes by {abs(worst.change):.3g} rad in {worst.step:.3g} s"
     since = f"{times[worst.row] - times[0]:.4g} s after the start"
     return Fault(worst.row, worst.joint, f"{change}, {since}: {rate}; {looks}")
 
 
 def _is_smooth(q: Array, row: int) -> bool:
-    """Returns whether the change before a sample is much like those before and after it, angles of shape (N,)."""
+    """Returns whether the change before a sample resembles the changes before and after it, for angles (N,)."""
     changes = np.diff(q[max(row - 2, 0) : row + 2])
     return bool((changes * np.sign(q[row] - q[row - 1]) >= _SMOOTH * abs(q[row] - q[row - 1])).all())
 
 
 def _explain_units(q: Array, step: float, worst: Jump, ranges: Array) -> str:
-    """Says which unit is likely to be wrong if a motion, sampled in steps, [s], is smooth and too fast."""
+    """Explains which unit is probably wrong if a motion is smooth but too fast; ``step`` is the time step, [s]."""
     if step <= _SHORTEST and worst.rate <= _NEXT_UNIT * _RATE_SLACK * worst.limit:
-        return f"a sample every {1e6 * step:.3g} us is unlikely: {LONGER_UNIT}"
+        return f"{1e6 * step:.3g} us between samples is improbable: {LONGER_UNIT}"
     low, high = ranges
     if ((q < low - ANGLE_SLACK) | (q > high + ANGLE_SLACK)).any():
         return DEGREES
-    return "are time and angles in the units that its description says, and is the robot's file that of this arm?"
+    return "are the units of time and angles as described, and is the robot's file the one of this arm?"
 
 
 def _explain_jumps(q: Array, rows: NDArray[np.intp], jumps: tuple[Jump, ...]) -> str:
-    """Says what a table with jumps looks like."""
+    """Explains the likely cause of jumps in a table."""
     changes = np.abs([jump.change for jump in jumps])
     off_turns = np.abs(changes - _TURN * np.maximum(np.rint(changes / _TURN), 1.0))
     allowed = np.array([_RATE_SLACK * jump.limit * jump.step + _NOISE for jump in jumps])
     if np.mean(off_turns <= allowed) > 0.5:
-        return "the angle jumps by a turn (2 pi), as of an encoder that starts again: unwrap it, as numpy.unwrap does"
+        return "the angle jumps by a turn (2 pi), like an encoder that wraps around: unwrap it, as numpy.unwrap does"
     places = np.unique([jump.row for jump in jumps])
     alone = _find_alone(q, places, 2.0 * allowed.min())
     if 2 * len(alone) == len(places):
         more = " ..." if len(alone) > _LISTED else ""
         listed = ", ".join(map(str, rows[alone[:_LISTED]]))
-        return f"row {listed}{more} differs from those before and after: leave it out"
+        return f"row {listed}{more} differs from the rows before and after: leave it out"
     pieces = np.split(q, places)
     at_rest = sum(len(piece) for piece in pieces if np.ptp(piece, axis=0).max() <= _NOISE)
     if at_rest > 0.5 * len(q):
         return (
-            f"these look like {len(pieces)} postures that were held, one after the other: the motion from each "
-            "to the next must be recorded too, or 'postures: true' of the description takes each as one posture"
+            f"these look like {len(pieces)} postures, held one after the other: record the motion between them too, "
+            "or set 'postures: true' in the description if each row is a posture"
         )
-    return f"these look like {len(pieces)} recordings in one table, or rows are missing: give one whole motion"
+    return f"these look like {len(pieces)} recordings in one table, or rows are missing: pass one complete motion"
 
 
 def _find_alone(q: Array, places: NDArray[np.intp], allowed: float) -> NDArray[np.intp]:
-    """Finds samples that jump away from the one before, and back to it with the next, among those that jump."""
+    """Finds samples that jump away from the sample before and back with the next, among the jumping rows."""
     first = places[np.isin(places + 1, places)]
     returns = np.abs(q[first + 1] - q[first - 1]).max(axis=1, initial=0.0) <= allowed
     found: NDArray[np.intp] = first[returns]
@@ -179,24 +180,24 @@ def _find_alone(q: Array, places: NDArray[np.intp], allowed: float) -> NDArray[n
 
 
 def explain_long_steps(times: Array, q: Array, typical: float) -> str:
-    """Says what a table may be whose typical step is too long, [s]."""
+    """Explains what a table with a typical time step that is too long, [s], may be."""
     units = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}
     unit = next((name for name, factor in units.items() if factor * typical <= LONGEST_STEP), "ns")
     jumps = find_jumps(units[unit] * times, q, np.full(q.shape[1], np.inf))
-    if len({jump.row for jump in jumps}) > 0.5 * len(times):  # in that unit, too
-        return "are these postures that were held? then its description must have 'postures: true'"
-    return f"in other units the description must have 'units: {{time: {unit}}}'"
+    if len({jump.row for jump in jumps}) > 0.5 * len(times):  # jumps even in that unit
+        return "are these held postures? then the description must have 'postures: true'"
+    return f"if time is in another unit, the description must have 'units: {{time: {unit}}}'"
 
 
 def find_lag(times: Array, values: Array, rate: Array) -> float:
-    """Finds by how much a recorded rate is late, [s]; negative if it is early.
+    """Estimates the delay of a recorded rate, [s]; negative if the rate is early.
 
     Args:
         times: Times of the samples, shape (N,), increasing, [s].
-        values: Quantity of which the rate is, shape (N,).
+        values: Quantity whose rate was recorded, shape (N,).
         rate: Recorded rate, shape (N,).
 
-    Returns: The lag, up to half a second either way, at which the rate fits best, between samples by a parabola.
+    Returns: The delay, up to half a second either way, at which the rate fits best, interpolated by a parabola.
     """
     step = float(np.median(np.diff(times)))
     even = np.arange(times[0], times[-1], step)
@@ -228,12 +229,12 @@ class RateFault(NamedTuple):
 
 
 def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | None:
-    """Compares a measured rate with the change of its quantity, at each joint that moves, the widest motion first.
+    """Compares a measured rate with the change of its quantity, for each joint that moves, widest motion first.
 
-    Rates in other units, of another joint or of another time are faults. All tables have shape (N, n).
+    Faults are rates in other units, of another joint or at another time. All tables have shape (N, n).
     """
     for joint in np.argsort(-np.ptp(q, axis=0), kind="stable"):
-        # A constant offset of the rate is removed from both.
+        # Subtracting lines removes the effect of a constant offset of the rate.
         values = _remove_line(of[:, joint], times)
         steps = 0.5 * (rate[1:, joint] + rate[:-1, joint]) * np.diff(times)
         summed = _remove_line(np.append(0.0, np.cumsum(steps)), times)
@@ -252,13 +253,13 @@ def compare_rate(times: Array, of: Array, rate: Array, q: Array) -> RateFault | 
 
 
 def _explain_difference(times: Array, values: Array, rate: Array) -> str:
-    """Says what may be wrong with a rate that is not that of its quantity."""
+    """Explains the likely cause if a rate does not match its quantity."""
     lag = find_lag(times, values, rate)
     late = np.interp(times + lag, times, rate)
     left = np.std(late - np.gradient(values, times)) / max(float(np.std(late)), 1e-12)
     if left < _RATE_APART:
         return f"it is {abs(1e3 * lag):.0f} ms {'late' if lag > 0.0 else 'early'}"
-    return "are columns or times exchanged?"
+    return "are columns or times mixed up?"
 
 
 def _remove_line(values: Array, times: Array) -> Array:

@@ -1,6 +1,6 @@
-"""Preparation of a recorded run: even samples, one zero-phase filter for all signals, then derivatives.
+"""Preparation of a recorded run: evenly spaced samples, one zero-phase filter for all signals, then derivatives.
 
-Signals that obey a linear equation still do if all are filtered alike. Accelerations are differences of filtered
+Signals that obey a linear equation still obey it if all are filtered alike. Accelerations are differences of filtered
 velocities.
 """
 
@@ -17,19 +17,19 @@ from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
 
 _ORDER = 4
-# Share of the velocity's power that lies within its bandwidth.
+# Share of the velocity's power within its bandwidth.
 _POWER = 0.999
-# Least power of a joint's velocity, relative to the largest, for its bandwidth to count.
+# Least power of a joint's velocity, relative to the largest, at which its bandwidth counts.
 _FAINT = 0.02
-# Largest bandwidth as a multiple of that of the motion faded in and out.
+# Largest bandwidth, as a multiple of the bandwidth of the motion with faded ends.
 _FADED = 4.0
-# Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds; and largest one as a share of
-# half the rate, above which everything would pass.
+# Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds, and largest cut-off as a share
+# of the Nyquist frequency, above which everything would pass.
 _SLOWEST, _FASTEST = 0.5, 0.8
 
 
 class PreparedRun(NamedTuple):
-    """Even samples of a filtered run."""
+    """Evenly spaced samples of a filtered run."""
 
     times: Array  # times of the samples, shape (N,), [s]
     q: Array  # joint angles, shape (N, n), [rad]
@@ -53,10 +53,11 @@ class PreparedRun(NamedTuple):
         return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
 
 
-def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
-    """Finds the cut-off of the filter that passes a run's motion, [Hz].
+def compute_cutoff(run: Run, settings: IdentificationSettings) -> float:
+    """Computes the cut-off of the filter that passes a run's motion, [Hz].
 
-    It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
+    It is a multiple of the bandwidth that contains 99.9 % of the velocity's power, for the joint with the largest
+    bandwidth.
     """
     if run.description.postures:
         return run.rate  # nothing is filtered
@@ -66,16 +67,17 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
-    # Without the line from the first to the last value, and at most some times the bandwidth of the motion faded in
-    # and out: a part of a motion ends otherwise than it begins, and such a jump has all frequencies.
-    bandwidth = _find_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
-    faded = _find_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
+    # The line from the first to the last value is subtracted, and the bandwidth limited to a multiple of that of the
+    # motion with faded ends: a part of a motion ends otherwise than it begins, and such a jump contains all
+    # frequencies.
+    bandwidth = _compute_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
+    faded = _compute_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
     bandwidth = min(bandwidth, _FADED * faded)
     return min(max(settings.cutoff_factor * bandwidth, _SLOWEST), highest)
 
 
-def _find_bandwidth(v: Array, rate: float) -> float:
-    """Finds the frequency below which nearly all power of the velocities of moving joints lies, [Hz]."""
+def _compute_bandwidth(v: Array, rate: float) -> float:
+    """Computes the frequency below which nearly all power of the moving joints' velocities lies, [Hz]."""
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     total = power.sum(axis=0)
     share = np.cumsum(power, axis=0) / total
@@ -87,20 +89,27 @@ def _find_bandwidth(v: Array, rate: float) -> float:
 def prepare(
     run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
 ) -> PreparedRun:
-    """Filters a run and takes its derivatives; one that is too short to be trimmed raises a BadValueError.
+    """Filters a run and computes its derivatives; postures are returned as they are, at rest.
 
-    The cut-off, [Hz], is that of ``find_cutoff`` if None. Even times, (N,), [s], at about the run's own rate, are the
-    run's own if None; both ends of these are trimmed. Postures that were held are taken as they are, at rest.
+    Args:
+        run: Recorded run.
+        settings: Settings of filter and trimming.
+        cutoff: Cut-off of the filter, [Hz]; None for the result of ``compute_cutoff``.
+        times: Even times at about the run's own rate, (N,), [s], of which both ends are trimmed; None for the run's
+            own.
+
+    Raises:
+        BadValueError: The run is too short to be trimmed.
     """
     if run.description.postures:
         rest = np.zeros_like(run.q)
-        return PreparedRun(run.times, run.q, rest, rest, run.signal, find_cutoff(run, settings))
+        return PreparedRun(run.times, run.q, rest, rest, run.signal, compute_cutoff(run, settings))
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     rate = 1.0 / (times[1] - times[0])
     if cutoff is None:
-        cutoff = find_cutoff(run, settings)
-    trimmed = round(settings.trim * rate)  # rounded: equal for two runs whose clocks differ
+        cutoff = compute_cutoff(run, settings)
+    trimmed = round(settings.trim * rate)  # rounding makes this equal for two runs whose clocks differ
     if len(times) < 2 * trimmed + int(rate):
         length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
         raise BadValueError(run.source, "time", f"spans {length:.2f} s, must span at least {least:.2f} s")
@@ -118,9 +127,9 @@ def prepare(
 def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
     """Applies a digital Butterworth filter forwards and backwards to even samples, (N, C), at a rate, [Hz].
 
-    The numbers are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values
-    are continued oddly about both ends, and each pass begins as if its first value had always been there. At the
-    cut-off, [Hz], either pass halves the power.
+    The results are those of ``scipy.signal.sosfiltfilt``, whose import takes as long as an identification: the values
+    are extended by odd reflection at both ends, and each pass starts in the steady state of its first value. At the
+    cut-off, [Hz], each pass halves the power.
     """
     edge = 3 * (_ORDER + 1)
     smoothed = np.concatenate(
@@ -135,7 +144,7 @@ def smooth_evenly(values: Array, cutoff: float, rate: float) -> Array:
 
 
 def _apply_section(values: Array, w: float, damping: float) -> Array:
-    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1), with its first input as its past."""
+    """Applies the bilinear transform of 1 / (s^2 / w^2 + damping s / w + 1), starting in the steady state."""
     a = np.array([1.0 + damping * w + w**2, 2.0 * (w**2 - 1.0), 1.0 - damping * w + w**2])
     known = np.concatenate([values[:1], values[:1], values])
     inputs = w**2 * (known[2:] + 2.0 * known[1:-1] + known[:-2])
@@ -146,7 +155,7 @@ def _apply_section(values: Array, w: float, damping: float) -> Array:
 
 
 def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:
-    """Prepares runs with one filter, which passes the motion of all."""
+    """Prepares runs with the same filter, which passes the motion of all of them."""
     runs = list(runs)
-    cutoff = max(find_cutoff(run, settings) for run in runs)
+    cutoff = max(compute_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]

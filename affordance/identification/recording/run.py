@@ -31,12 +31,12 @@ from affordance.identification.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
 _MIN_ROWS = 20
-# Largest gap, [s], and as a multiple of the typical step: motion is interpolated across it.
+# Largest gap between samples, [s] and as a multiple of the typical step, across which motion is interpolated.
 _GAP, _GAP_STEPS = 0.25, 5.0
-# Length of gravity on Earth, [m/s^2], as drivers round it.
+# Bounds of the magnitude of gravity on Earth, [m/s^2], as drivers round it.
 _EARTH = (9.7, 9.9)
 _STEP_BOUNDS = (1e-5, LONGEST_STEP)  # from 100 kHz to 2 Hz, [s]
-# Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
+# Bounds that exceed the motion (two turns either way, four turns per second) and the signals of arms of any size.
 _BOUNDS = {
     "q": (4.0 * np.pi, "rad"),
     "v": (FASTEST, "rad/s"),
@@ -47,11 +47,12 @@ _BOUNDS = {
 }
 _HINTS = {
     "q": DEGREES,
-    "v": "are these degrees a second? then its description must have 'units: {v: deg/s}'",
+    "v": "are these degrees per second? then its description must have 'units: {v: deg/s}'",
     "vdot": "are these degrees? then its description must have 'units: {vdot: deg/s^2}'",
     "current": "are these milliamperes? then its description must have 'units: {current: mA}'",
 }
-# Share of a signal's range, and angle, [rad], to which samples of two recordings are compared.
+# Tolerance with which samples of two recordings are compared, as a share of a signal's range, and in [rad] for
+# angles.
 _SAME = 1e-3
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
@@ -64,13 +65,14 @@ class RunDescription:
         joint_names: Names of the joints, in the order of the columns.
         kind: Kind of the signal.
         tip: Link to which the payload, or the wrist sensor, is fixed; empty if the caller names it.
-        base: Link in whose frame gravity is given; empty for the first of the chain.
+        base: Link in whose frame gravity is given; empty for the first link of the chain.
         gravity: Gravity in the base frame, shape (3,), [m/s^2].
         compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
-        compensated_payload: Ten parameters, at the tip, of a payload that the controller has subtracted, shape (10,).
+        compensated_payload: Ten parameters, at the tip, of a payload whose torque the controller has subtracted,
+            shape (10,).
         reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
-        postures: True if each row is a posture in which the arm was held at rest, so that times mean nothing.
+        postures: True if each row is a posture in which the arm was held at rest, so that times have no meaning.
     """
 
     joint_names: tuple[str, ...]
@@ -85,7 +87,11 @@ class RunDescription:
     postures: bool = False
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for joints without names, an unknown signal, or arrays of another shape."""
+        """Checks the types and shapes of the fields.
+
+        Raises:
+            BadArgumentError: A joint has no name, the signal is unknown, or an array has another shape.
+        """
         names = check_kind("joint_names", self.joint_names, tuple, "the names of the joints, in order")
         joints = {f"joint_names[{i}]": name for i, name in enumerate(names)}
         for name, text in {"tip": self.tip, "base": self.base, **joints}.items():
@@ -104,11 +110,11 @@ class Run:
         description: Description of the table.
         times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        signal: Signals, shape (N, n), or (N, 6) for a wrench: force, then torque, on the held object, at the tip.
-        v: Joint velocities, shape (N, n), [rad/s]; None to derive them.
-        vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them.
+        signal: Signals, shape (N, n); for a wrench (N, 6): force, then torque, on the held object, at the tip.
+        v: Joint velocities, shape (N, n), [rad/s]; None to derive them from the angles.
+        vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them from the velocities.
         rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
-        notes: Changes made to the table, for the reader of results.
+        notes: Changes made to the table, which are reported with results.
 
     Example:
         >>> from affordance import MODELS, read_run
@@ -128,7 +134,12 @@ class Run:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for what is no table, a BadValueError for an impossible shape, time or value."""
+        """Checks shapes, times and values.
+
+        Raises:
+            BadArgumentError: A field is not an array of numbers.
+            BadValueError: A shape, time or value is impossible.
+        """
         check_kind("source", self.source, str)
         check_kind("description", self.description, RunDescription)
         optional = [name for name in ("v", "vdot") if getattr(self, name) is not None]
@@ -136,7 +147,7 @@ class Run:
             object.__setattr__(self, name, read_numbers(name, getattr(self, name)))
         check_array(
             "times", np.zeros_like(self.times), (None,)
-        )  # its shape; numbers are checked below, with their rows
+        )  # only the shape: the numbers are checked below, with their rows
         joints = self.description.joint_names
         tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
         given = {name: values for name, values in tables.items() if values is not None}
@@ -152,12 +163,12 @@ class Run:
             self._check_times()
         length, (low, high) = float(np.linalg.norm(self.description.gravity)), _EARTH
         if not low <= length <= high:
-            problem = f"has a length of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
+            problem = f"has a magnitude of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
             raise BadValueError(self.source, "gravity", problem)
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
-            self.check_rates()  # or a jump would look like a column of other rates
+            self.check_rates()  # first, as a jump would look like rates of something else
             pairs = [("v", self.v, "q", self.q)]
             if self.vdot is not None:
                 pairs.append(("vdot", self.vdot, "v", self.v))
@@ -169,10 +180,10 @@ class Run:
 
     @property
     def fingerprint(self) -> str:
-        """Text by which the samples are recognised: the least digest of a sample, which most trimmed copies keep.
+        """Text that identifies the recording: the smallest hash of a sample, which most trimmed copies retain.
 
-        Samples that occur again do not count if there are others: those of an arm at rest, in steps of its encoders
-        and sensors, may occur in other runs too.
+        Samples that occur more than once do not count unless there are no others: samples of an arm at rest, in steps
+        of its encoders and sensors, may occur in other runs too.
         """
         samples = np.concatenate([self.q, self.signal], axis=1)
         counts = Counter(hashlib.sha256(sample.tobytes()).hexdigest() for sample in samples)
@@ -180,7 +191,7 @@ class Run:
 
     @property
     def former_fingerprint(self) -> str:
-        """Digest of all samples, by which memories that were written earlier know the run."""
+        """Hash of all samples, which identifies the run in memories that older versions wrote."""
         return hashlib.sha256(self.q.tobytes() + self.signal.tobytes()).hexdigest()[:16]
 
     def __repr__(self) -> str:
@@ -190,16 +201,16 @@ class Run:
 
     @property
     def signal_name(self) -> str:
-        """Name of the signal's columns."""
+        """Prefix of the names of the signal's columns."""
         return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(self.description.kind, "tau")
 
     @property
     def rate(self) -> float:
-        """Sampling rate by the median step, [Hz]."""
+        """Sampling rate from the median time step, [Hz]."""
         return float(1.0 / np.median(np.diff(self.times)))
 
     def arrange(self, joint_names: Sequence[str]) -> "Run":
-        """Returns the run with its joints in the order of an arm's.
+        """Returns the run with its joints in the order of an arm's joints.
 
         Raises:
             BadValueError: A joint of the arm is not in the run.
@@ -208,13 +219,13 @@ class Run:
         if tuple(joint_names) == own:
             return self
         order = []
-        # Makers rename a robot's prefix while its joints stay: panda_joint1, fer_joint1.
+        # Makers rename a robot's prefix and keep its joints: panda_joint1, fer_joint1.
         own_prefix, prefix = _find_prefix(own), _find_prefix(joint_names)
         for name in joint_names:
             match = name if name in own else own_prefix + name[len(prefix) :]
             if match not in own:
                 near = difflib.get_close_matches(name, own, n=1, cutoff=0.0)
-                problem = f"are {', '.join(own)}, must name {name} of the arm; the nearest is {near[0]}"
+                problem = f"are {', '.join(own)}, must include {name} of the arm; the nearest is {near[0]}"
                 raise BadValueError(self.source, "joints", problem)
             order.append(own.index(match))
         names = ("q", "v", "vdot") if self.description.kind is SignalKind.WRENCH else ("q", "v", "vdot", "signal")
@@ -226,10 +237,10 @@ class Run:
         )
 
     def measure_overlap(self, other: "Run") -> float:
-        """Measures which share of this run's samples are samples of another run, whatever their times.
+        """Computes which share of this run's samples also occur in another run, whatever their times.
 
-        Angles and signals are compared to a thousandth of the signals' range, which rounding changes seldom and noise
-        nearly always; of two recordings of one motion hardly any samples agree at every joint.
+        Angles and signals are compared to a thousandth of the signals' range, which rounding seldom exceeds and noise
+        nearly always does. Two recordings of the same motion have hardly any samples that agree at every joint.
         """
         step = np.concatenate(
             [np.full(self.q.shape[1], _SAME), _SAME * np.maximum(np.ptp(other.signal, axis=0), 1e-9)]
@@ -241,17 +252,21 @@ class Run:
         return len(own & others) / len(own)
 
     def select(self, rows: slice) -> "Run":
-        """Returns a part of the run."""
+        """Returns some rows of the run."""
         given = {name: getattr(self, name) for name in ("times", "q", "signal", "v", "vdot", "rows")}
         return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
 
     def error_at(self, row: int, column: str, problem: str) -> BadValueError:
-        """Builds the error that reports a problem of a sample."""
+        """Builds the error that reports a problem with a sample."""
         number = row + 1 if self.rows is None else int(self.rows[row])
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def check_rates(self, limits: Array | None = None, ranges: Array | None = None, source: str = "") -> None:
-        """Raises a BadValueError for a joint that turns too fast, by ``find_fault``, whose arguments these are."""
+        """Checks that no joint turns too fast; the arguments are those of ``find_fault``.
+
+        Raises:
+            BadValueError: A joint turns too fast.
+        """
         if self.description.postures:
             return
         rows = np.arange(1, len(self.q) + 1) if self.rows is None else self.rows
@@ -268,12 +283,12 @@ class Run:
         back = np.flatnonzero(steps <= 0.0)
         if back.size:
             row = int(back[0]) + 1
-            before = f"must be more than {self.times[row - 1]:.6f}, that of the row before"
+            before = f"must be more than {self.times[row - 1]:.6f}, the time in the row before"
             raise self.error_at(row, "time", f"is {self.times[row]:.6f}, {before}")
         typical, (low, high) = float(np.median(steps)), _STEP_BOUNDS
         if not low <= typical <= high:
             hint = LONGER_UNIT if typical < low else explain_long_steps(self.times, self.q, typical)
-            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g}; {hint}"
+            problem = f"advances by {typical:g} s per row, must be from {low:g} to {high:g}; {hint}"
             raise self.error_at(1, "time", problem)
         longest = int(np.argmax(steps))
         bound = max(_GAP, _GAP_STEPS * typical)
@@ -296,12 +311,12 @@ class Run:
 
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
-    """Interpolates values recorded at some times, shape (N, columns), at others."""
+    """Interpolates values, shape (N, columns), from the times at which they were recorded to others."""
     return np.column_stack([np.interp(times, recorded, column) for column in values.T])
 
 
 def _find_prefix(names: Sequence[str]) -> str:
-    """Returns the common prefix of names, up to and including an underscore."""
+    """Returns the common prefix of names, up to and including the last underscore."""
     letters = itertools.takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
     common = "".join(same[0] for same in letters)
     return common[: common.rfind("_") + 1]

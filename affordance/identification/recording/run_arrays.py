@@ -1,7 +1,7 @@
-"""Tables of recordings as arrays: NumPy's .npz, MATLAB's .mat, Parquet, and folders of LeRobot.
+"""Tables of recordings as arrays: NumPy's .npz, MATLAB's .mat, Parquet, and LeRobot folders.
 
-The libraries that own the formats read them. What a file promises is compared with what it holds before memory is
-taken for it, and nothing is unpacked beyond a bound; objects, structures and code are refused.
+Each format is read by its own library. Before memory is allocated, the declared sizes are compared with the size of
+the file, and nothing is unpacked beyond a bound. Objects, structures and code are rejected.
 """
 
 import struct
@@ -20,10 +20,10 @@ from affordance.files.constraints import check_names
 from affordance.identification.recording.run_table import RunTable
 
 SUFFIXES = (".npz", ".mat", ".parquet")
-# Most bytes of numbers in one file, unpacked: twice the largest file.
+# Largest number of bytes of numbers in one file, unpacked: twice the size of the largest file.
 _MOST = 2 * bounded.RECORDING
 _MOST_ARRAYS = 1000
-# Types of elements in a MATLAB 5 file: what follows its head of 128 bytes.
+# Size of the header of a MATLAB 5 file, [bytes], and the type of compressed elements.
 _HEAD, _COMPRESSED = 128, 15
 _NUMBERS = ("double", "single", *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)))
 _BATCH = 65_536  # rows of a Parquet file that are read at a time
@@ -31,7 +31,11 @@ _EFFORTS = ("effort", "torque", "current", "force", "wrench")
 
 
 def read_arrays(path: Path) -> RunTable:
-    """Reads a .npz, .mat or .parquet file; a file that is no table of numbers raises a BadValueError."""
+    """Reads a .npz, .mat or .parquet file.
+
+    Raises:
+        BadValueError: The file is not a table of numbers.
+    """
     content = bounded.read_bytes(path, bounded.RECORDING)
     readers = {".npz": _read_npz, ".mat": _read_mat, ".parquet": _read_parquet}
     try:
@@ -45,20 +49,24 @@ def read_arrays(path: Path) -> RunTable:
 
 
 def is_lerobot(path: Path) -> bool:
-    """Returns whether a folder is a data set of LeRobot."""
+    """Returns whether a folder is a LeRobot data set."""
     return (path / "meta" / "info.json").is_file()
 
 
 def read_lerobot(path: Path) -> RunTable:
-    """Reads the first episode of a LeRobot folder; one without torque, current or force raises a BadValueError."""
+    """Reads the first episode of a LeRobot folder.
+
+    Raises:
+        BadValueError: The data set has no torque, current or force, or no valid episode.
+    """
     info = bounded.read_json(path / "meta" / "info.json")
     features = info.get("features") if isinstance(info, Mapping) else None
     if not isinstance(features, Mapping) or not features:
         raise BadValueError(path / "meta" / "info.json", "features", "is missing, must map names to features")
     if not any(word in str(name).lower() for name in features for word in _EFFORTS):
         names = ", ".join(str(name) for name in features)[:200]
-        problem = f"is a LeRobot data set with {names}: none is a torque, a current or a force, without which no load"
-        raise BadValueError(path, "", f"{problem} is felt; record joint efforts too, as observation.effort")
+        problem = f"is a LeRobot data set with {names}: without torques, currents or forces a load cannot be"
+        raise BadValueError(path, "", f"{problem} identified; record joint efforts too, as observation.effort")
     files = sorted((path / "data").glob("*/*.parquet"))
     if not files:
         raise BadValueError(path, "data", "has no .parquet file")
@@ -89,19 +97,19 @@ def _read_npz(path: Path, content: bytes) -> dict[str, Array]:
                 raise BadValueError(path, name, f"holds {dtype}, must hold numbers")
             size = dtype.itemsize * float(np.prod(shape, dtype=float))
             if size > member.file_size:
-                raise BadValueError(path, name, f"promises {size:.3g} bytes in {member.file_size}")
+                raise BadValueError(path, name, f"declares {size:.3g} bytes but has {member.file_size}")
             with archive.open(member) as file:
                 arrays[name] = np.lib.format.read_array(file, allow_pickle=False).astype(float)
     return arrays
 
 
 def _read_mat(path: Path, content: bytes) -> dict[str, Array]:
-    from scipy.io import loadmat, whosmat  # here, as few runs need it
+    from scipy.io import loadmat, whosmat  # imported here because few runs need it
 
     if content[:10] == b"MATLAB 7.3" or content[:4] == b"\x89HDF":
-        raise BadValueError(path, "", "is of MATLAB 7.3, which is HDF5: save it with save(..., '-v7')")
+        raise BadValueError(path, "", "is a MATLAB 7.3 file, which is HDF5: save it with save(..., '-v7')")
     if content[:6] != b"MATLAB" or content[126:128] not in (b"IM", b"MI"):
-        raise BadValueError(path, "", "is no MATLAB 5 file: save it with save(..., '-v7')")
+        raise BadValueError(path, "", "is not a MATLAB 5 file: save it with save(..., '-v7')")
     whole = _unpack_mat(path, content)
     listed = whosmat(BytesIO(whole))
     for name, shape, kind in listed:
@@ -109,7 +117,7 @@ def _read_mat(path: Path, content: bytes) -> dict[str, Array]:
             raise BadValueError(path, name, f"is of class {kind}, must be a matrix of numbers (save(..., '-struct'))")
         if float(np.prod(shape, dtype=float)) > len(whole):
             raise BadValueError(
-                path, name, f"promises {np.prod(shape, dtype=float):.3g} numbers in {len(whole)} bytes"
+                path, name, f"declares {np.prod(shape, dtype=float):.3g} numbers but has {len(whole)} bytes"
             )
     found = loadmat(BytesIO(whole), variable_names=[name for name, *_ in listed])
     arrays = {name: np.asarray(found[name]) for name, *_ in listed}
@@ -141,7 +149,7 @@ def _read_parquet(path: Path, content: bytes) -> dict[str, Array]:
         import pyarrow as arrow
         import pyarrow.parquet
     except ImportError as error:
-        raise BadValueError(path, "", "needs pyarrow: pip install '.[parquet]' in a clone reads Parquet") from error
+        raise BadValueError(path, "", "needs pyarrow: install it with pip install '.[parquet]' in a clone") from error
     file = pyarrow.parquet.ParquetFile(BytesIO(content))
     kinds = {field.name: field.type for field in file.schema_arrow}
     kept = [name for name, kind in kinds.items() if _is_number(arrow, kind) or _is_list(arrow, kind)]
@@ -156,7 +164,7 @@ def _read_parquet(path: Path, content: bytes) -> dict[str, Array]:
         for name in kept:
             column = batch.column(name)
             if column.null_count:
-                raise BadValueError(path, name, f"lacks {column.null_count} values, must have one a row")
+                raise BadValueError(path, name, f"lacks {column.null_count} values, must have one per row")
             if _is_list(arrow, column.type):
                 flat = column.flatten().to_numpy(zero_copy_only=False).astype(float)
                 if len(flat) % len(column):
@@ -186,7 +194,7 @@ def _check_size(path: Path, size: float, number: int) -> None:
 
 
 def _build_table(path: Path, arrays: dict[str, Array]) -> RunTable:
-    """Builds a table from arrays along time; those with a second dimension become NAME_1, NAME_2 and so on."""
+    """Builds a table from arrays along time; the columns of a matrix become NAME_1, NAME_2 and so on."""
     check_names(path, "columns", tuple(arrays))
     flat = {
         name: values.ravel() if max(values.shape, default=0) == values.size else values
@@ -202,9 +210,9 @@ def _build_table(path: Path, arrays: dict[str, Array]) -> RunTable:
             values = values.T
         if values.ndim not in (1, 2) or len(values) != length:
             if values.size <= 1:
-                continue  # a constant, such as a rate
+                continue  # a constant, such as the sampling rate
             problem = (
-                f"has shape {arrays[name].shape}, must have the {length} samples of the others along a dimension"
+                f"has shape {arrays[name].shape}, must have the {length} samples of the others along one dimension"
             )
             raise BadValueError(path, name, problem)
         if values.ndim == 1:

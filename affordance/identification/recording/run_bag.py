@@ -1,7 +1,7 @@
 """Reader of ROS bags: joint states, and wrenches of a wrist sensor, as a table.
 
-It needs the extra [bags], rosbags, but no ROS. Messages are decoded by ROS's own definitions, as definitions from the
-bag would become code that is run.
+It needs rosbags (the extra [bags]), but no ROS. Messages are decoded with ROS's own definitions, because definitions
+from the bag would become code that is executed.
 """
 
 from array import array
@@ -21,15 +21,21 @@ JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/Wrench
 
 
 def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> RunTable:
-    """Reads the joint states of a bag, a folder or a .mcap, .db3 or .bag file, and wrenches at their times.
+    """Reads the joint states of a bag (a folder, or a .mcap, .db3 or .bag file), and wrenches at their times.
 
-    An empty topic is the only one of joint states, or no wrenches; efforts may be currents. A bag that cannot be read
-    or has no such topic raises a BadValueError, and so does a missing rosbags.
+    Args:
+        path: Bag.
+        topic: Topic of the joint states; empty for the only one.
+        wrench_topic: Topic of the wrenches; empty for none.
+        is_current: True if the efforts are currents.
+
+    Raises:
+        BadValueError: The bag cannot be read or has no such topic, or rosbags is missing.
     """
     try:
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
-        problem = "is a ROS bag, which wants the extra [bags]: pip install '.[bags]' in a clone"
+        problem = "is a ROS bag, which needs the extra [bags]: pip install '.[bags]' in a clone"
         raise BadValueError(path, "", problem) from error
     decoders = (
         get_typestore(Stores.ROS2_HUMBLE).deserialize_cdr,
@@ -47,7 +53,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
                 stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
                 yield stamp if stamp > 0.0 else 1e-9 * received, message
         if is_empty:
-            raise BadValueError(path, topic, "holds no message")
+            raise BadValueError(path, topic, "has no message")
 
     try:
         with open_bag(path) as storages:
@@ -63,25 +69,25 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current:
 
 
 def _choose_topic(path: Path, storages: list[Storage], topic: str, kind: str) -> str:
-    """Returns the topic if its messages are of a kind, or the only such topic if none is named."""
+    """Returns the named topic if its messages are of a kind, or the only such topic if none is named."""
     of_kind = sorted({name for storage in storages for name, its_kind in storage.topics if its_kind == kind})
     if not topic and len(of_kind) == 1:
         return of_kind[0]
     if topic not in of_kind:
         what = f"is {topic!r}" if topic else "is not given"
-        raise BadValueError(path, "topic", f"{what}, must be one of the bag's {kind}: {', '.join(of_kind) or 'none'}")
+        raise BadValueError(path, "topic", f"{what}, must be a topic of {kind}: {', '.join(of_kind) or 'none'}")
     return topic
 
 
 def _collect_states(
     path: Path, states: Iterator[tuple[float, Any]], *, is_current: bool
 ) -> tuple[tuple[str, ...], dict[str, Array]]:
-    """Collects the names of the joints, and times, positions, velocities and efforts by column, as far as sent.
+    """Collects the joint names, and the columns of times, positions, velocities and efforts that were sent.
 
-    Later messages may name the joints of the first in another order.
+    Messages may list the joints of the first message in another order.
     """
     fields = {"position": "q", "velocity": "v", "effort": "current" if is_current else "tau"}
-    times, values = array("d"), {field: array("d") for field in fields}  # eight bytes a number, and no message
+    times, values = array("d"), {field: array("d") for field in fields}  # no messages in memory
     lacking: dict[str, BadValueError] = {}
     names: list[str] = []
     for number, (time, message) in enumerate(states, start=1):
@@ -99,7 +105,7 @@ def _collect_states(
             error = BadValueError(path, f"message {number}, {field}", problem)
             if len(given):
                 raise error
-            lacking.setdefault(field, error)  # a sender may leave out what it does not know, in all messages
+            lacking.setdefault(field, error)  # a sender may leave out a quantity, but only in all messages
     columns = {"time": np.array(times)}
     for field, ours in fields.items():
         if values[field] and field in lacking:
@@ -111,7 +117,7 @@ def _collect_states(
 
 
 def _collect_wrenches(times: Array, wrenches: Iterator[tuple[float, Any]]) -> dict[str, Array]:
-    """Collects forces and torques by column, interpolated at the times of the joint states."""
+    """Collects the columns of forces and torques, interpolated at the times of the joint states."""
     stamps, values = array("d"), array("d")
     for time, message in wrenches:
         stamps.append(time)

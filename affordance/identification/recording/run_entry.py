@@ -1,19 +1,19 @@
 """Description of a run's table: the small YAML file next to it.
 
 joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
-signal: current                        # or joint_torque, motor_torque, wrench; by the columns if omitted
-files: [run_1.csv, run_2.csv]          # parts of one recording with one clock, where this file is given as the run
+signal: current                        # or joint_torque, motor_torque, wrench; inferred from the columns if omitted
+files: [run_1.csv, run_2.csv]          # parts of one recording with one clock; this file is then given as the run
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
-columns: ur_rtde                       # or libfranka, standard, a list of names for a table without any, or a map:
+columns: ur_rtde                       # or libfranka, standard, a list of names for a table without names, or a map:
 # columns: {time: stamp, q: "pos_{}", current: [i_base, i_shoulder]}   # the log's own names; {} is the joint's number
 units: {time: s, q: rad, v: rad/s, current: A}
 compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
-force_on: object                       # or robot: which of the two a wrench pushes
+force_on: object                       # or robot: the body on which the wrench acts
 postures: true                         # each row is a posture in which the arm was held at rest; no time is needed
 drop_torn_rows: 3                      # number of incomplete rows that may be left out
 skip_rows: 2                           # number of rows above the table
@@ -41,16 +41,16 @@ from affordance.objects.inertia import build_transform_map
 type _Triple = tuple[float, float, float]
 _LENGTHS = Vector(3, Within(-2.0, 2.0))  # [m]
 _MOST_FILES = 1000  # parts of a recording
-_MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
+_MOST = 1e3  # largest mass, [kg], and largest moment of inertia, [kg m^2]
 
 
 class ColumnMap(NamedTuple):
-    """Column names of one logger."""
+    """Column names of a logger."""
 
-    # Regular expression of the logger's names, by our name of the column; a group is the joint's number.
+    # Regular expressions of the logger's names, by our column names; a group is the number of the joint.
     patterns: dict[str, str]
-    first: int | None  # number of the first joint; None for the smallest that occurs
-    time_unit: float  # logger's unit of time, [s]
+    first: int | None  # number of the first joint; None for the smallest one in the table
+    time_unit: float  # unit of time of the logger, [s]
 
 
 _WRENCH = {name: name for name in ("fx", "fy", "fz", "tx", "ty", "tz")}
@@ -78,13 +78,13 @@ COLUMN_MAPS = {
 
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
-    """Returns our name of each column of a table, such as q_1; None for columns that are not used."""
+    """Returns our name of each column of a table, such as q_1; None for unused columns."""
     found: list[tuple[str, int | None] | None] = []
     for name in names:
         matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())
         hit = next(((ours, match) for ours, match in matches if match), None)
         found.append(None if hit is None else (hit[0], int(hit[1][1]) if hit[1].groups() else None))
-    first: dict[str, int] = {}  # the number of a quantity's first joint, 0 or 1
+    first: dict[str, int] = {}  # number of each quantity's first joint, 0 or 1
     for ours, number in filter(None, found):
         if number is not None:
             first[ours] = min(number, first.get(ours, number)) if column_map.first is None else column_map.first
@@ -95,7 +95,10 @@ def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None
 
 
 def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
-    """Builds the map of a log with names of its own, whose joints are numbered from 0 or 1, or named one by one."""
+    """Builds the column map of a log with its own names.
+
+    Joints are numbered from 0 or 1, or named one by one.
+    """
     patterns = {}
     for ours, names in own.items():
         if isinstance(names, str):
@@ -107,7 +110,7 @@ def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
 
 @dataclass(frozen=True)
 class _Word(Constraint):
-    """Constraint on a text: one of several words, each of which stands for a value."""
+    """Constraint on a text: one of several words, each of which has a value."""
 
     choices: Mapping[str, Any]
 
@@ -123,7 +126,7 @@ class _Word(Constraint):
 
 
 def _describe(meaning: str, default: Any) -> Any:
-    """Declares the meaning of a key, and its default as a file gives it."""
+    """Declares the meaning of a key, and its default as written in a file."""
     return Field(description=meaning, json_schema_extra={"default": default})
 
 
@@ -150,12 +153,12 @@ def _check_columns(value: object) -> str | tuple[str, ...] | dict[str, str | tup
 
 
 class UnitsEntry(DataModel):
-    """Factors from the units of a table's columns to SI units."""
+    """Units of a table's columns, as factors to SI units."""
 
     time: Annotated[
         float | None,
         _Word({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}),
-        Field(description="Unit of time; that of the logger if left out."),
+        Field(description="Unit of time; the logger's own if left out."),
     ] = None
     q: Annotated[float, _Word({"rad": 1.0, "deg": np.pi / 180.0}), _describe("Unit of joint angles.", "rad")] = 1.0
     v: Annotated[
@@ -172,14 +175,14 @@ class UnitsEntry(DataModel):
 
 
 class CompensatedEntry(DataModel):
-    """Mass, centre of mass and principal moments about it, as controllers take them."""
+    """Mass, centre of mass and principal moments of a payload, as controllers define them."""
 
     mass: Annotated[float, Within(0.0, _MOST), Field(description="Mass, [kg].")]
     com: Annotated[_Triple, _LENGTHS, Field(description="Centre of mass in the tip, [m].")]
     inertia: Annotated[
         _Triple,
         Vector(3, Within(0.0, _MOST)),
-        Field(description="Principal moments about it, along the axes of the tip, [kg m^2]."),
+        Field(description="Principal moments about the centre of mass, along the tip's axes, [kg m^2]."),
     ] = (0.0, 0.0, 0.0)
 
     def build(self) -> Array:
@@ -191,7 +194,7 @@ class CompensatedEntry(DataModel):
 
 
 class ObjectPoseEntry(DataModel):
-    """Pose of the seen tool in the tip."""
+    """Pose of the seen tool in the tip frame."""
 
     position: Annotated[_Triple, _LENGTHS, Field(description="Position of the origin, [m].")]
     rpy_deg: Annotated[
@@ -211,17 +214,17 @@ class RunEntry(DataModel):
 
     joints: Annotated[
         list[Name],
-        Field(min_length=1, description="Joints in the order of the columns; a ROS bag names them itself."),
+        Field(min_length=1, description="Joints in the order of the columns; a ROS bag contains their names."),
     ] = Field(default_factory=list)
     signal: Annotated[
-        SignalKind | None, OneOf(SignalKind), Field(description="What was recorded; by the columns if left out.")
+        SignalKind | None, OneOf(SignalKind), Field(description="Kind of the signal; by default that of the columns.")
     ] = None
     files: Annotated[
         list[Name],
         Field(max_length=_MOST_FILES, description="Parts of one recording, in order, in the folder of this file."),
     ] = Field(default_factory=list)
     tip: Annotated[Name, Field(description="Link that carries the payload, or the wrist sensor.")] = ""
-    base: Annotated[Name, Field(description="Link in which gravity is given.")] = ""
+    base: Annotated[Name, Field(description="Link in whose frame gravity is given.")] = ""
     gravity: Annotated[
         _Triple, Vector(3, Within(-20.0, 20.0)), Field(description="Gravity in the base, [m/s^2].")
     ] = GRAVITY
@@ -249,17 +252,17 @@ class RunEntry(DataModel):
     force_on: Annotated[
         float,
         _Word({"object": 1.0, "robot": -1.0}),
-        _describe("Which of the two a wrench pushes.", "object"),
+        _describe("Body on which a wrench acts: the object or the robot.", "object"),
     ] = 1.0
     postures: Annotated[
         bool | None,
-        Field(description="true if the arm was held at rest in one posture after another; else by the columns."),
+        Field(description="true if the arm was held at rest in postures; by default inferred from the columns."),
     ] = None
     drop_torn_rows: Annotated[
         int, Whole(0, 1_000_000), Field(description="Number of incomplete rows that may be left out.")
     ] = 0
     skip_rows: Annotated[int, Whole(0, 1_000_000), Field(description="Number of rows above the table.")] = 0
-    topic: Annotated[Name, Field(description="Topic of joint states in a bag that has several.")] = ""
+    topic: Annotated[Name, Field(description="Topic of joint states in a bag that has several such topics.")] = ""
     wrench_topic: Annotated[Name, Field(description="Topic of wrenches in a bag.")] = ""
 
     def build(self, joints: Sequence[str], kind: SignalKind, *, postures: bool = False) -> RunDescription:

@@ -34,19 +34,19 @@ from affordance.identification.settings import SignalKind
 
 _DESCRIPTIONS = (".yaml", ".yml")
 _BAGS = (".mcap", ".db3", ".bag")
-_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # names that a column of times may have
+_TIME = re.compile("time|stamp|^t$|sec", re.IGNORECASE)  # likely names of a column of times
 
 
 def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run from its table and description.
 
     Args:
-        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, folder of LeRobot, or a description
-            (.yaml) whose ``files`` are the parts of the recording.
-        description: YAML file that describes the table; None for the one next to it, of the same name.
+        path: Table (.csv, .txt, .tsv, .nc, .npz, .mat or .parquet), ROS bag, LeRobot folder, or a description (.yaml)
+            whose ``files`` are the parts of the recording.
+        description: YAML file that describes the table; None for the one of the same name next to it.
 
     Raises:
-        BadValueError: A file or one of its values is wrong; the message says which and how.
+        BadValueError: A file or one of its values is wrong; the message names it.
     """
     path = check_path("path", path)
     description_file = path.with_suffix(".yaml") if description is None else check_path("description", description)
@@ -54,19 +54,19 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         raise BadValueError(path, "", f"does not exist{suggest_file(path)}")
     if not description_file.exists():
         problem = (
-            f"has no description: {description_file.name} in the same folder must name at least its joints and its "
+            f"has no description: {description_file.name} in the same folder must state at least the joints and the "
             "signal, in two lines such as 'joints: [joint_1, joint_2]' and 'signal: joint_torque'"
         )
         raise BadValueError(path, "", problem)
     entry = load_model(description_file, RunEntry)
     is_split = path.suffix in _DESCRIPTIONS
     if is_split and description is not None:
-        raise BadValueError(path, "", "is a description already, must come without another")
+        raise BadValueError(path, "", "is itself a description, must be given without another one")
     if bool(entry.files) != is_split:
-        problem = "is missing: must name the parts of the recording, or give the recording itself"
+        problem = "is missing: must list the parts of the recording; or give the recording itself as the run"
         if entry.files:
             problem = (
-                f"names the parts of a recording: give {description_file.name} as the run, in place of {path.name}"
+                f"lists the parts of a recording: give {description_file.name} as the run instead of {path.name}"
             )
         raise BadValueError(description_file, "files", problem)
     parts = list_parts(path, entry.files) if is_split else [path]
@@ -92,7 +92,7 @@ def _is_bag(path: Path) -> bool:
 
 
 def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable:
-    """Reads the table of a recording, or of a part of one."""
+    """Reads the table of a recording, or of one of its parts."""
     if is_lerobot(path):
         table = read_lerobot(path)
     elif path.suffix in SUFFIXES:
@@ -100,7 +100,7 @@ def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable
     elif _is_bag(path):
         table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
         if entry.signal is None:
-            problem = "is missing: efforts of a bag may be joint_torque, motor_torque or current"
+            problem = "is missing: the efforts in a bag may be joint_torque, motor_torque or current"
             raise BadValueError(description_file, "signal", problem)
     elif path.suffix == ".nc":
         table = read_netcdf(path)
@@ -111,7 +111,7 @@ def _read_table(path: Path, description_file: Path, entry: RunEntry) -> RunTable
 
 
 def _find_columns(path: Path, description_file: Path, table: RunTable, entry: RunEntry) -> dict[str, int]:
-    """Finds the places of our columns in the table."""
+    """Finds the position of each of our columns in the table."""
     names = table.names
     if isinstance(entry.columns, tuple):
         names = entry.columns
@@ -119,13 +119,13 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
             problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
             raise BadValueError(description_file, "columns", problem)
     elif not names:
-        problem = "names no columns in its first row; the description must list them under columns"
+        problem = "contains no column names; the description must list them under columns"
         raise BadValueError(path, "row 1", problem)
     ours = name_columns(names, _get_map(entry))
     columns: dict[str, int] = {}
     for place, name in enumerate(ours):
         if name is not None:
-            columns.setdefault(name, place)  # newer logs repeat q_d of commands after the state's
+            columns.setdefault(name, place)  # newer logs repeat the commands' q_d after the state's
     angles = [f"q_{i + 1}" for i in range(len(entry.joints))]
     for name in (*angles, "time"):
         if name not in columns:
@@ -143,37 +143,37 @@ def _find_columns(path: Path, description_file: Path, table: RunTable, entry: Ru
 def _are_postures(
     table: RunTable, columns: Mapping[str, int], angles: Sequence[str], names: Sequence[str], entry: RunEntry
 ) -> bool:
-    """Returns whether a table without a time has one row a posture."""
+    """Returns whether a table without times has one row per posture."""
     if entry.postures is False or any(_TIME.search(name) for name in names) or "v_1" in columns:
         return False
     return looks_held(entry.units.q * table.values[:, [columns[name] for name in angles]])
 
 
 def _suggest_columns(missing: str, names: Sequence[str], num: int) -> str:
-    """Suggests how the description says that the log has other names, by the names that fit best, if any does."""
+    """Suggests how the description can name the log's own columns, using the names that fit best, if any."""
     if missing == "time":
         likely = [name for name in names if _TIME.search(name)]
         if not likely:
-            return "; a table of postures in which the arm was held at rest needs none, with 'postures: true'"
-        return f"""; another name stands under columns, as in 'columns: {{time: {likely[0]}}}'"""
+            return "; a table of held postures needs none if the description has 'postures: true'"
+        return f"""; list another name under columns, as in 'columns: {{time: {likely[0]}}}'"""
     stems = Counter(re.sub(r"\d+", "{}", name, count=1) for name in names if re.search(r"\d", name))
     numbered = [stem for stem, count in stems.items() if count == num]
     likely = [stem for stem in numbered if re.search("pos|ang|q", stem, re.IGNORECASE)] or numbered
-    return f"""; other names stand under columns, as in 'columns: {{q: "{likely[0]}"}}'""" if likely else ""
+    return f"""; list other names under columns, as in 'columns: {{q: "{likely[0]}"}}'""" if likely else ""
 
 
 def _describe_missing_signal(kind: SignalKind, columns: Mapping[str, int], num: int) -> str:
-    """Describes which columns the signal has, and which other signal the columns of the table fit."""
+    """Describes the missing columns of the signal, and which other signal would fit the table."""
     name = "current" if kind is SignalKind.CURRENT else "tau"
     wanted = ", ".join(WRENCH_COLUMNS) if kind is SignalKind.WRENCH else f"{name}_1 to {name}_{num}"
     fitting = {"tau_1": "joint_torque or signal: motor_torque", "current_1": "current", "fx": "wrench"}
-    has = [f"has {name}, which signal: {words} fits" for name, words in fitting.items() if name in columns]
+    has = [f"has {name}, which fits signal: {words}" for name, words in fitting.items() if name in columns]
     others = f"; {', '.join(has)}" if has else ""
-    return f"has no columns of the signal, {kind.value}, must have {wanted}{others}"
+    return f"has no columns of the signal {kind.value}, must have {wanted}{others}"
 
 
 def _get_map(entry: RunEntry) -> ColumnMap:
-    """Returns the map of the logger, or of the log's own names."""
+    """Returns the column map of the logger, or of the log's own names."""
     if isinstance(entry.columns, dict):
         return build_column_map(entry.columns)
     return COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
@@ -184,7 +184,9 @@ def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
     found = [kind for name, kind in kinds.items() if name in columns]
     if len(found) != 1:
         problem = "no signal" if not found else "several signals"
-        raise BadValueError(path, "columns", f"has {problem}, must have tau_1.., current_1.. or fx..tz, or say which")
+        raise BadValueError(
+            path, "columns", f"has {problem}, must have tau_1.., current_1.. or fx..tz, or a key signal"
+        )
     return found[0]
 
 
@@ -200,7 +202,7 @@ def _build_run(
             return None
         if len(given) < len(names):
             missing = next(name for name in names if name not in columns)
-            raise BadValueError(path, f"column {missing}", f"is missing, while there are {', '.join(given)}")
+            raise BadValueError(path, f"column {missing}", f"is missing, although there are {', '.join(given)}")
         unit: float = getattr(entry.units, quantity)
         return table.values[:, [columns[name] for name in names]] * unit
 
@@ -226,7 +228,7 @@ def _build_run(
 def _build_postures(
     path: Path, table: RunTable, description: RunDescription, q: Array, signal: Array, notes: tuple[str, ...]
 ) -> Run:
-    """Builds the run of postures that were held, with the mean signal of each."""
+    """Builds the run of held postures, with the mean signal of each."""
     if not len(q):
         raise BadValueError(path, "", f"has no rows, must have at least {FEWEST_POSTURES} postures")
     held = gather_postures(q, np.hstack([q, signal]))

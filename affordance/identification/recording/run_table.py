@@ -17,11 +17,11 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
 
-# Delimiters of text, of which the most frequent in the first line is used.
+# Possible delimiters of a text; the most frequent one in the first line is used.
 _DELIMITERS = ",;\t "
 # Largest number of characters in a row; the log of a robot controller has some hundred columns.
 _LONGEST_ROW = 100_000
-_LISTED, _ENOUGH_TORN = 10, 1000  # torn rows that a message names, and after which no more are looked for
+_LISTED, _ENOUGH_TORN = 10, 1000  # numbers of torn rows that a message lists, and after which the search stops
 
 
 class RunTable(NamedTuple):
@@ -29,30 +29,31 @@ class RunTable(NamedTuple):
 
     names: tuple[str, ...]  # names of the columns; empty if the file has none
     values: Array  # values, shape (N, number of columns)
-    rows: NDArray[np.intp]  # row of the file, counted from 1, that holds each sample, shape (N,)
+    rows: NDArray[np.intp]  # row of the file that holds each sample, from 1, shape (N,)
     num_torn: int = 0  # number of incomplete rows that were left out
     joint_names: tuple[str, ...] = ()  # names of the joints if the file gives them
 
 
 def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
-    """Reads rows of numbers, with or without a line of names above, after a number of skipped rows.
+    """Reads rows of numbers, with or without a header line, after a number of skipped rows.
 
-    A file that cannot be read, or has more incomplete rows than may be left out, raises a BadValueError that names
-    them.
+    Raises:
+        BadValueError: The file cannot be read, or has more than ``max_torn`` incomplete rows, which the message
+            names.
     """
     text = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig")
     lines = text.splitlines(keepends=True)[skipped:]
     rows = _split_rows(path, "".join(lines), skipped)
     first = next(rows, [])
     if not first:
-        raise BadValueError(path, "", "is empty, must be a table with one row a sample")
+        raise BadValueError(path, "", "is empty, must be a table with one row per sample")
     names = () if _is_number(first[0]) else tuple(first)
     width = len(first)
     top = skipped + (2 if names else 1)
     whole = _read_whole(lines[1:] if names else lines, _find_delimiter(lines[0]), width)
     if whole is not None:
         return RunTable(names, whole, np.arange(top, top + len(whole)))
-    samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as much
+    samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as many
     torn: list[tuple[int, str, str]] = []
     for number, row in enumerate(rows if names else chain([first], rows), start=top):
         if not row:
@@ -68,7 +69,7 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
     if len(torn) > max_torn:
         if len(numbers) < len(torn) and (head := _count_head(lines)):
             where = f"rows {skipped + 1} to {skipped + head}" if head > 1 else f"row {skipped + 1}"
-            above = f"stands above the table (skip_rows: {skipped + head} skips what stands there)"
+            above = f"precedes the table (skip_rows: {skipped + head} skips everything above it)"
             raise BadValueError(path, where, above)
         raise _refuse_torn(path, torn, max_torn, len(numbers))
     values = np.array(samples, dtype=float).reshape(-1, width)
@@ -76,17 +77,17 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> RunTable:
 
 
 def _find_delimiter(line: str) -> str:
-    """Finds the most frequent delimiter of a line."""
+    """Finds the most frequent delimiter in a line."""
     return max(_DELIMITERS, key=line.count)
 
 
 def _read_whole(lines: list[str], delimiter: str, width: int) -> Array | None:
-    """Reads rows that are all whole, much faster than cell by cell, shape (N, width); None if they are not."""
+    """Reads rows without gaps much faster than cell by cell, shape (N, width); None if a row is incomplete."""
     if max(map(len, lines), default=0) > _LONGEST_ROW:
         return None
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # no rows
+            warnings.simplefilter("ignore")  # warnings about tables without rows
             values = np.loadtxt(lines, delimiter=None if delimiter == " " else delimiter, comments=None, ndmin=2)
     except ValueError:
         return None
@@ -95,19 +96,19 @@ def _read_whole(lines: list[str], delimiter: str, width: int) -> Array | None:
 
 
 def _count_head(lines: list[str]) -> int:
-    """Counts the lines above the first one that has as many cells as most."""
+    """Counts the lines above the first one with the most common number of cells."""
     delimiter = _find_delimiter(next((line for line in reversed(lines) if line.strip()), ""))
     counts = [len(line.split() if delimiter == " " else line.split(delimiter)) for line in lines]
     return counts.index(max(set(counts), key=counts.count))
 
 
 def _refuse_torn(path: Path, torn: list[tuple[int, str, str]], max_torn: int, num_whole: int) -> BadValueError:
-    """Builds the error of rows that are not whole: the first in excess, and the numbers of all."""
+    """Builds the error about incomplete rows: the first one too many, and the numbers of all."""
     number, where, what = torn[max_torn]
     if num_whole < len(torn):
-        advice = "skip_rows: N skips what stands above a table"
+        advice = "skip_rows: N skips N rows above a table"
     elif max_torn:
-        advice = f"drop_torn_rows: {max_torn} is used up"
+        advice = f"drop_torn_rows: {max_torn} allows no more"
     else:
         advice = "drop_torn_rows: N leaves out up to N"
     listed = ", ".join(str(each) for each, *_ in torn[:_LISTED])
@@ -117,9 +118,10 @@ def _refuse_torn(path: Path, torn: list[tuple[int, str, str]], max_torn: int, nu
 
 
 def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
-    """Splits a text into the cells of each row, by the most frequent delimiter of its first line.
+    """Splits a text into the cells of each row, at the most frequent delimiter of its first line.
 
-    A row that is too long for any robot, or is not a row of a table, raises a BadValueError.
+    Raises:
+        BadValueError: A row is too long for any robot, or is not a row of a table.
     """
     delimiter = _find_delimiter(text.split("\n", 1)[0])
     number, length = skipped + 1, 0
@@ -127,9 +129,9 @@ def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
     def feed() -> Iterator[str]:
         nonlocal length
         for line in StringIO(text):
-            length += len(line)  # a row may go over several lines, within quotation marks
+            length += len(line)  # a row may span several lines within quotation marks
             if length > _LONGEST_ROW:
-                raise BadValueError(path, f"row {number}", f"is longer than {_LONGEST_ROW} letters")
+                raise BadValueError(path, f"row {number}", f"is longer than {_LONGEST_ROW} characters")
             yield line
 
     try:
@@ -142,21 +144,22 @@ def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
 
 
 def read_netcdf(path: Path) -> RunTable:
-    """Reads variables along time; those with a second dimension become NAME_1, NAME_2 and so on.
+    """Reads variables along time; the columns of a matrix become NAME_1, NAME_2 and so on.
 
-    A file that cannot be read, has no time, or has variables of other lengths raises a BadValueError.
+    Raises:
+        BadValueError: The file cannot be read, has no time, or has variables of other lengths.
     """
-    import xarray  # here, as it takes a third of a second
+    import xarray  # here, because it takes a third of a second
 
     content = bounded.read_bytes(path, bounded.RECORDING)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about damaged files, which are rejected below
+            warnings.simplefilter("ignore")  # warnings about damaged files, which are rejected below
             with xarray.open_dataset(BytesIO(content), engine="scipy", decode_cf=False) as dataset:
                 promised = sum(each.size for each in dataset.variables.values())
                 if promised > len(content):
-                    raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
-                # With the file's scales and offsets applied.
+                    raise ValueError(f"its header declares {promised:.3g} numbers in {len(content)} bytes")
+                # Apply the file's scales and offsets.
                 decoded = {
                     str(name): xarray.conventions.decode_cf_variable("x", each, decode_times=False).values
                     for name, each in dataset.variables.items()
@@ -165,7 +168,7 @@ def read_netcdf(path: Path) -> RunTable:
     except MemoryError:
         raise
     except Exception as error:  # the libraries raise any exception on a damaged file
-        raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
+        raise BadValueError(path, "", f"is not a netCDF 3 file of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     length = len(variables["time"])
@@ -192,9 +195,9 @@ def _is_number(cell: str) -> bool:
 
 
 def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[str, str] | None:
-    """Returns the column and the problem of a bad row; None for a good one."""
+    """Returns the column and the problem of an invalid row; None for a valid one."""
     if len(row) != width:
-        return "", f"has {len(row)} values, must have {width}, one a column"
+        return "", f"has {len(row)} values, must have {width}, one per column"
     for label, cell in zip(names or range(1, width + 1), row, strict=True):
         if not _is_number(cell):
             return f", column {label}", f"is {cell[:30]!r}, must be a number"

@@ -70,7 +70,7 @@ def test_gains_go_by_names_of_joints_and_cannot_be_changed_in_place():
     with pytest.raises(FrozenInstanceError):
         gains.common_sd = 0.5
     assert arrange_gains(gains, ("b", "a"), "gains.yaml").joint_names == ("b", "a")
-    assert "gains.yaml: joints: are a, b, must name c" in refuse(arrange_gains, gains, ("a", "c"), "gains.yaml")
+    assert "gains.yaml: joints: are a, b, must include c" in refuse(arrange_gains, gains, ("a", "c"), "gains.yaml")
 
 
 def test_friction_goes_with_its_uncertainty_and_is_of_all_joints_or_of_none(tmp_path):
@@ -88,7 +88,7 @@ def test_friction_goes_with_its_uncertainty_and_is_of_all_joints_or_of_none(tmp_
     path.write_text("\n".join(line for line in lines if line != of_b[1]))
     assert "joints.b.friction_sd: is missing" in refuse(read_gains, path)
     path.write_text("\n".join(line for line in lines if line not in of_b))
-    assert "joints: give friction of 1 joints, must of all 2 or of none" in refuse(read_gains, path)
+    assert "joints: give friction for 1 joints, must give it for all 2 or for none" in refuse(read_gains, path)
 
 
 def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, rng, monkeypatch):
@@ -116,7 +116,7 @@ def test_friction_that_no_gear_makes_does_not_drift():
 
 
 GAINS = """
-source: 'the signal is a torque; gains good to 2 %'
+source: 'the signal is a torque; gains known to 2 %'
 robot: ''
 signal: current
 common_sd: 0.0
@@ -124,7 +124,7 @@ joints:
   a:
     gain: 1.0  # A per N m
     load_friction: 0.05
-    covariance: [0.0004, 0.0, 0.0049]  # of g, of g and h = mu g, of h
+    covariance: [0.0004, 0.0, 0.0049]  # var(g), cov(g, h = mu g), var(h)
     noise_variance: 0.0
 """
 
@@ -133,11 +133,11 @@ joints:
     ("old", "new", "said"),
     [
         ("signal: current", "signal: amps", "signal: is 'amps', must be one of"),
-        ("gain: 1.0", "gain: 0", "joints.a.gain: is 0, must be another number"),
+        ("gain: 1.0", "gain: 0", "joints.a.gain: is 0, must not be 0"),
         (
             "covariance: [0.0004",
             "covariance: [-1",
-            "joints.a.covariance: is [-1, 0, 0.0049], must be that of two numbers",
+            "joints.a.covariance: is [-1, 0, 0.0049], must be a covariance of two numbers",
         ),
         ("common_sd: 0.0", "common_sd: 2", "common_sd: is 2, must be from 0 to 1"),
     ],

@@ -3,7 +3,7 @@ import pytest
 from helpers.generated_runs import PAYLOAD
 from helpers.held_postures import draw_postures, generate_wrench
 
-from affordance.identification.evidence.gravity_tilt import find_tilt, list_forces
+from affordance.identification.evidence.gravity_tilt import compute_force_regressors, find_tilt
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
 
@@ -28,7 +28,7 @@ def test_errors_of_the_load_are_those_that_another_tilt_would_make(robot, rng):
     run = _hold(robot, rng, 1.0)
     tilt = find_tilt(robot, run)
     tilted = robot.with_gravity(tilt.gravity)
-    covariance = tilt.measure_errors(tilted, list_forces(tilted, run.q), run.signal, run.q)
+    covariance = tilt.measure_errors(tilted, compute_force_regressors(tilted, run.q), run.signal, run.q)
     sd = np.sqrt(np.diag(covariance))
     assert 0.0 < sd[0] < 0.01 * PAYLOAD[0]
     assert 1e-5 < np.linalg.norm(sd[1:4]) < 0.02  # kg m; a degree of 1.2 kg at 8 cm is 1.7e-3

@@ -40,7 +40,7 @@ def test_clocks_that_start_elsewhere_do_not_matter(robot, empty, rng):
 
 def test_another_motion_is_no_repetition(robot, empty, rng):
     other = generate_run(robot, None, truth=_TRUTH, rng=rng, motion_seed=3, source="loaded")
-    message = r"loaded: row \d+, column q_\d \(joint_\d\): is .* rad away from the same moment of generated, must"
+    message = r"loaded: row \d+, column q_\d \(joint_\d\): is .* rad off the same moment of generated, must"
     with pytest.raises(BadValueError, match=message) as caught:
         align(empty, other, 0.02)
     assert "--unpaired" in str(caught.value)

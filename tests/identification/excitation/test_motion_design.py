@@ -18,7 +18,7 @@ def test_designed_motion_shows_more_than_random_ones(expectation, limits):
     assert design.score < 0.8 * design.typical
     assert spread.mass == pytest.approx(design.score, rel=0.05)
     bodies = parameters_from_theta(expectation.bodies)
-    assert limits.find_excess(expectation.robot, design.motion, bodies) <= 1.0
+    assert limits.compute_excess(expectation.robot, design.motion, bodies) <= 1.0
     again, _ = design_motion(expectation, family, Aim.MASS, **FEW)
     np.testing.assert_array_equal(again.motion.q, design.motion.q)
 
@@ -72,9 +72,9 @@ def test_the_limit_that_most_motions_break_is_named_with_the_least_share(expecta
         design_motion(expectation, family, Aim.MASS, **FEW)
     rng = np.random.default_rng(0)
     motions = [family.build(family.draw(rng), list_times(4.0)) for _ in range(12)]
-    least = min(weak.find_excess(robot, motion, bodies) for motion in motions)
+    least = min(weak.compute_excess(robot, motion, bodies) for motion in motions)
     assert caught.value.limit is Limit.TORQUE
-    assert str(caught.value).endswith(f" {least:.2f} times the limit of the torque of {robot.joint_names[1]}")
+    assert str(caught.value).endswith(f" {least:.2f} times the torque limit of {robot.joint_names[1]}")
     family = FourierFamily(robot, limits._replace(height=4.0), 4.0)
     with pytest.raises(NoMotionError, match=r"most of them come at least .* m too low") as caught:
         design_motion(expectation, family, Aim.MASS, **FEW)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from affordance.identification.excitation.planned_motion import MotionLimits, find_tip_speed, plan_way
+from affordance.identification.excitation.planned_motion import MotionLimits, compute_tip_speed, plan_way
 
 
 @pytest.mark.parametrize(("acceleration", "tip_speed"), [(0.5, np.inf), (50.0, 0.2), (np.arange(1.0, 7.0), 1.0)])
@@ -16,6 +16,6 @@ def test_a_way_leads_from_rest_to_rest_within_its_limits(robot, acceleration, ti
     shares = [
         np.abs(way.v / limits.v_max).max(),
         np.abs(way.vdot / limits.vdot_max).max(),
-        find_tip_speed(robot, way) / tip_speed,
+        compute_tip_speed(robot, way) / tip_speed,
     ]
     assert 0.9 < max(shares) <= 1.0

@@ -7,7 +7,7 @@ from helpers.generated_runs import PAYLOAD
 from affordance.identification.excitation.planned_motion import (
     FourierFamily,
     PostureFamily,
-    find_tip_speed,
+    compute_tip_speed,
     list_times,
     to_trajectory,
 )
@@ -31,7 +31,7 @@ def test_limits_hold_and_the_arm_rests_at_both_ends(family, limits, rng):
         assert np.all((motion.q >= limits.q_lower) & (motion.q <= limits.q_upper))
         assert np.all(np.abs(motion.v) <= limits.v_max)
         assert np.all(np.abs(motion.vdot) <= limits.vdot_max)
-        assert find_tip_speed(family.robot, motion) <= limits.tip_speed
+        assert compute_tip_speed(family.robot, motion) <= limits.tip_speed
         for end in (0, -1):
             np.testing.assert_allclose(motion.v[end], 0.0, atol=1e-9)
             np.testing.assert_allclose(motion.vdot[end], 0.0, atol=1e-9)
@@ -69,19 +69,19 @@ def test_postures_too_far_apart_are_no_motion(robot, limits):
 def test_excess_names_what_is_broken(robot, limits, rng):
     motion = draw(FourierFamily(robot, limits, 8.0), 1, rng)[0]
     bodies = PAYLOAD[None]
-    assert limits.find_excess(robot, motion, bodies) <= 1.0
+    assert limits.compute_excess(robot, motion, bodies) <= 1.0
     for broken in (
         limits._replace(q_upper=motion.q.max(axis=0) - 0.01),
         limits._replace(v_max=0.9 * np.abs(motion.v).max(axis=0)),
         limits._replace(vdot_max=0.9 * np.abs(motion.vdot).max(axis=0)),
-        limits._replace(tip_speed=0.9 * find_tip_speed(robot, motion)),
+        limits._replace(tip_speed=0.9 * compute_tip_speed(robot, motion)),
         limits._replace(height=100.0),
     ):
-        assert broken.find_excess(robot, motion, bodies) > 1.0
+        assert broken.compute_excess(robot, motion, bodies) > 1.0
     torque = robot.compute_arm_torques(*motion.motion)
     weak = limits._replace(tau_max=np.abs(torque).max(axis=0) + 1e-3)
-    assert weak.find_excess(robot, motion, np.zeros((1, 10))) <= 1.0
-    assert weak.find_excess(robot, motion, 3.0 * bodies) > 1.0
+    assert weak.compute_excess(robot, motion, np.zeros((1, 10))) <= 1.0
+    assert weak.compute_excess(robot, motion, 3.0 * bodies) > 1.0
 
 
 def test_the_least_height_of_the_tip_is_approached_by_what_is_left_of_a_metre(robot, limits, rng):
@@ -89,4 +89,4 @@ def test_the_least_height_of_the_tip_is_approached_by_what_is_left_of_a_metre(ro
     lowest = robot.compute_motion(*motion.motion).p_WT[:, 2].min()
     for left in (0.005, -0.005):
         limited = limits._replace(height=lowest - left)
-        assert limited.find_excess(robot, motion, PAYLOAD[None]) == pytest.approx(1.0 - left)
+        assert limited.compute_excess(robot, motion, PAYLOAD[None]) == pytest.approx(1.0 - left)

@@ -21,14 +21,14 @@ def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     exact = replace(of_joints, phantom_covariance=np.zeros((10, 10)))
     said = list_assumptions(exact, gains, DEFAULT_SETTINGS)
     assert said[0].startswith("signal: joint torque [N m]; paired")
-    assert "gains: the signal is a torque; gains good to 1 % together and 2 % each" in said
+    assert "gains: the signal is a torque; gains known to 1 % in common and 2 % each" in said
     assert "friction that grows with the load: none" in said
     assert "friction (direction, velocity) and offset: +-0.3 N m" in said
-    assert "gains since the empty run: +-0.2 % together and +-0.2 % each" in said
+    assert "change of gains since the empty run: +-0.2 % in common and +-0.2 % each" in said
     assert "error of the arm's model: none, it cancels" in said
     heavy = np.diag([0.05**2, *np.zeros(9)])
     said = list_assumptions(replace(of_joints, phantom_covariance=heavy), gains, DEFAULT_SETTINGS)
-    assert "error of the models of arm and friction that does not average out: 50 g at the tip" in said
+    assert "error of the arm and friction models that does not average out: 50 g at the tip" in said
 
 
 def test_what_is_assumed_of_a_wrist_sensor_is_said(robot):
@@ -39,5 +39,5 @@ def test_what_is_assumed_of_a_wrist_sensor_is_said(robot):
     evidence = build_wrist_evidence(robot, run, (), gains, DEFAULT_SETTINGS)
     said = list_assumptions(evidence, gains, DEFAULT_SETTINGS)
     # Twenty times what an offset drifts by, 3 N.
-    assert "offsets: +-60 N, a tenth of that in N m" in said
+    assert "offsets: +-60 N, and a tenth of that in N m" in said
     assert not any("friction" in sentence for sentence in said)

@@ -111,7 +111,7 @@ def test_a_decoy_is_noticed(rng):
     placed = _see(_KNOWN).place(np.eye(4))
     share = {"deviation_sd": 100.0, "unseen_share": 0.05, "rng": rng, "num_samples": 200}
     assert infer_parts(_hold(_HAMMER.parameters, rng), placed, **share).p_value > 0.01
-    with pytest.raises(NotTheSeenObjectError, match="is not the object that was seen") as caught:
+    with pytest.raises(NotTheSeenObjectError, match="is not the one that was seen") as caught:
         infer_parts(_hold(0.1 * _HAMMER.parameters - 0.05, rng), placed, **share)
     assert "\n" not in str(caught.value)
     assert infer_parts(_hold(2.5 * _HAMMER.parameters, rng), placed, **share).p_value < 1e-4
@@ -140,7 +140,7 @@ def test_identify_leaves_the_camera_out_where_it_saw_another_object(robot, rng):
         robot, Runs(loaded, (empty,)), seen=_see(MaterialMemory()), settings=IdentificationSettings(num_samples=500)
     )
     assert belief.seen is None
-    assert any("the camera is left out" in note for note in belief.notes)
+    assert any("the camera is ignored" in note for note in belief.notes)
     assert belief.warnings[0].startswith("the object is not what it looks like")
     assert abs(belief.mass - pi[0]) < 3.0 * belief.mass_sd
 

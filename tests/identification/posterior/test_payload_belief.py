@@ -86,7 +86,7 @@ def test_few_independent_samples_are_warned_of_and_a_belief_prints_in_a_line(bod
     weights = np.full(len(bodies), 1e-9)
     weights[:20] = 1.0
     belief = build_belief(bodies, weights / weights.sum())
-    assert any("samples count: take intervals with caution" in warning for warning in belief.warnings)
+    assert any("samples are effective: intervals are inaccurate" in warning for warning in belief.warnings)
     assert repr(belief).startswith("PayloadBelief(")
     assert repr(belief).endswith("400 samples, 1 warnings; run.csv)")
 

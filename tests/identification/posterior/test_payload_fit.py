@@ -21,7 +21,7 @@ def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gai
         evidence, build_channel_prior(evidence, gains, DEFAULT_SETTINGS), SolidPrior.for_hand(), DEFAULT_SETTINGS
     )
     assert len(rounds) < 25
-    errors = evidence.describe_errors(DEFAULT_SETTINGS)
+    errors = evidence.build_error_model(DEFAULT_SETTINGS)
     weights = fit.likelihood.build_residual_weights(fit.mode.load)
     assert_allclose(fit.long_run_variance, errors.estimate_variance(fit.statistics, weights), rtol=1e-3)
     # Two runs of white noise of 0.1 N m that agrees over 0.3 s, at 100 samples a second.

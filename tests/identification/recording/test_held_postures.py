@@ -52,7 +52,11 @@ def test_a_recording_of_stays_is_read_as_postures_if_it_says_so(tmp_path):
 @pytest.mark.parametrize(
     ("q", "more", "said"),
     [
-        (np.linspace(_Q[0], _Q[1], 60), "", "column time: is missing: .*needs none, with 'postures: true'"),
+        (
+            np.linspace(_Q[0], _Q[1], 60),
+            "",
+            "column time: is missing: .*needs none if the description has 'postures: true'",
+        ),
         (_Q, "postures: false\n", "column time: is missing"),
         (_Q[:3], "postures: true\n", "has 3 postures, must have at least 4"),
     ],

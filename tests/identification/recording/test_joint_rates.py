@@ -70,7 +70,7 @@ def test_jumps_are_those_between_postures():
 @pytest.mark.parametrize("seconds", [2.0, 0.1])
 def test_held_postures_one_after_the_other_are_named(seconds):
     said = _check(_build(_hold(seconds)))
-    assert "these look like 12 postures that were held, one after the other" in said
+    assert "these look like 12 postures, held one after the other" in said
 
 
 def test_a_jump_is_named_with_row_joint_time_rate_and_limit():
@@ -78,8 +78,10 @@ def test_a_jump_is_named_with_row_joint_time_rate_and_limit():
     q[500:, 1] += 1.0
     change = q[500, 1] - q[499, 1]
     said = _check(_build(q))
-    where = f"changes by {change:.3g} rad within 0.02 s, 10 s after the start: {_RATE * change:.3g} rad/s"
-    assert said.startswith(f"run.csv: row 501, column q_2 (lift): {where}, must be at most 3 by robot.urdf; ")
+    where = f"changes by {change:.3g} rad in 0.02 s, 10 s after the start: {_RATE * change:.3g} rad/s"
+    assert said.startswith(
+        f"run.csv: row 501, column q_2 (lift): {where}, must be at most 3 according to robot.urdf; "
+    )
     assert "these look like 2 recordings in one table, or rows are missing" in said
 
 
@@ -89,13 +91,13 @@ def test_an_encoder_that_starts_again_is_named():
     assert "the angle jumps by a turn (2 pi)" in _check(_build(q))
     # With rates beside it, which alone would say that columns are exchanged.
     said = refuse(_build, q, v=np.gradient(_move(), 1.0 / _RATE, axis=0))
-    assert "must be at most 25.1 as of any arm; the angle jumps by a turn (2 pi)" in said
+    assert "must be at most 25.1 for any arm; the angle jumps by a turn (2 pi)" in said
 
 
 def test_rows_that_differ_from_their_neighbours_are_listed():
     q = _move()
     q[[300, 700], [0, 1]] += [0.4, -0.5]
-    assert "row 301, 701 differs from those before and after" in _check(_build(q))
+    assert "row 301, 701 differs from the rows before and after" in _check(_build(q))
     rows = np.arange(len(q)) + 11
     assert "row 311, 711 differs" in _check(_build(q, rows=rows))
 
@@ -106,7 +108,7 @@ def test_angles_in_degrees_are_named(rate):
     run = _build(np.rad2deg(0.15 * _move(rate=rate)), rate)
     said = _check(run)
     assert "are these degrees? then its description must have 'units: {q: deg}'" in said
-    row, change, step = re.search(r"row (\d+), .* changes by (\S+) rad within (\S+) s", said).groups()
+    row, change, step = re.search(r"row (\d+), .* changes by (\S+) rad in (\S+) s", said).groups()
     before, joint = round(int(row) - 1 - float(step) * rate), "lift" in said
     assert abs(run.q[int(row) - 1, int(joint)] - run.q[before, int(joint)]) == pytest.approx(float(change), rel=5e-3)
 
@@ -115,12 +117,12 @@ def test_angles_in_degrees_are_named(rate):
 def test_seconds_taken_for_milliseconds_are_named(rate):
     run = _build(_move(rate=rate), 1000.0 * rate)
     said = _check(run)
-    assert f"a sample every {1e3 / rate:g} us is unlikely: is the unit of time a thousand times as long" in said
+    assert f"{1e3 / rate:g} us between samples is improbable: is the unit of time a thousand times longer" in said
 
 
 def test_a_clock_that_is_four_times_too_fast_is_refused():
     run = _build(_move(), 4.0 * _RATE)
-    assert "are time and angles in the units that its description says" in _check(run)
+    assert "are the units of time and angles as described" in _check(run)
 
 
 def test_joints_without_a_limit_turn_four_times_a_second_at_most():
@@ -130,7 +132,7 @@ def test_joints_without_a_limit_turn_four_times_a_second_at_most():
     jumps = find_jumps(run.times, q, np.full(2, np.inf))
     assert [(jump.row, jump.joint, jump.limit) for jump in jumps] == [(500, 0, FASTEST)]
     said = refuse(run.check_rates)
-    assert "must be at most 25.1 as of any arm" in said
+    assert "must be at most 25.1 for any arm" in said
 
 
 @pytest.mark.parametrize("which", ["loaded", "empty"])
@@ -147,7 +149,7 @@ def test_an_identification_refuses_jumps_of_any_run(robot, which):
     runs = Runs(held, (moved,)) if which == "loaded" else Runs(moved, (held,))
     said = refuse(identify, robot, runs, settings=IdentificationSettings(num_samples=200))
     assert "held.csv: row " in said
-    assert f"rad/s, must be at most 5 by {robot.source}; these look like 14 postures" in said
+    assert f"rad/s, must be at most 5 according to {robot.source}; these look like 14 postures" in said
 
 
 @pytest.mark.parametrize("lag", [-0.02, 0.0, 0.065, 0.2])

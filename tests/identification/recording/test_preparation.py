@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from affordance.identification.recording.preparation import find_cutoff, prepare, smooth_evenly
+from affordance.identification.recording.preparation import compute_cutoff, prepare, smooth_evenly
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
@@ -29,7 +29,7 @@ def build_run(amplitude):
 @pytest.mark.parametrize(("amplitude", "bandwidth"), [(0.0, 0.5), (0.02, 0.5), (0.05, 5.0)])
 def test_cutoff_is_four_times_what_holds_nearly_all_power(amplitude, bandwidth):
     """Cut-off is 4 times the bandwidth of 0.999 of the power; amplitudes 0.02 and 0.05 have 4e-4 and 25e-4 of it."""
-    cutoff = find_cutoff(build_run(amplitude), IdentificationSettings(cutoff_factor=4.0))
+    cutoff = compute_cutoff(build_run(amplitude), IdentificationSettings(cutoff_factor=4.0))
     assert cutoff == pytest.approx(4.0 * bandwidth, rel=0.05)
 
 

@@ -49,7 +49,7 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
         ({"q": _spoil(_ZEROS, 3, 0, 90.0)}, r"row 4, column q_1: is 90, must be from -12.57 .*degrees"),
         (
             {"v": _spoil(_ZEROS, 3, 0, -180.0)},
-            "row 4, column v_1: is -180, .* are these degrees a second.*units: {v: deg/s}",
+            "row 4, column v_1: is -180, .* are these degrees per second.*units: {v: deg/s}",
         ),
         ({"signal": _spoil(_ZEROS, 9, 0, np.nan)}, "row 10, column tau_1: is nan, must be a finite number"),
         ({"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
@@ -57,12 +57,12 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
         ({"times": _spoil_time(4, np.nan)}, r"row 5, column time: is nan, must be a finite number of seconds"),
         (
             {"times": 1e3 * _TIMES},
-            r"column time: advances by 10 s a row, .* from 1e-05 to 0.5; .*'units: {time: ms}'",
+            r"column time: advances by 10 s per row, .* from 1e-05 to 0.5; .*'units: {time: ms}'",
         ),
-        ({"times": 1e-6 * _TIMES}, r"advances by 1e-08 s a row, .*; is the unit of time a thousand times as long"),
+        ({"times": 1e-6 * _TIMES}, r"advances by 1e-08 s per row, .*; is the unit of time a thousand times longer"),
         (
             {"times": 500.0 * _TIMES, "q": np.random.default_rng(0).uniform(-2.0, 2.0, (50, 2))},
-            r"advances by 5 s a row, .*; are these postures that were held",
+            r"advances by 5 s per row, .*; are these held postures",
         ),
         (
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
@@ -93,7 +93,9 @@ def test_joints_are_found_by_name_in_any_order_whatever_their_maker_calls_the_ar
 
 
 def test_a_joint_that_is_not_there_is_named_with_the_nearest():
-    message = "joints: are panda_joint1, panda_joint2, must name panda_joint3 of the arm; the nearest is panda_joint"
+    message = (
+        "joints: are panda_joint1, panda_joint2, must include panda_joint3 of the arm; the nearest is panda_joint"
+    )
     assert message in refuse(_build().arrange, ("panda_joint1", "panda_joint3"))
 
 

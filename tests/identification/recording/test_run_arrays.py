@@ -110,14 +110,14 @@ def _write_hostile(folder, kind):
     ("kind", "says"),
     [
         (".npz object", "holds object, must hold numbers"),
-        (".npz promise", "promises 8e+12 bytes in"),
+        (".npz promise", "declares 8e+12 bytes but has"),
         (".npz bomb", "unpacks to more than 20 MB"),
         (".npz noise", "is not a .npz file of numbers"),
         (".mat structure", "is of class struct, must be a matrix of numbers"),
         (".mat cell", "is of class cell, must be"),
         (".mat bomb", "unpacks to more than 20 MB"),
         (".mat 7.3", "save it with save(..., '-v7')"),
-        (".mat noise", "is no MATLAB 5 file"),
+        (".mat noise", "is not a MATLAB 5 file"),
         (".mat torn", "hostile.mat"),
         (".parquet bomb", "unpacks to more than 20 MB"),
         (".parquet text", "has no column of numbers among task"),
@@ -152,7 +152,7 @@ def test_a_lerobot_folder_is_refused_without_torque_and_its_first_episode_read_w
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     without = _write_lerobot(tmp_path / "a", ["observation.state", "action"])
-    assert "none is a torque, a current or a force" in refuse(read_lerobot, without)
+    assert "without torques, currents or forces a load" in refuse(read_lerobot, without)
     table = read_lerobot(_write_lerobot(tmp_path / "b", ["observation.state", "observation.effort"]))
     assert len(table.values) == 100
     assert {"time", "observation.state_1", "observation.effort_2"} <= set(table.names)

@@ -58,7 +58,7 @@ def test_without_the_library_a_bag_names_the_extra(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rosbags", None)
     monkeypatch.setitem(sys.modules, "rosbags.typesys", None)  # which another test may have imported
     (tmp_path / "bag").mkdir()
-    assert "is a ROS bag, which wants the extra [bags]" in refuse(read_bag, tmp_path / "bag")
+    assert "is a ROS bag, which needs the extra [bags]" in refuse(read_bag, tmp_path / "bag")
 
 
 def test_a_message_of_other_joints_is_named(tmp_path):
@@ -78,4 +78,4 @@ def test_a_message_of_other_joints_is_named(tmp_path):
             writer.write(states, second * 10**9, store.serialize_cdr(message, JOINT_STATES))
     with pytest.raises(BadValueError, match="message 2, position: has 1 values of b, must have one for each of a"):
         read_bag(path, "/joint_states")
-    assert "/silent: holds no message" in refuse(read_bag, path, "/silent")
+    assert "/silent: has no message" in refuse(read_bag, path, "/silent")

@@ -108,13 +108,13 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
     lines[10] = lines[10].rsplit(",", 2)[0]
     lines[20] = lines[20].replace(",", ",x", 1)
     path.write_text("\n".join(lines))
-    problem = "row 11: has 3 values, must have 5, one a column; torn rows: 11, 21 (drop_torn_rows: N"
+    problem = "row 11: has 3 values, must have 5, one per column; torn rows: 11, 21 (drop_torn_rows: N"
     assert problem in refuse(read_run, path)
     described = path.with_suffix(".yaml")
     described.write_text("joints: [a, b]\ndrop_torn_rows: 1\n")
     said = refuse(read_run, path)
     assert "row 21, column q_1: is 'x" in said
-    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 is used" in said
+    assert "', must be a number; torn rows: 11, 21 (drop_torn_rows: 1 allows no more" in said
     described.write_text("joints: [a, b]\ndrop_torn_rows: 2\n")
     run = read_run(path)
     assert len(run.times) == _NUM - 2
@@ -125,7 +125,7 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
 def test_rows_above_a_table_are_skipped_if_asked(tmp_path):
     path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
     path.write_text("robot 7, serial 12\nstarted at noon\n" + path.read_text())
-    assert "rows 1 to 2: stands above the table (skip_rows: 2 skips what stands there)" in refuse(read_run, path)
+    assert "rows 1 to 2: precedes the table (skip_rows: 2 skips everything above it)" in refuse(read_run, path)
     path.with_suffix(".yaml").write_text("joints: [a, b]\nskip_rows: 2\n")
     run = read_run(path)
     assert_allclose(run.q, _Q)
@@ -151,7 +151,7 @@ def test_missing_files_are_named(tmp_path):
     assert "run.csv: does not exist" in refuse(read_run, tmp_path / "run.csv")
     (tmp_path / "run.csv").write_text("time,q_1\n")
     said = refuse(read_run, tmp_path / "run.csv")
-    assert "has no description: run.yaml in the same folder must name at least its joints" in said
+    assert "has no description: run.yaml in the same folder must state at least the joints" in said
 
 
 @pytest.mark.parametrize("plugin", ["SQLITE3", "MCAP"])
@@ -191,10 +191,10 @@ def test_ros_bags_of_both_kinds(tmp_path, plugin):
     described.write_text("signal: current\n")
     assert_allclose(read_run(path).signal, _TAU)
     described.write_text("topic: /joint_states\n")
-    assert "signal: is missing: efforts of a bag may be" in refuse(read_run, path)
+    assert "signal: is missing: the efforts in a bag may be" in refuse(read_run, path)
     described.write_text("signal: current\ntopic: /joints\n")
     said = refuse(read_run, path)
-    assert "topic: is '/joints', must be one of the bag's sensor_msgs/msg/JointState: /joint_states" in said
+    assert "topic: is '/joints', must be a topic of sensor_msgs/msg/JointState: /joint_states" in said
 
 
 def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp_path):
@@ -218,12 +218,12 @@ def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp
         ("units: {q: grad}", "units.q: is 'grad', must be rad or deg"),
         (
             "signal: current",
-            "run.csv: columns: has no columns of the signal, current, must have current_1 to current_2; has tau_1,"
-            " which signal: joint_torque or signal: motor_torque fits",
+            "run.csv: columns: has no columns of the signal current, must have current_1 to current_2; has tau_1,"
+            " which fits signal: joint_torque or signal: motor_torque",
         ),
         (
             "signal: wrench",
-            "columns: has no columns of the signal, wrench, must have fx, fy, fz, tx, ty, tz; has tau_1",
+            "columns: has no columns of the signal wrench, must have fx, fy, fz, tx, ty, tz; has tau_1",
         ),
         ("columns: [time, q_1]", "run.yaml: columns: lists 2 names, must list the 5 columns of run.csv"),
         ("columns: [time, 3]", "columns[1]: is 3, must be a non-empty text"),
@@ -245,21 +245,21 @@ def test_mistake_in_a_description_is_refused(tmp_path, more, said):
 @pytest.mark.parametrize(
     ("header", "said"),
     [
-        ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, while there are tau_1"),
-        ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; other names"),
+        ("time,q_1,q_2,tau_1,tau_3", "column tau_2: is missing, although there are tau_1"),
+        ("time,q_1,q_3,tau_1,tau_2", "column q_2: is missing: has time, q_1, q_3, tau_1, tau_2; list other names"),
         (
             "time,pos1,pos2,tau_1,tau_2",
-            "column q_1: is missing: has time, pos1, pos2, tau_1, tau_2; other names stand under columns, as in"
+            "column q_1: is missing: has time, pos1, pos2, tau_1, tau_2; list other names under columns, as in"
             " 'columns: {q: \"pos{}\"}'",
         ),
         (
             "stamp,q_1,q_2,tau_1,tau_2",
-            "column time: is missing: has stamp, q_1, q_2, tau_1, tau_2; another name stands under columns, as in"
+            "column time: is missing: has stamp, q_1, q_2, tau_1, tau_2; list another name under columns, as in"
             " 'columns: {time: stamp}'",
         ),
         ("t,q_1,q_2,tau_1,tau_2", "column time: is missing"),
         ("time,q_1,q_2,q_3,tau_1", "column q_3: has q_3, must have as many joints as the 2 of run.yaml"),
-        ("", "row 1: names no columns in its first row"),
+        ("", "row 1: contains no column names"),
         ("time,q_1,q_2,x,y", "columns: has no signal"),
     ],
 )

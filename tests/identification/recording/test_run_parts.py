@@ -43,12 +43,12 @@ def test_parts_are_the_recording_that_was_split(parts):
             "time: begins at 0.000000, must be later than the end of part_1.csv",
         ),
         ("[part_0.csv, part_0.csv]", "split.yaml: files[1]: is 'part_0.csv', which is named twice"),
-        ("[part_0.csv, other.csv]", "other.csv: columns: differ from those of part_0.csv: has current_1, current_2"),
+        ("[part_0.csv, other.csv]", "other.csv: columns: differ from those of part_0.csv: are current_1, current_2"),
         ("[part_0.csv, bare.csv]", "bare.csv: columns: differ from those of part_0.csv"),
         ("[part_0.csv, part_3.csv]", "split.yaml: files[1]: is 'part_3.csv', which does not exist"),
         ("[../part_0.csv]", "files[0]: is '../part_0.csv', must be the name of a file in the same folder"),
         ("[/etc/passwd]", "must be the name of a file in the same folder"),
-        ("[]", "split.yaml: files: is missing: must name the parts of the recording"),
+        ("[]", "split.yaml: files: is missing: must list the parts of the recording"),
         ("[part_0.csv, gap.csv]", "split.yaml: row 28, column time: jumps by"),
         ("part_0.csv", "files"),
     ],
@@ -64,5 +64,5 @@ def test_files_that_are_no_parts_of_one_recording_are_refused(parts, files, said
 
 def test_a_description_of_parts_is_no_description_of_another_table(parts):
     said = refuse(read_run, parts / "whole.csv", parts / "split.yaml")
-    assert "split.yaml: files: names the parts of a recording: give split.yaml as the run, in place of whole" in said
-    assert "is a description already" in refuse(read_run, parts / "split.yaml", parts / "whole.yaml")
+    assert "split.yaml: files: lists the parts of a recording: give split.yaml as the run instead of whole" in said
+    assert "is itself a description" in refuse(read_run, parts / "split.yaml", parts / "whole.yaml")

@@ -35,9 +35,9 @@ def test_rows_numbers_and_names_are_as_in_the_file(write):
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
-        ("time,q\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
-        ('time,q\n"' + "x" * 140_000, "row 2: is longer than 100000 letters"),
-        ('time,q\n0,1\n"' + "1\n" * 60_000, "row 3: is longer than 100000 letters"),
+        ("time,q\n" + "1," * 60_000, "row 2: is longer than 100000 characters"),
+        ('time,q\n"' + "x" * 140_000, "row 2: is longer than 100000 characters"),
+        ('time,q\n0,1\n"' + "1\n" * 60_000, "row 3: is longer than 100000 characters"),
         ("time,q\n0,\0\n", "row 2, column q: is '\\x00', must be a number"),
         ("", "is empty"),
         ("\n\n", "is empty"),
@@ -73,7 +73,7 @@ def test_netcdf_whose_head_promises_more_than_it_holds_is_one_line(tmp_path, wri
     assert set(read_netcdf(tmp_path / "good.nc").names) == {"time", "q_1"}
     promise = good.replace(b"time\x00\x00\x00\x05", b"time\x7f\xff\xff\xff")
     assert promise != good
-    assert "is not netCDF 3 of numbers: " in refuse(read_netcdf, write(promise, "huge.nc"))
+    assert "is not a netCDF 3 file of numbers: " in refuse(read_netcdf, write(promise, "huge.nc"))
 
 
 def test_netcdf_whose_variables_share_their_numbers_is_one_line(tmp_path, write):

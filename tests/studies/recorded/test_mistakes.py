@@ -37,8 +37,8 @@ def test_what_no_recording_can_show_is_answered_and_stands_among_the_assumptions
     unseen = [mistake for mistake in MISTAKES if not mistake.can_be_seen and "weighed" not in mistake.name]
     assert [outcome.verdict for outcome in try_mistakes(case, unseen, _SETTINGS)] == ["wrong_silent"] * len(unseen)
     assumed = " ".join(case.identify(_SETTINGS).assumptions)
-    assert "the payload hangs at flange" in assumed
-    assert "a gripper forgotten then is part of the payload" in assumed
+    assert "the payload is attached at flange" in assumed
+    assert "a gripper missing from them counts as payload" in assumed
 
 
 def test_a_good_case_is_right(case):
