@@ -224,7 +224,7 @@ KINDS = "hammer, reach, mash, carry, hold"
         ("reach --memory nowhere.sqlite", "nowhere.sqlite: does not exist"),
         (
             "reach --same-colour #b07a45=#305a95",
-            "--same-colour: is about remembered colours, must be given with --memory",
+            "--same-colour: applies to remembered colours, must be given with --memory",
         ),
         ("reach --tools nowhere.yaml", "nowhere.yaml: cannot be read"),
         ("reach --effort 3", "--effort: is of a robot's file, which --robot must name"),
