@@ -1,4 +1,4 @@
-"""Advice on tools for a terminal: what to take and how sure that is first, then the table and the reasons."""
+"""Advice on tools for a terminal: first the choice and its certainty, then the table and the reasons."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,17 +18,20 @@ from affordance.memory.past_arms import describe_past_arms
 from affordance.reporting.advice_report import AdviceQuestion, list_turns, sum_shares
 from affordance.reporting.formatting import format_known, format_number, tabulate_within
 
-# Least share of a material in the uncertainty, and least probability of a change, that the text mentions; and the
-# least probability of a change that the first sentence mentions.
+# What the text mentions: a material with at least this share of the uncertainty, and a change of the choice with at
+# least this probability; in the first sentence, a change with at least the last of the three.
 _LEAST_SHARE, _LEAST_PROBABILITY, _NOTABLE = 0.05, 1e-3, 0.05
 _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
-# Columns of the table in the order in which they are left out where it is too wide.
+# Columns of the table, and those to drop if it is too wide, in this order.
 _WORK, _COST, _BEST, _FEASIBLE, _SHARE, _FORCE, _MOMENT = range(1, 8)
 _LESS_IMPORTANT = (_MOMENT, _FORCE, _SHARE, _FEASIBLE, _WORK)
 
 
 def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -> str:
-    """Writes an advice for a terminal of a width, 0 for any; the first line is that of ``describe_choice_of``."""
+    """Formats a ranking for a terminal; the first line is that of ``describe_choice_of``.
+
+    Lines are wrapped at ``width`` characters unless it is 0.
+    """
     by = f"compared by {_say_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
     lines = [describe_choice_of(advice, question), title, *map(describe_surprise, question.surprises)]
@@ -47,9 +50,10 @@ def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -
 
 
 def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
-    """Describes the option to take, its cost, how sure the choice is, and what would change it, in one sentence.
+    """Describes the choice in one sentence: the option, its cost, how certain it is, and what would change it.
 
-    If no option can be used, an AffordanceError is raised.
+    Raises:
+        AffordanceError: If no option is usable.
     """
     best = advice.best
     parts = [
@@ -68,7 +72,7 @@ def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
 
 
 def _say_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
-    """Says which option is best more often than the one to take, and why it is not taken."""
+    """Explains why an option that is best more often than the chosen one is not chosen."""
     name, p = _name(better.option, question), f"{better.p_best:.2f}"
     if better.infeasible_reason:
         only = "the only one" if advice.num_usable == 1 else "one"
@@ -84,13 +88,13 @@ def _say_criterion(criterion: Criterion) -> str:
     return {
         Criterion.WORK: "the joints' expected work",
         Criterion.EFFORT: "the joints' expected effort",
-        Criterion.MARGIN: "the highest share of a joint's torque limit (95 % quantile)",
+        Criterion.MARGIN: "the highest fraction of a joint's torque limit (95 % quantile)",
         Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
     }[criterion]
 
 
 def describe_knowledge(known: NamedBelief, memory: str) -> str:
-    """Describes where the belief about materials comes from: their names, the memory of a name, or neither."""
+    """Describes the sources of the belief about materials: handbook densities, the named memory, or the prior."""
 
     def list_names(names: Sequence[str]) -> str:
         return ", ".join(map(_say_material, names))
@@ -108,10 +112,10 @@ def describe_knowledge(known: NamedBelief, memory: str) -> str:
 
 
 def describe_surprise(surprise: Surprise) -> str:
-    """Warns of a weighing that contradicts drawing and materials."""
+    """Formats a warning about a weighing that contradicts the drawing and the materials."""
     return (
-        f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, and its drawing and materials say "
-        f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing counts"
+        f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, but its drawing and materials predict "
+        f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing is used"
     )
 
 
@@ -120,7 +124,7 @@ def _say_material(name: str) -> str:
 
 
 def _tabulate(advice: Ranking, question: AdviceQuestion, width: int) -> list[str]:
-    """Formats the options as a table within a width: intervals of 90 %, peaks by their 95 % quantile."""
+    """Formats the options as a table within a width; intervals are 90 %, peaks are 95 % quantiles."""
     of_cost = _COST_TITLES.get(advice.criterion)
     header = ["", "work (J)", of_cost or "", "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]
     rows, notes = [header], []
@@ -197,7 +201,7 @@ def _name(option: Option, question: AdviceQuestion) -> str:
 
 
 def _list_ends(option: Option, question: AdviceQuestion) -> str:
-    """Lists the grip of an option, with those that are like it."""
+    """Lists the grip of an option and its equivalent grips."""
     return " or ".join([option.grip, *question.alike.get(option.name, ())])
 
 

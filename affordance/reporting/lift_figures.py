@@ -1,4 +1,4 @@
-"""Figures of learners: forces lift by lift, with human data."""
+"""Figures of learners: forces in successive lifts, with human data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,12 +15,15 @@ from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import estimate_mean
 
 _BLACK = "#000000"
-# Most observers that are drawn one by one, and most objects that have a row of panels.
+# Largest number of observers drawn individually, and of objects with a row of panels.
 _MOST_DRAWN, _MOST_OBJECTS = 30, 8
 
 
 class LiftCurve(NamedTuple):
-    """Forces of R observers of a learner in C lifts, (R, C), [N], and if given those predicted from other objects."""
+    """Forces of R observers of a learner in C lifts, (R, C), [N].
+
+    If given, ``predicted`` are the forces that would follow from the other objects alone, (R, C), [N].
+    """
 
     label: str
     forces: Array
@@ -34,7 +37,7 @@ class LiftCurve(NamedTuple):
 
 
 class PeopleMark(NamedTuple):
-    """Mean of people with its 95 % interval, [N], for some of the lifts, from first to last, from 1."""
+    """Mean of people with its 95 % interval, [N], for the lifts from first to last, counted from 1."""
 
     label: str
     value: float
@@ -52,10 +55,14 @@ def draw_lifts(
     title: str,
     people_lifts: Array | None = None,
 ) -> Figure:
-    """Draws forces lift by lift: one panel per learner, single observers thin, human intervals in each.
+    """Draws forces in successive lifts: one panel per learner, with individual observers and human intervals.
 
-    True weights in each lift, (C,), [N], are None if forces were divided by them. Forces of P people lift by lift,
-    (P, C), [N], NaN where missing, are drawn behind.
+    Args:
+        curves: Forces of each learner's observers.
+        weights: True weight in each of C lifts, (C,), [N]; None if forces were divided by it.
+        people: Means of people, drawn in every panel.
+        title: Title of the figure.
+        people_lifts: Forces of P people, (P, C), [N], NaN where missing, drawn in the background.
     """
     figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
     panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
@@ -100,7 +107,7 @@ def draw_lifts(
 
 
 def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
-    """Draws human lifts in grey behind the observers': each person thin, and their mean with its interval."""
+    """Draws human lifts in grey behind the observers' curves: each person thin, and their mean with its interval."""
     for row in forces[:_MOST_DRAWN]:
         axes.plot(lifts, row, color=_BLACK, linewidth=0.4, alpha=0.25, zorder=0.5)
     there = np.isfinite(forces).all(axis=0)
@@ -111,9 +118,9 @@ def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
-    """Draws a column of lifts trial by trial: a row of panels for each object, a panel for each learner.
+    """Draws a column of a lift table over trials: one row of panels per object, one panel per learner.
 
-    Groups have a colour each. Of many objects the first are drawn.
+    Each group has its own colour. If there are many objects, only the first are drawn.
     """
     lifts = lifts[lifts[column].notna()]
     objects = list(dict.fromkeys(lifts["object"]))[:_MOST_OBJECTS]
@@ -140,7 +147,7 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
 
 
 def _draw_group(axes: Axes, lifts: pd.DataFrame, column: str, colour: str, name: str) -> None:
-    """Draws a group's trials with an object: observers thin, their mean with its interval, the weight dotted."""
+    """Draws a group's trials with one object: observers (thin), their mean with its interval, the weight (dotted)."""
     if lifts.empty:
         return
     number = lifts.groupby("observer").cumcount() + 1
