@@ -238,7 +238,9 @@ def _describe_facing(model: ArmModel, target: Target) -> str:
     normal_W = R_WH @ target.normal_T
     if direction_W @ normal_W > ALONG:
         return ""
-    found = f"the face points {_name_direction(normal_W)} in this grip, the blow {_name_direction(direction_W)}"
+    found = (
+        f"the face points {_name_direction(normal_W)} in this grip, but the blow goes {_name_direction(direction_W)}"
+    )
     # Rolling the grip about its x axis rotates the face in the hand by the opposite angle.
     turned = {roll: direction_W @ R_WH @ _turn_about_x(-roll) @ target.normal_T for roll in _ROLLS}
     roll = max(turned, key=lambda each: turned[each])

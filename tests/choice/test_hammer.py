@@ -208,7 +208,7 @@ def test_face_that_looks_elsewhere_is_named_with_the_roll_that_turns_it(
     blow = dataclasses.replace(hammer, duration=duration)
     point = (0.07, 0.015 * normal[1], 0.015 * normal[2])
     found = blow.build_cost(own_model, [build_part(point, normal)], DEFAULT_SETTINGS).infeasible_reason
-    said = f"the face points {looks} in this grip, the blow down; rpy_deg [{roll}, 0, 0] turns it"
+    said = f"the face points {looks} in this grip, but the blow goes down; rpy_deg [{roll}, 0, 0] turns it"
     assert said in found
     turned = build_part(point, normal, roll)
     assert blow.build_cost(own_model, [turned], DEFAULT_SETTINGS).infeasible_reason == ""
@@ -218,7 +218,7 @@ def test_face_along_the_hand_is_named_without_a_roll(hammer, own_model):
     """No turn about the hand's x makes a face look down that looks along it."""
     along = build_part((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
     found = hammer.build_cost(own_model, [along], DEFAULT_SETTINGS).infeasible_reason
-    assert found.endswith("the face points ahead in this grip, the blow down")
+    assert found.endswith("the face points ahead in this grip, but the blow goes down")
 
 
 def test_horizon_ends_at_the_strike_and_plans_go_on_through_it(hammer, planned, own_model):
