@@ -276,9 +276,8 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     tip = arguments.tip or loaded.description.tip
     if not tip and robot.is_dir():
         of_file = find_imported_tip(robot)
-        tip = (
-            HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME
-        )  # object poses are relative to the hand
+        # Object poses are relative to the hand.
+        tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME
         if tip == HAND_FRAME and of_file is not None and loaded.description.compensated_payload.any():
             problem = "is in the frame of the controller's tip, so --tip must name the tip of the robot's file"
             raise BadValueError(loaded.source, "compensated_payload", problem)

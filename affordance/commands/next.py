@@ -105,9 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     if advice.stop and not any(each.is_usable for each in advice.decisions):
-        rank_tools(
-            arguments, bench, questions[0].choice, tasks[questions[0].name], bounds
-        )  # raises an error that explains why none is
+        # This raises an error that explains why no option is usable.
+        rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)
     sentence = describe_stop(advice, arguments.uses)
     num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
     told = {

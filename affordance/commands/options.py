@@ -156,9 +156,8 @@ def give_answer(
         write_text(arguments.out / f"{name}.txt", text + "\n")
         write_json(arguments.out / f"{name}.json", content)
         if draw is not None:
-            from affordance.reporting.figures import (
-                save_figure,
-            )  # imported here, so that runs without --out start faster
+            # Imported here, so that runs without --out start faster.
+            from affordance.reporting.figures import save_figure
 
             save_figure(draw(), arguments.out, name)
     print_answer(arguments, text, content)

@@ -125,9 +125,8 @@ class EvidenceSums:
     prior: Prior
     colours: list[Colour] = field(default_factory=list)
     things: dict[str, FeltThing] = field(default_factory=dict)
-    names: dict[str, list[str]] = field(
-        default_factory=dict
-    )  # for each object name of a trial, the names of the objects in ``things``
+    # For each object name of a trial, the names of the objects in ``things``.
+    names: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, trial: TrialEvidence) -> None:
         """Adds a trial.

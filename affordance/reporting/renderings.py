@@ -73,9 +73,8 @@ def render_poses(
     Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3).
     """
     kinds = {(id(pose.tool), id(pose.placement)): pose for pose in poses}
-    scenes = {
-        kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()
-    }  # each scene serves all poses of its kind
+    # Each scene serves all poses of its kind.
+    scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}
     R_WC = _turn_camera(_ELEVATION)
     corners = [scenes[id(pose.tool), id(pose.placement)].find_corners(pose) for pose in poses]
     X_WC = RigidTransform(R_WC, _step_back(np.concatenate(corners), R_WC, width / height))

@@ -132,9 +132,8 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
-            times = (
-                "repeat" if numbers["repeats"] == 1 else "repeats"
-            )  # of observers; in the experiment vision, of objects
+            # Repeats are observers or, in the experiment vision, objects.
+            times = "repeat" if numbers["repeats"] == 1 else "repeats"
             done = (
                 f"{numbers['repeats']} {times}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
