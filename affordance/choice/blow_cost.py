@@ -37,7 +37,7 @@ class BlowCost:
     force: float  # demanded peak of the nail's resistance, [N]
     target: Target  # target point, and the point of the tool that strikes it
     swings: tuple[Swing, ...]  # in order of increasing tip speed
-    speeds: Array  # of the tips, (K,), [m/s]
+    speeds: Array  # tip speeds of the swings, (K,), [m/s]
     masses: tuple[EffectiveMass, ...]  # effective mass at each strike
     motions: tuple[MotionCost, ...]  # costs of the swings
     joint_names: tuple[str, ...]
@@ -53,7 +53,7 @@ class BlowCost:
         """Total number of control periods of all swings, which are kept in memory."""
         return sum(each.num_periods for each in self.motions)
 
-    def find_speed(self, pi: Array, force: float | None = None) -> Array:
+    def compute_speed(self, pi: Array, force: float | None = None) -> Array:
         """Computes the tip speed, (S,), [m/s], that gives slightly more than a peak force, [N].
 
         None stands for the demanded force.
@@ -61,11 +61,11 @@ class BlowCost:
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
         middle = self.masses[len(self.masses) // 2].compute(pi)
-        speed = self._find_speed(aim, middle)
+        speed = self._compute_speed(aim, middle)
         (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self.masses[node].compute(chunk),))
-        return self._find_speed(aim, mass)
+        return self._compute_speed(aim, mass)
 
-    def _find_speed(self, force: Array, mass: Array) -> Array:
+    def _compute_speed(self, force: Array, mass: Array) -> Array:
         """Computes the tip speed, (S,), [m/s], for a peak force, [N], and effective masses, (S,), [kg].
 
         Geometry errors are modelled to first order, so a sample can be an impossible body with a negative effective
@@ -89,7 +89,7 @@ class BlowCost:
         """
         if self.infeasible_reason:
             return Costs.of_nothing(len(pi))
-        return self.compute_at_speed(pi, self.find_speed(pi, force))
+        return self.compute_at_speed(pi, self.compute_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
         """Computes the costs of swings that strike at given speeds, (S,), [m/s]; see ``compute``.
@@ -110,7 +110,7 @@ class BlowCost:
         """
         if self.infeasible_reason:
             return Demand.of_nothing(len(self.joint_names), len(pi))
-        speed = self.find_speed(pi)
+        speed = self.compute_speed(pi)
 
         def compute(node: int, chunk: Array) -> tuple[Array, ...]:
             loads, force, moment = self.motions[node].compute_demand(chunk)
@@ -124,7 +124,7 @@ class BlowCost:
         """Describes the limit that rules out a blow with a tool, pi (10,); empty if the blow is feasible."""
         if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
             return self.infeasible_reason
-        speed = self.find_speed(pi[None])
+        speed = self.compute_speed(pi[None])
         if speed[0] > self.speeds[-1]:
             return f"the tip must strike with {speed[0]:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
         loads = self._interpolate(

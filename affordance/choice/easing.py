@@ -71,8 +71,8 @@ def find_easier(
             ways.append(words)
             break
     if ways:
-        return f"{' or '.join(ways)} it could"
-    return f"{words}, the easiest that was tried, it could not either" if words else ""
+        return f"the task would be feasible {' or '.join(ways)}"
+    return f"the task would not be feasible even {words}, the easiest variant tried" if words else ""
 
 
 def _can_do(plan: OptionCost, pi: Array, admit: Admit) -> bool:

@@ -116,7 +116,7 @@ class Hammer:
             target=target,
             swings=tuple(swings.values()),
             speeds=np.array(list(swings)),
-            masses=tuple(_weigh(model, target, swing) for swing in swings.values()),
+            masses=tuple(_build_effective_mass(model, target, swing) for swing in swings.values()),
             motions=tuple(MotionCost(model, sample_swing(each, period), measure=measure) for each in swings.values()),
             joint_names=tuple(model.arm.joint_names),
             infeasible_reason=infeasible_reason,
@@ -189,7 +189,7 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
             infeasible_reason = "" if swings else f"{error}: {_explain_no_swing(model, target, hammer, speed)}"
             break
         # The effective mass of arm and tool together is at least that of the arm alone.
-        (least_mass,) = _weigh(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
+        (least_mass,) = _build_effective_mass(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
     added = len(swings)
     while added and len(swings) < _FEWEST_SPEEDS:
@@ -260,7 +260,7 @@ def _name_direction(direction_W: Array) -> str:
     return _DIRECTIONS[axis][0 if direction_W[axis] > 0.0 else 1]
 
 
-def _weigh(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:
+def _build_effective_mass(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:
     return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
 
 
@@ -283,7 +283,7 @@ def plan_strike(
     """
     if planned.infeasible_reason:
         raise AffordanceError(planned.infeasible_reason)
-    speed = float(planned.find_speed(pi[None], force)[0])
+    speed = float(planned.compute_speed(pi[None], force)[0])
     if speed > planned.speeds[-1]:
         raise AffordanceError(
             f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"

@@ -159,7 +159,7 @@ class HoldSamples:
         """Finds the column of each part (that of its colour or kind), and the known colours in column order."""
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
         memory, columns = recollection.memory, recollection.columns
-        assert memory.at_hand is not None  # as it was just recalled
+        assert memory.at_hand is not None  # because it was just recalled
         groups, colours = memory.find_groups(), memory.at_hand.thing.colours
         return [groups[column] for column in columns], [memory.colours[colours[i]] for i in dict.fromkeys(columns)]
 

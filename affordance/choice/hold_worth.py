@@ -106,7 +106,7 @@ class Decision(NamedTuple):
         """Finds the option of least expected cost, infeasible samples included; worth is relative to its cost."""
         return int(self.charge().mean(axis=1).argmin())
 
-    def measure_regret(self, option: int) -> float:
+    def compute_regret(self, option: int) -> float:
         """Computes the expected regret of an option: its mean cost minus the mean of each sample's least cost."""
         charged = self.charge()
         return float((charged[option] - charged.min(axis=0)).mean())
@@ -175,7 +175,7 @@ class PricedDecisions:
         )
 
 
-def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
+def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
     """Computes the worth of making several holds before choosing, from their percepts, (S, r) each."""
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
@@ -234,10 +234,10 @@ class Outlook:
         return tuple(order), worth.p_best_after
 
     def _measure(self, names: Sequence[str]) -> Worth:
-        return measure_worth([self._felt[name] for name in names], self._priced)
+        return compute_worth([self._felt[name] for name in names], self._priced)
 
 
-def measure_information(
+def compute_information(
     hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array, common: Sequence[int] | None = None
 ) -> float:
     """Computes a hold's information about materials, [nat].

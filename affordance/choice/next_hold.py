@@ -17,12 +17,12 @@ from affordance.choice.hold_worth import (
     Outlook,
     PossibleHold,
     PricedDecisions,
+    compute_information,
+    compute_worth,
     feel,
-    measure_information,
-    measure_worth,
 )
 from affordance.choice.inner_simulation import Choice, check_num_samples
-from affordance.choice.picking import NO_OPTION, find_taken
+from affordance.choice.picking import NO_OPTION, find_chosen
 from affordance.choice.pricing import GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
@@ -166,8 +166,8 @@ def _rank(
         p_held = hold.compute_probability(static, arm.limits)
         percept = feel(hold, static, noise, sd, np.random.default_rng([seed, 1]))
         felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
-        worth = measure_worth([felt[tool.name]], priced)
-        information = measure_information(hold, static, noise, covariance, samples.common)
+        worth = compute_worth([felt[tool.name]], priced)
+        information = compute_information(hold, static, noise, covariance, samples.common)
         worths, p_best_after = tuple(worth.worths.tolist()), tuple(worth.p_best_after.tolist())
         information = information if p_held >= _HOLDABLE else 0.0
         found.append(RankedHold(tool.name, worth.total, worth.se, worths, information, p_best_after, p_held))
@@ -209,7 +209,7 @@ def _find_supports(
 
 def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
     p_feasible = decision.feasible.mean(axis=1)
-    taken = find_taken(decision.cost, decision.feasible, criterion)
+    taken = find_chosen(decision.cost, decision.feasible, criterion)
     is_usable = taken != NO_OPTION
     best = taken if is_usable else int(p_feasible.argmax())
     costs = decision.charge().mean(axis=1)
@@ -220,7 +220,7 @@ def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
         is_usable=is_usable,
         p_feasible=float(p_feasible[best]),
         p_best=float(decision.mark_best()[best].mean()),
-        regret=decision.measure_regret(best),
+        regret=decision.compute_regret(best),
         cost=float(costs[best]),
         margin=float(others.min() - costs[best]) if len(others) else None,
         p_possible=float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),

@@ -27,7 +27,7 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
     return picked
 
 
-def find_taken(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
+def find_chosen(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
     """Finds the option that a ranking puts first, from the costs and feasibility of k options for S samples, (k, S).
 
     It is the usable option of least cost by the criterion, the first one among ties; NO_OPTION if none is usable.

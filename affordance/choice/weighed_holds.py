@@ -46,7 +46,7 @@ def learn_weighings(
             news = own.marginalise_deviation(prior.deviation_sd)
         appearance = tuple(part.appearance for part in option.features)
         known = FeltObject.of(colours, own, prior, appearance)
-        assert known is not None  # there is a likelihood
+        assert known is not None  # because there is a likelihood
         found[name] = known
         memory = memory.condition(news.embed(chosen, memory.belief.size))
     return memory, found

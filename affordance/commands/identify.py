@@ -132,7 +132,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise BadValueError(
                 f"--{option.replace('_', '-')}", "", "describes a seen object, must be given with --object"
             )
-    tool = None if arguments.object is None else _find_tool(arguments, materials)
+    tool = None if arguments.object is None else _load_tool(arguments, materials)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
     if mass is not None:
@@ -194,7 +194,7 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 
 def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:
-    """Recalls a memory, which is empty if it does not exist yet."""
+    """Loads the belief of a memory; empty if the memory does not exist yet."""
     if place is None:
         return MaterialMemory()
     if not has_memory(place):
@@ -310,7 +310,7 @@ def _find_materials(robot: SerialChain) -> Path:
     return own if Path(robot.source).name == ARM_FILE.name and own.is_file() else MODELS / MATERIALS.name
 
 
-def _find_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
+def _load_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
     """Loads the tool that describes the object seen by a camera."""
     check_number("--size-error", arguments.size_error, 0.0, 1.0)
     tools = load_tools(arguments.object, materials)

@@ -20,7 +20,7 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import tabulate, tabulate_within
 from affordance.reporting.memory_figure import draw_memory
 
-# Exit status if verify found faults.
+# Exit status if verify finds faults.
 FAULTY = 3
 # Columns of the table of materials to drop first if it is too wide: things and since.
 _LESS_IMPORTANT = (4, 5)
@@ -166,7 +166,7 @@ def _count(number: int) -> str:
 
 
 def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
-    """Writes the tables of materials and things."""
+    """Formats the tables of materials and objects."""
     lines = [f"{ledger.place}: {_count(len(ledger))}"]
     names_shown = (*names.values(), *(thing.name for thing in summary.things))
     width, longest = find_width(), max(map(len, names_shown), default=0)

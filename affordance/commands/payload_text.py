@@ -1,4 +1,4 @@
-"""Text of an identified payload: answer, verdict, payload, materials, claim and lines to paste."""
+"""Formats an identified payload as text: answer, verdict, payload, materials, claims and lines to paste."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -80,7 +80,7 @@ def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
 
 
 def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
-    """Names the materials of a colour, as "oak #b07a45"."""
+    """Names the materials that have a colour, for example "oak #b07a45"."""
     names = [name for name, own in materials.items() if is_same_colour(own, colour)]
     return " ".join([*([" or ".join(names)] if names else ["colour"]), show_colour(colour)])
 

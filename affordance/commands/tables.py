@@ -10,7 +10,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.robots.robot import Robot
 
-# Suffixes of tables.
+# File name suffixes of trial tables.
 SUFFIXES = (".csv", ".tsv", ".txt")
 
 

@@ -89,7 +89,7 @@ class ShownOutput:
         return len(text)
 
     def __getattr__(self, name: str) -> Any:
-        """Returns what the stream has."""
+        """Delegates all other attributes to the stream."""
         return getattr(self._stream, name)
 
 
@@ -105,5 +105,5 @@ class QuietErrors:
         return False
 
     def __getattr__(self, name: str) -> Any:
-        """Returns what the stream has."""
+        """Delegates all other attributes to the stream."""
         return getattr(self._stream, name)

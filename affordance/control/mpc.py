@@ -55,7 +55,7 @@ class MinimumAccelerationMpc:
     """
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
-        """Computes the matrices of the closed form."""
+        """Computes the matrices of the closed-form solution."""
         self.settings = settings
         self.limits = limits
         T, N = settings.horizon, settings.num_steps

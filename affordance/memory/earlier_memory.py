@@ -38,7 +38,7 @@ def read_belief(path: Path, content: Any) -> tuple[tuple[Colour, ...], DensityBe
         raise BadValueError(path, "", f"is not a memory of materials: {error}") from error
 
 
-def find_taught(path: Path, content: Any) -> tuple[str, ...]:
+def read_taught(path: Path, content: Any) -> tuple[str, ...]:
     """Reads the fingerprints of the runs from which a memory has learned; empty if the file lists none.
 
     Raises:

@@ -14,7 +14,7 @@ from affordance.exceptions import BadValueError, show_text
 from affordance.files.atomic import write_text
 from affordance.files.bounded import check_size, read_text
 from affordance.files.constraints import OneLine
-from affordance.memory.earlier_memory import find_taught, read_belief
+from affordance.memory.earlier_memory import read_belief, read_taught
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger, blame
 from affordance.memory.stored_trials import read_record, write_record
@@ -86,7 +86,7 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not a memory: neither exported trials nor JSON: {error}") from error
-    (colours, belief), taught = read_belief(path, content), find_taught(path, content)
+    (colours, belief), taught = read_belief(path, content), read_taught(path, content)
     if not colours:
         return []
     if (numbers := len(taught) * len(colours) ** 2) > _MOST_NUMBERS:

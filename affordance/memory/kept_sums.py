@@ -30,7 +30,7 @@ _DAMAGE = (AffordanceError, OSError, RuntimeError, ValueError, TypeError, Lookup
 
 
 class KeptSums(NamedTuple):
-    """Sums over the first rows of a memory, with their number and a digest of them."""
+    """Sums over the first rows of a memory, with the number and a digest of these rows."""
 
     number: int
     digest: str
@@ -40,7 +40,7 @@ class KeptSums(NamedTuple):
 def load_sums(place: Path, prior: Prior) -> KeptSums | None:
     """Loads the cached sums for a memory and a prior; None if there are none."""
     try:
-        head, text = read_text(_find_file(place, prior), RESULTS).split("\n", 1)
+        head, text = read_text(_get_file(place, prior), RESULTS).split("\n", 1)
         number, digest, seal = json.loads(head)
         if seal != _seal(text, prior):
             return None
@@ -60,10 +60,10 @@ def save_sums(place: Path, kept: KeptSums) -> None:
     head = json.dumps([kept.number, kept.digest, _seal(text, sums.prior)])
     if len(head) + 1 + len(text) <= RESULTS:
         with suppress(OSError, RuntimeError):
-            write_text(_find_file(place, sums.prior), f"{head}\n{text}")
+            write_text(_get_file(place, sums.prior), f"{head}\n{text}")
 
 
-def _find_file(place: Path, prior: Prior) -> Path:
+def _get_file(place: Path, prior: Prior) -> Path:
     """Returns the path of a memory's cached sums; raises a RuntimeError if the user has no home folder."""
     folder = Path(os.environ.get("XDG_CACHE_HOME", ""))  # relative paths must be ignored
     folder = folder if folder.is_absolute() else Path.home() / ".cache"

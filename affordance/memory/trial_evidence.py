@@ -34,7 +34,7 @@ _SIZES = 1e-4, 10.0
 # Lower bound of the volume of such parts, [m^3], and upper bound of their volumes and volume moments at the largest
 # distance, [m^3, m^4, m^5].
 _VOLUME_MIN, _MOMENT_MAX = 1e-15, 1e7
-# Largest standard deviation of a part's measurement, whatever its unit, and log probability density of a trial.
+# Largest standard deviation of a part's measurement, in any unit, and largest magnitude of a trial's log evidence.
 _SD_MAX, _LOG_MAX = 1e3, 1e12
 # Strings in a record. A robot's name consists of a file name and a link name, of up to 255 and 200 letters.
 _NAME, _LONG_NAME = OneLine(), OneLine(500)

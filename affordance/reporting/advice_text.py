@@ -32,7 +32,7 @@ def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -
 
     Lines are wrapped at ``width`` characters unless it is 0.
     """
-    by = f"compared by {_say_criterion(advice.criterion)}"
+    by = f"compared by {_describe_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
     lines = [describe_choice_of(advice, question), title, *map(describe_surprise, question.surprises)]
     lines += [f"warning: {each}" for each in question.remarks]
@@ -44,7 +44,7 @@ def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -
     lines += _tabulate(advice, question, width)
     if advice.p_none > 0.0:
         lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
-    for line in _say_why(advice, question):
+    for line in _describe_reasons(advice, question):
         lines += textwrap.wrap(line, width, subsequent_indent="  ") if width else [line]
     return "\n".join(lines)
 
@@ -57,21 +57,21 @@ def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
     """
     best = advice.best
     parts = [
-        f"Take {_name(best.option, question)}: {_say_cost(best, advice.criterion)}, best with probability "
+        f"Take {_name(best.option, question)}: {_describe_cost(best, advice.criterion)}, best with probability "
         f"{best.p_best:.2f}"
     ]
     better = max(advice.ranked, key=lambda each: each.p_best)
     if better.p_best > best.p_best:
-        parts.append(_say_better(better, advice, question))
+        parts.append(_describe_better(better, advice, question))
     elif advice.num_usable == 1 and len(advice.ranked) > 1:
         parts.append(f"no other option is feasible with {100.0 * MIN_FEASIBILITY:g} %")
     if question.reasons is not None:
         turns = [turn for turn in list_turns(question.reasons, question) if turn.probability >= _NOTABLE]
-        parts += [_say_turn(turn, advice, question) for turn in turns[:1]]
+        parts += [_describe_turn(turn, advice, question) for turn in turns[:1]]
     return f"{'; '.join(parts)}."
 
 
-def _say_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
+def _describe_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
     """Explains why an option that is best more often than the chosen one is not chosen."""
     name, p = _name(better.option, question), f"{better.p_best:.2f}"
     if better.infeasible_reason:
@@ -80,11 +80,11 @@ def _say_better(better: RankedOption, advice: Ranking, question: AdviceQuestion)
         return f"it is {only} that is feasible with {feasible}; {name} is best with {p}, but feasible with " + (
             f"{better.p_feasible:.2f} only"
         )
-    how = "demands more where it is heavy" if advice.criterion.is_peak else "costs more on average"
-    return f"{name} is best more often ({p}), but {how} ({_say_cost(better, advice.criterion)})"
+    how = "demands more if it is heavy" if advice.criterion.is_peak else "costs more on average"
+    return f"{name} is best more often ({p}), but {how} ({_describe_cost(better, advice.criterion)})"
 
 
-def _say_criterion(criterion: Criterion) -> str:
+def _describe_criterion(criterion: Criterion) -> str:
     return {
         Criterion.WORK: "the joints' expected work",
         Criterion.EFFORT: "the joints' expected effort",
@@ -97,7 +97,7 @@ def describe_knowledge(known: NamedBelief, memory: str) -> str:
     """Describes the sources of the belief about materials: handbook densities, the named memory, or the prior."""
 
     def list_names(names: Sequence[str]) -> str:
-        return ", ".join(map(_say_material, names))
+        return ", ".join(map(_name_material, names))
 
     parts = []
     if known.by_name:
@@ -119,7 +119,7 @@ def describe_surprise(surprise: Surprise) -> str:
     )
 
 
-def _say_material(name: str) -> str:
+def _name_material(name: str) -> str:
     return name.replace("_", " ")
 
 
@@ -146,7 +146,7 @@ def _tabulate(advice: Ranking, question: AdviceQuestion, width: int) -> list[str
     return [f"  {line}" for line in (*lines, *wrapped)]
 
 
-def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
+def _describe_reasons(advice: Ranking, question: AdviceQuestion) -> list[str]:
     reasons = question.reasons
     if reasons is None:
         return ["Why: no other option can do the task with the required probability."]
@@ -156,17 +156,17 @@ def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
     if not shares:
         lines = [f"{against} no material's density affects the difference."]
     else:
-        parts = [f"{_say_material(name)} ({_percent(share)})" for name, share in shares.items()]
+        parts = [f"{_name_material(name)} ({_percent(share)})" for name, share in shares.items()]
         lines = [f"{against} the uncertainty of their difference is due to the density of {' and '.join(parts)}."]
     told = [turn for turn in list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
-    lines += [f"  {_capitalise(_say_turn(turn, advice, question))}." for turn in told]
+    lines += [f"  {_capitalise(_describe_turn(turn, advice, question))}." for turn in told]
     return lines if told else [*lines, "  No plausible density would change the choice by itself."]
 
 
-def _say_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
+def _describe_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
     side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option, question)
-    material = _say_material(question.names(turn.colour))
+    material = _name_material(question.names(turn.colour))
     return (
         f"if {material} were known to be {side} than {format_number(turn.density)} kg/m³ "
         f"(probability {turn.probability:.2g}), {other} would be better"
@@ -177,12 +177,12 @@ def _capitalise(sentence: str) -> str:
     return f"{sentence[:1].upper()}{sentence[1:]}"
 
 
-def _say_cost(best: RankedOption, criterion: Criterion) -> str:
+def _describe_cost(best: RankedOption, criterion: Criterion) -> str:
     amounts, cost = best.amounts, best.amounts.cost
     if criterion is Criterion.MARGIN:
-        return f"{_percent(cost.p95)} of the torque limit of {amounts.joint} at most"
+        return f"at most {_percent(cost.p95)} of the torque limit of {amounts.joint}"
     if criterion is Criterion.GRIP:
-        return f"{_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at most to be held by the grip"
+        return f"at most {_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at the grip"
     unit = "J" if criterion is Criterion.WORK else "N²m²s"
     half = 0.5 * (cost.p95 - cost.p05)
     return f"{format_known(cost.mean, half)} ± {format_known(half, half)} {unit}"

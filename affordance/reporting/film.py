@@ -51,7 +51,7 @@ def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> 
             travel = 0.0 if scene.travel is None else float(scene.travel[row])
             poses.append(Pose(scene.tool, scene.placement, scene.q[row], travel))
     has_nail = any(scene.placement is not None for scene in scenes)
-    p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _find_height(replay.directives)
+    p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _compute_height_line(replay.directives)
     images = render_poses(replay.directives, poses, width=_PIXELS[0], height=_PIXELS[1], p_WG=p_WG)
     columns = len(scenes) if len(scenes) < 4 else (len(scenes) + 1) // 2
     rows = -(-len(scenes) // columns)
@@ -98,7 +98,7 @@ def _find_ffmpeg(path: Path) -> str:
     return str(get_ffmpeg_exe())
 
 
-def _find_height(directives: Path) -> Array:
+def _compute_height_line(directives: Path) -> Array:
     """Computes the end points of the line at the height to hold."""
     arm = load_arm(directives)
     context = arm.plant.CreateDefaultContext()

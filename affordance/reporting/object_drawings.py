@@ -51,7 +51,7 @@ class Drawing(NamedTuple):
 def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     """Draws objects at a common scale, each with the hand and its true centre of mass."""
     rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
-    limits = [find_limits([drawing.tool for drawing in row]) for row in rows]
+    limits = [compute_limits([drawing.tool for drawing in row]) for row in rows]
     limits[-1][0][1] -= 2.0  # room for the scale bar
     left, right = min(low[0] for low, _ in limits), max(high[0] for _, high in limits)
     tall = np.array([high[1] - low[1] for low, high in limits])
@@ -71,7 +71,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         f"{_SCALE_BAR:.0f} cm", (right - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
     )
     handles = last.plot([], [], "x", color="#000000", markersize=9.0, markeredgewidth=2.0, label="centre of mass")
-    if any(_find_expected_centre(drawing.tool) is not None for drawing in drawings):
+    if any(_compute_expected_centre(drawing.tool) is not None for drawing in drawings):
         handles += last.plot([], [], **_EXPECTED, label="expected centre")
     colours = {}
     for drawing in drawings:
@@ -90,7 +90,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     return figure
 
 
-def find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
+def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
     """Computes the smallest and largest x and y of tools and hands, with a margin, [cm]."""
     corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
     for tool in tools:
@@ -141,7 +141,7 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
         axes.add_collection(collection, autolim=False)
 
 
-def _find_expected_centre(tool: Tool) -> Array | None:
+def _compute_expected_centre(tool: Tool) -> Array | None:
     """Computes the centre of mass that a tool appears to have; None if it is close to the true one."""
     parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
     seeming = replace(tool, components=parts)
@@ -162,7 +162,7 @@ def draw_object(axes: Axes, drawing: Drawing) -> None:
     hand = _METRES_TO_CM * _HAND
     axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
     x, y, _ = _METRES_TO_CM * tool.p_TTcm
-    if (expected := _find_expected_centre(tool)) is not None:
+    if (expected := _compute_expected_centre(tool)) is not None:
         axes.plot(
             *(_METRES_TO_CM * expected[:2]), **_EXPECTED | {"markeredgewidth": 5.0, "markeredgecolor": "#FFFFFF"}
         )

@@ -76,7 +76,7 @@ def render_poses(
     # Each scene serves all poses of its kind.
     scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}
     R_WC = _turn_camera(_ELEVATION)
-    corners = [scenes[id(pose.tool), id(pose.placement)].find_corners(pose) for pose in poses]
+    corners = [scenes[id(pose.tool), id(pose.placement)].compute_corners(pose) for pose in poses]
     X_WC = RigidTransform(R_WC, _step_back(np.concatenate(corners), R_WC, width / height))
     return [scenes[id(pose.tool), id(pose.placement)].render(pose, X_WC, width, height) for pose in poses]
 
@@ -120,14 +120,14 @@ class _Scene:
         self._port = scene_graph.get_query_output_port()
         self._graph_context = scene_graph.GetMyContextFromRoot(self._context)
 
-    def _take(self, pose: Pose) -> Any:
+    def _set_pose(self, pose: Pose) -> Any:
         """Sets the pose and returns the query object of the scene graph."""
         self._plant.SetPositions(self._plant_context, np.append(pose.q, [pose.travel] if self._has_nail else []))
         return self._port.Eval(self._graph_context)
 
-    def find_corners(self, pose: Pose) -> Array:
+    def compute_corners(self, pose: Pose) -> Array:
         """Computes the corners of boxes that contain all visible geometry in a pose, in W, (N, 3), [m]."""
-        query = self._take(pose)
+        query = self._set_pose(pose)
         inspector = query.inspector()
         corners = []
         signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
@@ -150,7 +150,7 @@ class _Scene:
                 RigidTransform(),
             )
         )
-        image = self._take(pose).RenderColorImage(camera, self._world, X_WC)
+        image = self._set_pose(pose).RenderColorImage(camera, self._world, X_WC)
         colours = image.data[:, :, :3].reshape(height, n, width, n, 3).mean(axis=(1, 3))
         picture: Image = np.rint(colours).astype(np.uint8)
         return picture

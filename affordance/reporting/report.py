@@ -86,7 +86,7 @@ def write_report(folder: Path) -> Path:
         "report.html.j2",
         escapes=True,
         sections=sections,
-        heading=_find_heading(sections),
+        heading=_choose_heading(sections),
         left_out=_read_left_out(folder),
         num_claims=len(claims),
         num_met=sum(claim.met for claim in claims),
@@ -153,7 +153,7 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
     return f"{arm}; {learners}; {f'changed settings: {changed}' if changed else 'no setting changed'}"
 
 
-def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
+def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
     """Chooses the heading: the paper's if one of its simulations is present, else that of a single section."""
     if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"

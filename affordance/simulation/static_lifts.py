@@ -113,7 +113,7 @@ class StaticLifter:
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
         return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
-    def note(self, observers: LiftedObservers, number: int) -> LiftedObservers:
+    def mark_met(self, observers: LiftedObservers, number: int) -> LiftedObservers:
         """Marks an object as met by all observers; they learn nothing from this."""
         order = observers.order.copy()
         things = self.identify(np.full(len(order), number), order)
