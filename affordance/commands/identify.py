@@ -92,7 +92,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = f"sources of uncertainty to leave out, to see their effect: {', '.join(NUISANCES)}"
     add("--off", nargs="+", default=[], choices=NUISANCES, metavar="SOURCE", help=what)
     add(
-        "--min-speed", type=float, help="leave out samples in which a joint is slower than this, rad/s (default 0.03)"
+        "--min-speed",
+        type=float,
+        help="leave out samples of a joint while it is slower than this, rad/s (default 0.03)",
     )
     what = "correct sign, gravity, frame and lag if the arm's own weight shows they are wrong, and report it"
     add("--as-found", action="store_true", help=what)

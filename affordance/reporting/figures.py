@@ -224,7 +224,7 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
             error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
             style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
             axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
-        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance (one half)")
+        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="one half")
         axes.set(ylim=(0.0, 1.04), xlabel="trials of experience with other objects")
         axes.set_title(about, fontsize=FONT_SIZE)
         ncols = max(1, min(3, _PANEL_WIDTH // (_LEGEND_LINE + max(len(label(name)) for name in curves))))
