@@ -178,7 +178,7 @@ def keep_unlike(
 ) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
     """Keeps one of each set of grips that are equivalent by the symmetry of a drawn tool.
 
-    Returns: The kept options, and for each name of one its equivalent grips.
+    Returns: The kept options, and the equivalent grips of each, by its name.
     """
     if arguments.see != _SIGHTS[0]:  # shapes from a camera are not exactly symmetric
         return list(options), {}
