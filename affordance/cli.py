@@ -97,7 +97,7 @@ def _run(words: Sequence[str], program: str) -> int:
     example = f"affordance {name} {EXAMPLES.get(name, '')}".strip()
     parser = OneLineParser(prog=f"{program} {name}", description=description, example=example)
     command.add_arguments(parser)
-    what = "print the answer alone: no progress, no remarks"
+    what = "print only the answer: no progress, no remarks"
     find_group(parser, OUTPUT).add_argument("-q", "--quiet", action="store_true", help=what)
     chosen = parser.parse(words)
     with contextlib.ExitStack() as stack:

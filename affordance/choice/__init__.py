@@ -1,1 +1,1 @@
-"""Choice of an object and of a grip: options, their costs, and their ranking."""
+"""Choice of an object and a grip: options, their costs, and their ranking."""

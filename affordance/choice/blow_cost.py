@@ -1,7 +1,7 @@
 """Cost of a blow with one tool, as a function of the tool's inertial parameters.
 
-Swings are planned for a grid of tip speeds. The tool's inertia determines, by the effective mass at the tip, the tip
-speed that is needed and with it the swing; between two swings costs are interpolated.
+Swings are planned for a grid of tip speeds. The tool's inertia determines the effective mass at the tip, which
+determines the tip speed needed and thus the swing. Between two swings of the grid, costs are interpolated.
 """
 
 from collections.abc import Callable
@@ -16,83 +16,86 @@ from affordance.control.swing import Swing, Target
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail
 
-# Function that computes quantities, (s,) each, of tools, (s, 10), at a node of the table.
+# Function that computes quantities, (s,) each, for tools, (s, 10), at a node of the grid of tip speeds.
 _AtNode = Callable[[int, Array], tuple[Array, ...]]
 
-# A blow that falls short of the demanded force does not drive the nail to the demanded depth. With an aim of 1.00 the
-# simulated peak is 0.988 to 1.031 times the demand (three start postures, 22 blows; docs/decisions/0013-nail.md), so
-# blows aim 2 % above it.
+# A blow with less than the demanded force does not drive the nail to the demanded depth. With an aim of 1.00 the
+# simulated peak is 0.988 to 1.031 times the demanded one (three start postures, 22 blows;
+# docs/decisions/0013-nail.md), so blows aim 2 % higher.
 AIM = 1.02
-# Speed of what cannot strike, over that of the fastest swing.
+# Tip speed assigned to a body that cannot strike, relative to the fastest swing.
 _BEYOND = 2.0
-# Bisection steps of the search for the greatest depth: a nail's depth is then known to micrometres.
+# Bisection steps in the search for the greatest depth, which is then known to micrometres.
 _HALVINGS = 16
 
 
 @dataclass(frozen=True, eq=False)
 class BlowCost:
-    """Swings of all tip speeds, and their costs."""
+    """Swings at all planned tip speeds, and their costs."""
 
     nail: Nail
     force: float  # demanded peak of the nail's resistance, [N]
-    target: Target  # point that is struck, and the point of the tool that strikes it
-    swings: tuple[Swing, ...]  # in the order of increasing tip speed
-    speeds: Array  # of the tips, (K,), [m/s]
-    masses: tuple[EffectiveMass, ...]  # at the strikes
+    target: Target  # target point, and the point of the tool that strikes it
+    swings: tuple[Swing, ...]  # in order of increasing tip speed
+    speeds: Array  # tip speeds of the swings, (K,), [m/s]
+    masses: tuple[EffectiveMass, ...]  # effective mass at each strike
     motions: tuple[MotionCost, ...]  # costs of the swings
     joint_names: tuple[str, ...]
     infeasible_reason: str  # reason why no swing strikes the nail, whatever the tool's inertia; empty if one does
 
     @property
     def q_start(self) -> Array:
-        """Joint angles at the start, (num_joints,), [rad]; there are none where no swing strikes the nail."""
+        """Joint angles at the start, (num_joints,), [rad]; empty if no swing strikes the nail."""
         return self.swings[0].q_start if self.swings else np.zeros(0)
 
     @property
     def num_periods(self) -> int:
-        """Number of control periods of all swings, which are held in memory."""
+        """Total number of control periods of all swings, which are kept in memory."""
         return sum(each.num_periods for each in self.motions)
 
-    def find_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Computes the tip speed, (S,), [m/s], for a peak force, [N], or that demanded, aiming slightly above it."""
+    def compute_speed(self, pi: Array, force: float | None = None) -> Array:
+        """Computes the tip speed, (S,), [m/s], that gives slightly more than a peak force, [N].
+
+        None stands for the demanded force.
+        """
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
         middle = self.masses[len(self.masses) // 2].compute(pi)
-        speed = self._find_speed(aim, middle)
+        speed = self._compute_speed(aim, middle)
         (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self.masses[node].compute(chunk),))
-        return self._find_speed(aim, mass)
+        return self._compute_speed(aim, mass)
 
-    def _find_speed(self, force: Array, mass: Array) -> Array:
-        """Computes the tip speed for a peak force with effective masses, (S,), [m/s].
+    def _compute_speed(self, force: Array, mass: Array) -> Array:
+        """Computes the tip speed, (S,), [m/s], for a peak force, [N], and effective masses, (S,), [kg].
 
-        Errors of geometry are of the first order, so that samples of them may be bodies that cannot be, with a
-        negative mass at the tip: these need a speed beyond all swings.
+        Geometry errors are modelled to first order, so a sample can be an impossible body with a negative effective
+        mass at the tip. Such a body gets a speed beyond all swings.
         """
         possible = mass > 0.0
         speed = self.nail.compute_tip_speed(force, np.where(possible, mass, 1.0))
         return np.where(possible, speed, _BEYOND * self.speeds[-1])
 
     def pick_swing(self, speed: float) -> Swing | None:
-        """Picks the slowest swing that is at least as fast as a speed, [m/s]; None if all are slower."""
+        """Finds the slowest swing that reaches a speed, [m/s]; None if all are slower."""
         near = int(np.searchsorted(self.speeds, speed))
         return self.swings[near] if near < len(self.swings) else None
 
     def compute(self, pi: Array, force: float | None = None) -> Costs:
-        """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
+        """Computes the costs for S tools with inertial parameters pi about To, expressed in T, (S, 10).
 
-        A tool that needs a speed above that of the fastest swing is infeasible; one that needs less than that of the
-        slowest takes the slowest. The force is the peak resistance, at most the demanded one, [N]; None for the
-        demanded one.
+        A tool that needs more speed than the fastest swing has is infeasible; one that needs less than the slowest
+        swing uses the slowest. ``force`` is the peak resistance, [N], at most the demanded one; None for the demanded
+        one.
         """
         if self.infeasible_reason:
             return Costs.of_nothing(len(pi))
-        return self.compute_at_speed(pi, self.find_speed(pi, force))
+        return self.compute_at_speed(pi, self.compute_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
         """Computes the costs of swings that strike at given speeds, (S,), [m/s]; see ``compute``.
 
-        Speeds beyond the fastest swing are infeasible; their costs grow as the square of the speed, as kinetic energy
-        does.
+        Speeds above the fastest swing are infeasible; their costs grow with the square of the speed, like kinetic
+        energy.
         """
         work, effort, cost, load = self._interpolate(
             speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk)
@@ -101,13 +104,13 @@ class BlowCost:
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the greatest demands on joints and grip until the strike, without its impulse; see ``compute``.
+        """Computes the largest loads on joints and grip before the strike, without its impact; see ``compute``.
 
-        Demands at speeds beyond the fastest swing grow as the square of the speed.
+        At speeds above the fastest swing, they grow with the square of the speed.
         """
         if self.infeasible_reason:
             return Demand.of_nothing(len(self.joint_names), len(pi))
-        speed = self.find_speed(pi)
+        speed = self.compute_speed(pi)
 
         def compute(node: int, chunk: Array) -> tuple[Array, ...]:
             loads, force, moment = self.motions[node].compute_demand(chunk)
@@ -118,10 +121,10 @@ class BlowCost:
         return Demand(np.array(loads), force, moment)
 
     def explain_infeasibility(self, pi: Array) -> str:
-        """Describes the limit that forbids a blow with a tool of parameters pi, (10,); empty if none does."""
+        """Describes the limit that rules out a blow with a tool, pi (10,); empty if the blow is feasible."""
         if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
             return self.infeasible_reason
-        speed = self.find_speed(pi[None])
+        speed = self.compute_speed(pi[None])
         if speed[0] > self.speeds[-1]:
             return f"the tip must strike with {speed[0]:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
         loads = self._interpolate(
@@ -132,7 +135,10 @@ class BlowCost:
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:
-        """Finds the depth to which a tool, (10,), can drive the nail, [m], from that as set to that demanded."""
+        """Finds the depth, [m], to which a tool with parameters pi, (10,), can drive the nail.
+
+        It is between the depth at which the nail is set and the demanded depth.
+        """
         low, high = self.nail.depth_set, self.nail.depth_demanded
         if self.compute(pi[None]).feasible[0]:
             return high
@@ -143,7 +149,7 @@ class BlowCost:
         return low
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities known at the speeds of the table, for S tools with one speed each."""
+        """Interpolates quantities between the grid's tip speeds, for S tools with one speed each."""
         last = len(self.speeds) - 1
         at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))

@@ -1,4 +1,4 @@
-"""Carrying: the grip follows a path in the world W, while the tool keeps its orientation."""
+"""Carrying: the grip follows a path in the world frame W while the tool keeps its orientation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,18 +23,19 @@ _TILT = Within(1e-3, 1.5)
 
 @dataclass(frozen=True)
 class Carry(PathTask):
-    """Task of following a path with the grip, the tool held as at the start, for any tool."""
+    """Task, for any tool, of moving the grip along a path while the tool keeps its first orientation."""
 
-    tilt: Annotated[float, _TILT] = 0.1  # largest admissible turn of the tool from its first orientation, [rad]
+    tilt: Annotated[float, _TILT] = 0.1  # largest allowed rotation of the tool from its first orientation, [rad]
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError if the tilt is out of bounds."""
         check_fields(self)
 
     def begin(self, model: ArmModel) -> Carrying:
-        """Builds the task of the controller, and sets the model to rest at its start.
+        """Builds the controller's task, and sets the model to rest in the start posture.
 
-        An arm that cannot take the start posture raises an AffordanceError.
+        Raises:
+            AffordanceError: If the arm cannot take the start posture.
         """
         q_start = model.arm.find_posture(dict(self.path.start))
         model.set_posture(q_start)
@@ -42,32 +43,34 @@ class Carry(PathTask):
         return Carrying(self.path.build_trajectory(), q_start=q_start, X_WHstart=X_WH)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, the same for all tools, and returns its costs at any inertia.
+        """Plans the motion, which is the same for all tools, and returns its cost as a function of inertia.
 
-        Without a start posture an AffordanceError is raised, without a plan of the controller a NoPlanError.
+        Raises:
+            NoPlanError: If the controller finds no plan.
+            AffordanceError: If the arm cannot take the start posture.
         """
         carrying = self.begin(model)
         motion = self._plan(model, carrying, settings)
         found_motion = build_chain(model.arm).compute_motion(motion.q, motion.v, motion.vdot)
         asked = np.array([carrying.compute_reference(motion.control_period * k)[0] for k in range(len(motion.q))])
         errors = np.linalg.norm(found_motion.p_WT - asked, axis=1)
-        # The angle of a rotation by its trace; the first orientation is that of the first row.
+        # Rotation angles from the first row's orientation, by the trace of the relative rotation.
         traces = np.einsum("ij,nij->n", found_motion.R_WT[0], found_motion.R_WT)
         tilts = np.arccos(np.clip(0.5 * (traces - 1.0), -1.0, 1.0))
         row, reason = int(np.argmax(errors)), self.path.describe_error(float(errors.max()))
         if not reason and tilts.max() > self.tilt:
             row = int(np.argmax(tilts))
-            reason = f"turns the tool by {tilts.max():.3g} rad, must turn it by at most {self.tilt:g} rad"
+            reason = f"rotates the tool by {tilts.max():.3g} rad, must rotate it by at most {self.tilt:g} rad"
         if reason:
             reason = f"{reason}: {self._describe_place(model, motion, row)}"
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
 
 class CarryEntry(PathEntry):
-    """Carrying task as given in a file."""
+    """Entry of a carrying task in a file."""
 
     tilt: Annotated[
-        float, _TILT, Field(description="Largest turn of the tool from its first orientation, [rad].")
+        float, _TILT, Field(description="Largest rotation of the tool from its first orientation, [rad].")
     ] = 0.1
 
     def build_task(self) -> Carry:

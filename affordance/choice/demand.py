@@ -1,7 +1,7 @@
-"""Demand of a motion on joints and grip, and the criteria by which options can be compared.
+"""Loads of a motion on joints and gripper, and the criteria by which options can be compared.
 
-The arm's own inertia may rule its work, so that grips hardly differ by it. What a tool demands of the joints, as a
-share of their torque limits, and of the gripper, as force and moment to be held, differs wherever grips do.
+If the arm's own inertia dominates, the work hardly differs between grips. The joint torques relative to their limits,
+and the force and moment at the gripper, always do.
 """
 
 import enum
@@ -12,21 +12,21 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 
-# Samples whose wrenches are held in memory at a time, as in motion_cost.py.
+# Number of samples whose wrenches are in memory at a time, as in motion_cost.py.
 _CHUNK = 2000
 
 
 class Demand(NamedTuple):
-    """Greatest demands of a motion under each of S inertias."""
+    """Largest loads in a motion for each of S inertias."""
 
-    # Largest torque of each joint relative to its limit, (num_joints, S); zero for a joint without limit.
+    # Largest torque of each joint relative to its limit, (num_joints, S); zero for a joint without a limit.
     loads: Array
     force: Array  # largest force that the hand exerts on the tool, (S,), [N]
     moment: Array  # largest moment about the grip that the hand exerts on the tool, (S,), [N m]
 
     @classmethod
     def of_nothing(cls, num_joints: int, num_samples: int) -> "Demand":
-        """Returns infinite demands of a motion that is infeasible whatever the inertia."""
+        """Returns infinite loads, for a motion that is infeasible whatever the inertia."""
         nothing = np.full(num_samples, np.inf)
         return cls(np.tile(nothing, (num_joints, 1)), nothing, nothing)
 
@@ -36,7 +36,7 @@ class Criterion(enum.Enum):
 
     WORK = "work"  # expected absolute work of the joints
     EFFORT = "effort"  # expected integral of |tau|^2
-    MARGIN = "margin"  # highest share of a joint's torque limit
+    MARGIN = "margin"  # highest fraction of a joint's torque limit
     GRIP = "grip"  # wrench that the gripper must hold
 
     @property
@@ -46,7 +46,7 @@ class Criterion(enum.Enum):
 
     @property
     def is_peak(self) -> bool:
-        """True for a peak, compared by its 95 % quantile under the belief; others are compared by their mean."""
+        """True for peak loads, which are compared by their 95 % quantile; others are compared by their mean."""
         return self in (Criterion.MARGIN, Criterion.GRIP)
 
 
@@ -56,8 +56,11 @@ _UNITS = {Criterion.WORK: "J", Criterion.EFFORT: "N^2 m^2 s", Criterion.MARGIN: 
 def compute_grip_peaks(regressors: Array, pi: Array) -> tuple[Array, Array]:
     """Computes the largest force, [N], and moment about To, [N m], on S tools during a motion, (S,) each.
 
-    The wrench that the hand exerts on a tool is linear in its parameters pi, (S, 10); regressors at N nodes of the
-    motion are (N, 6, 10).
+    The wrench that the hand exerts on a tool is linear in the tool's parameters.
+
+    Args:
+        regressors: Wrench regressors at N nodes of the motion, (N, 6, 10).
+        pi: Inertial parameters, (S, 10).
     """
     W = regressors.reshape(-1, NUM_PARAMETERS)
     force, moment = np.empty((2, len(pi)))

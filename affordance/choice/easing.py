@@ -1,4 +1,4 @@
-"""Nearest task that can be done where one cannot: by a lighter tool, or an easier task."""
+"""Suggests what would be feasible if a task is not: a lighter tool, or an easier task."""
 
 from collections.abc import Callable, Iterator
 from typing import Protocol, runtime_checkable
@@ -16,10 +16,10 @@ from affordance.choice.ranking import Ranking
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
-# Samples of the belief, and steps in which the share of a tool's weight is halved.
+# Number of samples of the belief, and of bisection steps for the fraction of a tool's weight.
 _NUM_SAMPLES, _HALVINGS = 1000, 7
 
-# Function that says where force, [N], and moment, [N m], at the grip are admitted.
+# Function that returns True where force, [N], and moment, [N m], at the grip are allowed.
 type Admit = Callable[[Array, Array], NDArray[np.bool_]]
 
 
@@ -28,7 +28,7 @@ class Easable(Protocol):
     """Task that can be made easier."""
 
     def list_easier(self) -> Iterator[tuple[TaskCostModel, str]]:
-        """Lists easier tasks, each with what is easier."""
+        """Lists easier tasks, each with a description of the difference."""
 
 
 def explain_failure(
@@ -39,7 +39,7 @@ def explain_failure(
     bounds: GripBounds,
     rng: np.random.Generator,
 ) -> str:
-    """Explains that no option of a ranking can be used: why the nearest cannot, and what could be done with it."""
+    """Explains why no option of a ranking is usable: what the nearest one lacks, and what it could do instead."""
     nearest = ranking.ranked[0]
     easier = find_easier(nearest.option, task, memory, settings, bounds.admit, rng)
     reason = "; ".join([nearest.infeasible_reason, *([easier] if easier else [])])
@@ -54,7 +54,10 @@ def find_easier(
     admit: Admit,
     rng: np.random.Generator,
 ) -> str:
-    """Describes what could be done with an option: less weight, the first easier task, or that none was found."""
+    """Describes what would be feasible with an option: a lighter tool, or the first easier task that works.
+
+    If neither would, the description names the easiest task that was tried; it is empty if there is none.
+    """
     arm, parts = load_arm(settings.arm), option.gripped
     plan = plan_once(task, parts, settings, arm)
     (pi,) = Choice([option], [plan], settings).draw_parameters(memory, rng, _NUM_SAMPLES)
@@ -68,8 +71,8 @@ def find_easier(
             ways.append(words)
             break
     if ways:
-        return f"{' or '.join(ways)} it could"
-    return f"{words}, the easiest that was tried, it could not either" if words else ""
+        return f"the task would be feasible {' or '.join(ways)}"
+    return f"the task would not be feasible even {words}, the easiest variant tried" if words else ""
 
 
 def _can_do(plan: OptionCost, pi: Array, admit: Admit) -> bool:
@@ -81,7 +84,7 @@ def _can_do(plan: OptionCost, pi: Array, admit: Admit) -> bool:
 
 
 def _find_share(plan: OptionCost, pi: Array, admit: Admit) -> float:
-    """Finds the largest share of a tool's inertia with which it could do the task; 0 if none could."""
+    """Finds the largest fraction of a tool's inertia with which it could do the task; 0 if there is none."""
     low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia that are expected of a thing by its look, before it is held."""
+"""Expected mass, centre of mass and inertia of an object, from its appearance before it is held."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,16 +17,16 @@ from affordance.vision.eye import measure_drawing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import measure_geometry
 
-# Samples of a belief, spread evenly: ends of the intervals are then known to a thousandth or so. They are the same
-# wherever an expectation is asked for.
+# Number and seed of the evenly spread samples of a belief, which give the ends of intervals to about 0.1 %. They are
+# the same for every caller.
 _NUM_SAMPLES, _SEED = 10_000, 0
 
 
 class ExpectedBody(NamedTuple):
-    """Expected inertia of a thing or of one of its parts, in the axes of the thing's own frame.
+    """Expected inertia of an object or of one of its parts, in the axes of the object's own frame.
 
     Attributes:
-        name: Name of the thing, or of the material that the part looks like; its colour if it is seen in a picture.
+        name: Name of the object, or of the material that the part looks like; its colour if seen in a picture.
         mass: Mass, [kg].
         com: Coordinates of the centre of mass, [m].
         inertia: Moments Ixx, Iyy, Izz and products Ixy, Ixz, Iyz about the centre of mass, [kg m^2].
@@ -39,7 +39,7 @@ class ExpectedBody(NamedTuple):
 
 
 class Expectation(NamedTuple):
-    """Expected inertia of a whole thing and of each of its parts, in their order: means and 90 % intervals.
+    """Expected inertia of a whole object and of each of its parts, in their order: means and 90 % intervals.
 
     Example:
         >>> from affordance import MODELS, MaterialMemory, expect, load_tools
@@ -61,18 +61,18 @@ def expect(
     settings: Settings = DEFAULT_SETTINGS,
     features: Sequence[ComponentFeatures] | None = None,
 ) -> Expectation:
-    """Returns what is expected of a thing by its look and its weighings, before anything is held.
+    """Computes the inertia expected of an object from its appearance and its weighings, before it is held.
 
-    A weighing is evidence of densities and of errors of the drawing, which together make the mass that was weighed.
+    A weighing is evidence about both densities and drawing errors, which together make up the mass that was weighed.
 
     Args:
-        tool: Thing that is looked at; its true densities are not.
-        memory: Belief about materials, as of ``TrialRunner.start_memory`` or a lasting memory's ``recall``.
-        settings: Settings, of which the prior counts, that of materials that were never met.
-        features: Form of its parts as it is seen; None for that of the drawing, with its errors.
+        tool: Object that is looked at; its true densities are not used.
+        memory: Belief about materials, such as that of ``TrialRunner.start_memory`` or a lasting memory's ``recall``.
+        settings: Settings; only the prior of materials that were never met is used.
+        features: Observed shapes of its parts; None for those of the drawing, with their errors.
 
     Raises:
-        BadArgumentError: An argument is of the wrong kind.
+        BadArgumentError: An argument has the wrong type.
     """
     check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
     check_kind("memory", memory, MaterialMemory, "MaterialMemory() knows nothing yet")
@@ -108,7 +108,7 @@ def _summarise(name: str, pi: Array) -> ExpectedBody:
     """Summarises samples of ten parameters, (S, 10)."""
     mass = pi[:, 0]
     com = pi[:, 1:4] / np.where(mass > 0.0, mass, np.nan)[:, None]
-    com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre
+    com = np.where(np.isfinite(com), com, np.nanmean(com, axis=0))  # a sample without mass has no centre of mass
     x, y, z = com.T
     shift = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
     about = pi[:, 4:] - mass[:, None] * np.column_stack(shift)

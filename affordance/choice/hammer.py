@@ -1,6 +1,6 @@
 """Hammering: the free end of the tool drives a nail with a demanded peak force.
 
-Frames: W the world, T the tool, S the striking point on its surface.
+Frames: world W and tool T. S is the striking point on the tool's surface.
 """
 
 import contextlib
@@ -30,23 +30,23 @@ from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
-# Steps between the tip speeds at which swings are planned: at least this much, [m/s], and at least this fraction of
-# the speed. Costs are interpolated between them, with an error below 0.5 % (tests/choice/test_hammer.py). If an arm
-# is so slow that its table has fewer speeds than this, further ones are inserted between them.
+# Step between the tip speeds at which swings are planned: the larger of this speed, [m/s], and this fraction of the
+# current speed. Interpolating costs between them has an error below 0.5 % (tests/choice/test_hammer.py). If a slow
+# arm has fewer speeds than the last number, intermediate ones are added.
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
-# Shorter vectors define no direction, [1]; and the tool cannot be swung at a nail's head nearer than this, [m].
+# Minimum length of a vector that defines a direction, and minimum distance to a nail's head for a swing, [m].
 _MIN_LENGTH = 0.01
 # Time of a swing from rest to the strike, [s].
 _DURATION = Within(0.2, 10.0)
-# Factors on the duration, and on the depth beyond that at which the nail is set, by which a blow is made easier.
+# Easier blows: factors on the duration, and on the depth to drive beyond the depth at which the nail is set.
 _EASIER_PACES, _EASIER_DEPTHS = (1.5, 2.0), (0.75, 0.5, 0.25)
-# Joints that are needed to bring a face to a place (three) and square to a direction (two).
+# Number of joints needed to bring a face to a position (three) and square to a direction (two).
 _FEWEST_JOINTS = 5
-# Turns of a grip that are proposed where its face looks elsewhere, [degrees]; and names of the directions along and
+# Rolls of a grip that are proposed if its face points the wrong way, [degrees]; and names of the directions along and
 # against each axis of the world.
 _ROLLS = (180, 90, -90)
 _DIRECTIONS = (("ahead", "back"), ("left", "right"), ("up", "down"))
-# Times of a swing at which its angles and rates are compared with limits.
+# Number of times of a swing at which its angles and rates are compared with the limits.
 _NUM_CHECKED = 50
 
 
@@ -56,11 +56,11 @@ class Hammer:
 
     Attributes:
         nail: Nail to be driven.
-        offset: Position of the nail's head relative to that of the striking point at the start, in W, [m].
+        offset: Position of the nail's head relative to the striking point at the start, in W, [m].
         direction: Direction in which the nail is driven, a unit vector in W.
         duration: Duration of the swing, from rest at the start to the strike, [s].
         force: Demanded peak resistance, [N].
-        start: Start angles by joint, [rad], of the joints that do not start in the arm's home posture.
+        start: Start angles, [rad], of the joints that do not start at their angles in the home posture.
 
     Example:
         >>> from affordance import MODELS, load_hammer
@@ -77,7 +77,7 @@ class Hammer:
     start: Start = ()
 
     def list_easier(self) -> "Iterator[tuple[Hammer, str]]":
-        """Lists easier tasks, each with what is easier: a slower swing, a nail that is driven less deep."""
+        """Lists easier tasks with descriptions: slower swings, and nails that are driven less deep."""
         for pace in _EASIER_PACES:
             if self.duration * pace > _DURATION.high:
                 break
@@ -88,7 +88,9 @@ class Hammer:
             yield replace(self, nail=nail, force=nail.force_demanded), f"to a depth of {1e3 * depth:.3g} mm"
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state.
+        """Finds the striking point and the nail for a tool's parts; changes the model's state.
+
+        The parts are posed relative to the hand.
 
         Raises:
             AffordanceError: The arm cannot take the start posture.
@@ -102,9 +104,9 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings of increasing tip speed, up to that which a massless tool would need.
+        """Plans swings at increasing tip speeds, up to the speed that a massless tool would need.
 
-        They do not depend on the tool's inertia. If there are none, the result has a reason.
+        The swings do not depend on the tool's inertia. If no swing is possible, the result contains the reason.
 
         Args:
             model: Model of the arm; its state and payload are changed.
@@ -120,7 +122,7 @@ class Hammer:
             target=target,
             swings=tuple(swings.values()),
             speeds=np.array(list(swings)),
-            masses=tuple(_weigh(model, target, swing) for swing in swings.values()),
+            masses=tuple(_build_effective_mass(model, target, swing) for swing in swings.values()),
             motions=tuple(MotionCost(model, sample_swing(each, period), measure=measure) for each in swings.values()),
             joint_names=tuple(model.arm.joint_names),
             infeasible_reason=infeasible_reason,
@@ -128,7 +130,7 @@ class Hammer:
 
 
 class _BlowEntry(DataModel):
-    """Blow as given in a file."""
+    """Entry of a blow in a file."""
 
     offset: Annotated[
         Annotated[tuple[float, float, float], Vector(3, Within(-2.0, 2.0))],
@@ -143,20 +145,20 @@ class _BlowEntry(DataModel):
 
     @model_validator(mode="after")
     def check_place(self) -> Self:
-        """Refuses a blow without direction, and one that starts beyond the nail."""
+        """Rejects a blow without a direction, and one that starts too close to the nail or beyond it."""
         direction = np.array(self.direction)
         length = float(np.linalg.norm(direction))
         if length < _MIN_LENGTH:
             raise complain(f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}", "direction")
         ahead = float(np.array(self.offset) @ direction) / length
-        if ahead < _MIN_LENGTH:  # the tool would have to pass through the nail
+        if ahead < _MIN_LENGTH:  # otherwise the tool would have to pass through the nail
             problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
             raise complain(f"{problem}, must be at least {_MIN_LENGTH:g} m", "offset")
         return self
 
 
 class HammerEntry(NailEntry):
-    """Nail and blow as given in a file."""
+    """Entry of a nail and a blow in a file."""
 
     blow: _BlowEntry
 
@@ -169,16 +171,19 @@ class HammerEntry(NailEntry):
 
 
 def load_hammer(path: StrPath) -> Hammer:
-    """Reads a nail file: the nail, and under ``blow`` its position and the swing.
+    """Reads a nail file, which contains the nail and, under ``blow``, its position and the swing.
 
     Raises:
-        BadValueError: The file or one of its values is invalid; the message names it and the fault.
+        BadValueError: The file or one of its values is invalid; the message names file, key and fault.
     """
     return load_model(check_path("path", path), HammerEntry).build_task()
 
 
 def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[float, Swing], str]:
-    """Plans swings by increasing tip speed, [m/s], further ones in between if these are few; a reason if none is."""
+    """Plans swings at increasing tip speeds, [m/s], adding intermediate speeds if few succeed.
+
+    Returns: The swings by tip speed, and the reason if there are none.
+    """
     swings: dict[float, Swing] = {}
     speed, fastest, infeasible_reason = 0.0, _SPEED_STEP, ""
     while speed < fastest:
@@ -189,13 +194,13 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
         except AffordanceError as error:
             infeasible_reason = "" if swings else f"{error}: {_explain_no_swing(model, target, hammer, speed)}"
             break
-        # The effective mass of arm and tool is at least that of the arm alone.
-        (least_mass,) = _weigh(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
+        # The effective mass of arm and tool together is at least that of the arm alone.
+        (least_mass,) = _build_effective_mass(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
     added = len(swings)
     while added and len(swings) < _FEWEST_SPEEDS:
         known = [0.0, *sorted(swings)]
-        known.append(2.0 * known[-1] - known[-2])  # perhaps half a step more is within the limits
+        known.append(2.0 * known[-1] - known[-2])  # half a step beyond may still be within the limits
         for low, high in itertools.pairwise(known):
             middle, guess = 0.5 * (low + high), swings[low or known[1]]
             with contextlib.suppress(AffordanceError):
@@ -205,9 +210,9 @@ def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[
 
 
 def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float) -> str:
-    """Describes why no swing was found: the face looks elsewhere at the start, or a limit of a joint forbids it.
+    """Explains why no swing was found: the face points the wrong way at the start, or a joint limit is exceeded.
 
-    The joint is found by the swing that an arm without limits of angle and rate would do.
+    To find the joint, the swing is planned for an arm without limits of angle and rate.
     """
     if wrong_way := _describe_facing(model, target):
         return wrong_way
@@ -233,19 +238,21 @@ def _explain_no_swing(model: ArmModel, target: Target, hammer: Hammer, speed: fl
 
 
 def _describe_facing(model: ArmModel, target: Target) -> str:
-    """Describes where a face looks that does not look along the blow, and the roll of the grip that turns it."""
+    """Describes the direction of a face that does not point along the blow, and the roll of the grip that helps."""
     model.set_posture(target.q_start)
     R_WH, direction_W = model.compute_hand_pose().rotation().matrix(), target.direction_W
     normal_W = R_WH @ target.normal_T
     if direction_W @ normal_W > ALONG:
         return ""
-    found = f"the face looks {_name_direction(normal_W)} in this grip, the blow goes {_name_direction(direction_W)}"
-    # Rolling the grip by an angle about its x turns the face in the hand by as much the other way.
+    found = (
+        f"the face points {_name_direction(normal_W)} in this grip, but the blow goes {_name_direction(direction_W)}"
+    )
+    # Rolling the grip about its x axis rotates the face in the hand by the opposite angle.
     turned = {roll: direction_W @ R_WH @ _turn_about_x(-roll) @ target.normal_T for roll in _ROLLS}
     roll = max(turned, key=lambda each: turned[each])
     if turned[roll] <= ALONG:
         return found
-    return f"{found}; rpy_deg [{roll}, 0, 0] turns it (a grip that has one: {roll} more)"
+    return f"{found}; rpy_deg [{roll}, 0, 0] turns it (if the grip has a roll, add {roll})"
 
 
 def _turn_about_x(degrees: float) -> Array:
@@ -259,7 +266,7 @@ def _name_direction(direction_W: Array) -> str:
     return _DIRECTIONS[axis][0 if direction_W[axis] > 0.0 else 1]
 
 
-def _weigh(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:
+def _build_effective_mass(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:
     return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
 
 
@@ -275,12 +282,14 @@ def plan_strike(
 ) -> Strike:
     """Plans one blow with a tool of inertial parameters pi about To, expressed in T, (10,).
 
-    Peak resistance, [N], and true nail are those that were planned for unless given. If no swing is fast enough an
-    AffordanceError is raised.
+    ``force`` is the peak resistance, [N], and ``nail`` the true nail; by default they are those of the plan.
+
+    Raises:
+        AffordanceError: If no swing is fast enough.
     """
     if planned.infeasible_reason:
         raise AffordanceError(planned.infeasible_reason)
-    speed = float(planned.find_speed(pi[None], force)[0])
+    speed = float(planned.compute_speed(pi[None], force)[0])
     if speed > planned.speeds[-1]:
         raise AffordanceError(
             f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"
@@ -294,9 +303,10 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing of a tip speed, [m/s], from a similar one, or from scratch if there is none or that fails.
+    """Plans a swing with a given tip speed, [m/s], starting from a similar one, or from scratch if that fails.
 
-    If no swing within position and velocity limits strikes as demanded, an AffordanceError is raised.
+    Raises:
+        AffordanceError: If no swing within position and velocity limits strikes as demanded.
     """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
@@ -305,7 +315,7 @@ def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, gu
 
 
 def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """Samples a swing at the control periods, with the mean acceleration over each."""
+    """Samples a swing at every control period, with the mean acceleration over the period."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

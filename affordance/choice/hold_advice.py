@@ -1,21 +1,21 @@
-"""Advice on what to hold next: objects by what holding them is worth, decisions as they stand, and stopping."""
+"""Advice on what to hold next: the worth of holding each object, the current decisions, and when to stop."""
 
 from typing import NamedTuple
 
-# Probability from which a choice counts as certain, as elsewhere.
+# A choice counts as certain if it is right with at least this probability.
 CERTAIN = 0.95
 
 
 class RankedHold(NamedTuple):
-    """Object that may be held, and what that is worth.
+    """Object that may be held, and the worth of holding it.
 
     Attributes:
         name: Name of the object.
-        worth: Expected fall of the cost over all tasks and uses, in the unit of the cost.
-        worth_se: Standard error of the worth, as of independent samples; of evenly spread ones it is less.
-        worths: Worth for each task, once.
+        worth: Expected reduction in cost over all tasks and uses, in the unit of the cost.
+        worth_se: Standard error of the worth for independent samples; for evenly spread samples it is smaller.
+        worths: Worth for each task, for one use.
         information: Information about materials, [nat].
-        p_best_after: Probability of being the best that each task's choice is expected to have then.
+        p_best_after: For each task, the expected probability, after the hold, that the choice is the best.
         p_held: Probability that the arm can hold the object still within its torque limits.
     """
 
@@ -29,21 +29,21 @@ class RankedHold(NamedTuple):
 
 
 class OpenDecision(NamedTuple):
-    """Decision as it stands.
+    """Current decision for a task.
 
     Attributes:
         name: Name of the task.
-        best: Name of the option to take now, the first of a ranking; where none is usable, the likeliest to be
+        best: Name of the option to take now, the first of a ranking; if none is usable, the one most probably
             feasible.
         is_usable: True if that option is usable: feasible with the probability that a ranking requires.
         p_feasible: Probability that it is feasible.
         p_best: Probability that it is the best.
-        regret: Expected cost in excess of the best, in the unit of the cost.
-        cost: Expected cost of the option to take, in that unit.
-        margin: Expected cost of the next best option less that of the option to take; None if there is only one.
-        p_possible: Probability that any option can do the task.
-        rests_on: Names of the objects without any one of which a choice that is certain would be open; looked at only
-            before it is advised to stop.
+        regret: Expected excess of its cost over that of the best option, in the unit of the cost.
+        cost: Expected cost of that option, in the same unit.
+        margin: Expected cost of the second best option minus that of the best; None if there is only one.
+        p_possible: Probability that at least one option can do the task.
+        rests_on: Names of the objects on which a certain choice depends: without any one of them it would be open.
+            Computed only before the advice to stop.
     """
 
     name: str
@@ -59,12 +59,12 @@ class OpenDecision(NamedTuple):
 
     @property
     def is_possible(self) -> bool:
-        """True unless it is certain that no option can do the task."""
+        """True unless it is certain that no option can do the task, with probability ``CERTAIN``."""
         return self.p_possible > 1.0 - CERTAIN
 
     @property
     def is_certain(self) -> bool:
-        """True if the choice is certain, or it is certain that there is none."""
+        """True if the choice is certain, or if it is certain that no option can do the task."""
         return self.p_best >= CERTAIN or not self.is_possible
 
 
@@ -72,23 +72,23 @@ class HoldAdvice(NamedTuple):
     """Advice on what to hold next.
 
     Attributes:
-        ranked: Objects that may be held, the one of greatest worth first.
-        decisions: Decisions as they stand.
+        ranked: Objects that may be held, the most worthwhile first.
+        decisions: Current decision for each task.
         stop: Reason to hold nothing more: "impossible", "certain" or "not worth its price"; empty if something should
             be held.
-        is_certain: First rule of stopping: True if every choice is certain.
-        is_below_price: Second rule of stopping: True if no object is worth its price, nor a pair; pairs are
-            looked at while a choice is open.
+        is_certain: First stopping rule: True if every choice is certain.
+        is_below_price: Second stopping rule: True if neither an object nor a pair is worth its price. Pairs are
+            considered only while a choice is open.
         price: Price of a hold, in the unit of the cost.
         pair: Names of the two objects that are worth most together, if no single one is worth its price.
         pair_worth: Worth of that pair.
         unit: Unit of costs and worths.
-        plan: Names of the objects to hold one after the other, the next one first, as far as can be said before it is
-            felt: until every choice is expected to be certain, or a further hold is not worth its price; empty if
-            that was not looked at, or nothing is to be held.
-        p_best_planned: Probability of being the best that each choice is expected to have after these holds.
-        check: Name of the object to hold as certainty rests on a single one; empty if it does not, or if nothing that
-            may be held would tell and is worth its price.
+        plan: Names of the objects to hold in turn, starting with the next one, as far as can be planned before it is
+            felt: until every choice is expected to be certain, or a further hold is not worth its price. Empty if no
+            plan was made, or nothing should be held.
+        p_best_planned: For each choice, the expected probability, after these holds, that it is the best.
+        check: Name of the object to hold as a check because certainty rests on a single object; empty if it does not,
+            or if no object that may be held would be informative and worth its price.
 
     Example:
         >>> from affordance import MODELS, MaterialMemory, Robot, Settings, advise_hold, load_tools
@@ -118,10 +118,10 @@ class HoldAdvice(NamedTuple):
 
     @property
     def next_name(self) -> str:
-        """Name of the object to hold next: a check, the first of a pair, or what is worth most; even after a stop."""
+        """Name of the object to hold next, also after a stop: a check, the first of a pair, or the one worth most."""
         return self.check or (self.pair[0] if self.pair else self.ranked[0].name)
 
     @property
     def rests_on(self) -> tuple[str, ...]:
-        """Names of the objects on a single one of which a choice that is certain rests."""
+        """Names of all objects on which a certain choice depends."""
         return tuple(dict.fromkeys(name for each in self.decisions for name in each.rests_on))

@@ -1,10 +1,11 @@
-"""Samples of what is believed before something is held, in which one odd object is possible.
+"""Samples of the belief before something is held, allowing for one odd object.
 
-An object may look like a material and be another (a decoy). Each object that was held is odd with a probability of
-``ODD`` before anything is felt; then it says nothing of its materials, which are believed from the other objects, and
-its own densities have the prior of any material. These hypotheses, at most one odd object in each, are weighed by
-their evidence: one object of a material cannot contradict itself, two that differ may both be the odd one, and a
-third decides. A learner with kinds judges oddness itself; there the only member of a kind may be odd.
+An object can look like one material and be made of another (a decoy). Before anything is felt, each object that was
+held is odd with probability ``ODD``. An odd object tells nothing about its apparent materials: the belief about them
+comes from the other objects, and the odd object's own densities have the prior of any material. The hypotheses, each
+with at most one odd object, are weighted by their evidence: a single object of a material cannot contradict itself;
+of two that differ, either may be the odd one; a third one decides. A learner with kinds judges oddness itself; there,
+the only member of a kind may be odd.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -26,10 +27,10 @@ from affordance.settings import Settings
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import measure_geometry
 
-# Probability that an object is odd before it is held. It hardly changes what is said of two objects that differ, by
-# many standard deviations; certainty that rests on a single object is tested whatever it is.
+# Prior probability that an object is odd. Its value hardly matters if two objects differ by many standard deviations,
+# and certainty that rests on a single object is checked for any value.
 ODD = 0.01
-# Largest logarithm of odds, so that sums of odds are finite.
+# Largest log odds, so that sums of odds stay finite.
 _MOST_LOG_ODDS = 500.0
 
 
@@ -38,18 +39,18 @@ class Suspicion(NamedTuple):
 
     name: str
     columns: tuple[int, ...]  # columns of its materials
-    belief: DensityBelief  # about materials, without it
-    weight: float  # odds of the hypothesis against that of no odd object
-    # Likelihood of the means by which the object contributed to the belief; None for a learner with kinds.
+    belief: DensityBelief  # belief about materials without this object
+    weight: float  # odds of the hypothesis against the hypothesis that no object is odd
+    # Likelihood of the mean densities that the object contributed to the belief; None for a learner with kinds.
     shared: Likelihood | None = None
 
     def leave_out(self, belief: DensityBelief) -> DensityBelief | None:
-        """Returns a belief without what the object contributed; None if that is unknown."""
+        """Removes the object's contribution from a belief; None if the contribution is unknown."""
         return None if self.shared is None else _leave_out(belief, self.columns, self.shared)
 
 
 class HoldSamples:
-    """Samples of materials' means, and of objects' own densities around them."""
+    """Samples of materials' mean densities, and of objects' own densities around them."""
 
     def __init__(
         self,
@@ -59,7 +60,7 @@ class HoldSamples:
         settings: Settings,
         rng: np.random.Generator,
     ) -> None:
-        """Recognises all objects, given by their parts, and what was felt of those that were held, by name."""
+        """Recognises all objects, given by their parts, and the evidence about those that were held, by name."""
         prior = settings.prior
         self._objects, self._felt, self._prior, self._rng = objects, felt, prior, rng
         for parts in objects.values():
@@ -71,8 +72,8 @@ class HoldSamples:
             self._columns[name], self._colours[name] = self._recognise(parts)
         groups = memory.group()
         self._belief = DensityBelief.from_moments(groups.means.mean[0], groups.means.covariance[0])
-        # Columns of what is believed of new objects, all but further kinds of a colour; and hypotheses that one of
-        # the objects held is odd.
+        # Columns of the belief that apply to new objects: all except minor kinds of a colour. Below them, the
+        # hypotheses that one of the objects held is odd.
         self.common: list[int] = groups.common[0].tolist()
         self.suspicions: list[Suspicion] = []
         if groups.counts is not None:
@@ -81,11 +82,14 @@ class HoldSamples:
             self.suspicions = self._suspect_objects()
         self._own: dict[str, Array] = {}
         self._errors: dict[str, Array] = {}
-        # Samples of the means, (S, M): of each colour, or of each kind for a learner with kinds.
+        # Samples of the mean densities, (S, M), of each colour or, for a learner with kinds, of each kind.
         self.mu = np.zeros((0, self._belief.size))
 
     def draw(self, num_samples: int, suspicion: Suspicion | None = None) -> "HoldSamples":
-        """Draws samples of all hypotheses by their probability, without an object if one is given; returns itself."""
+        """Draws samples from all hypotheses in proportion to their probability, and returns itself.
+
+        If a suspicion is given, its object's evidence is left out.
+        """
         self._own, self._errors = {}, {}
         beliefs = [self._belief, *(each.belief for each in self.suspicions)]
         weights = np.array([1.0, *(each.weight for each in self.suspicions)])
@@ -107,13 +111,13 @@ class HoldSamples:
         return self
 
     def draw_own(self, name: str) -> Array:
-        """Draws an object's own densities given its materials' means, (S, M); the same at every call."""
+        """Draws an object's own densities given its materials' mean densities, (S, M); the same in every call."""
         if name not in self._own:
             sd = self._prior.deviation_sd
             own = self.mu + sd * self._rng.standard_normal(self.mu.shape)
             columns, felt = self._columns[name], self._find_felt(name)
             chosen = list(dict.fromkeys(columns))
-            if self._is_odd(name):  # its densities are its own, and say nothing about the materials' means
+            if self._is_odd(name):  # its densities are unrelated to the materials' means
                 parts = [part.appearance for part in self._objects[name]]
                 recollection = self._memory.recall(parts, self._prior)
                 drawn = recollection.densities.draw_samples(self._rng, len(own))
@@ -128,7 +132,7 @@ class HoldSamples:
         return self._own[name]
 
     def build_geometry(self, name: str, X_TG: Array | None = None) -> Geometry:
-        """Builds an object's geometry with a column for each material, in its own frame or in a grip's."""
+        """Builds an object's geometry, with one column per material, in its own frame or in that of a grip."""
         geometry = measure_geometry(self._objects[name], self._columns[name], self._belief.size)
         if X_TG is None:
             return geometry
@@ -136,33 +140,33 @@ class HoldSamples:
         return Geometry(grip @ geometry.Phi, grip @ geometry.Phi_errors)
 
     def draw_errors(self, name: str) -> Array:
-        """Draws the errors of an object's measurements in standard deviations, (S, G); the same at every call."""
+        """Draws the errors of an object's measurements, in standard deviations, (S, G); the same in every call."""
         if name not in self._errors:
             count = len(self.build_geometry(name).Phi_errors)
             self._errors[name] = self._rng.standard_normal((len(self.mu), count))
         return self._errors[name]
 
     def list_checks(self, suspicion: Suspicion) -> list[str]:
-        """Lists the objects of a suspicious one's materials that were not held."""
+        """Lists the objects that share a material with the suspected object and were not held."""
         columns = set(suspicion.columns)
         return [name for name, own in self._columns.items() if self._find_felt(name) is None and columns & set(own)]
 
     def concerns(self, suspicion: Suspicion, names: Iterable[str]) -> bool:
-        """Returns True if one of the named objects has a material of a suspicious one."""
+        """Returns True if one of the named objects shares a material with the suspected object."""
         return any(set(suspicion.columns) & set(self._columns[name]) for name in names)
 
     def _recognise(self, parts: Sequence[ComponentFeatures]) -> tuple[list[int], list[Colour]]:
-        """Finds the column of each part, its colour's or its kind's, and known colours in the order of columns."""
+        """Finds the column of each part (that of its colour or kind), and the known colours in column order."""
         recollection = self._memory.recall([part.appearance for part in parts], self._prior)
         memory, columns = recollection.memory, recollection.columns
-        assert memory.at_hand is not None  # as it was just recalled
+        assert memory.at_hand is not None  # because it was just recalled
         groups, colours = memory.find_groups(), memory.at_hand.thing.colours
         return [groups[column] for column in columns], [memory.colours[colours[i]] for i in dict.fromkeys(columns)]
 
     def _find_felt(self, name: str) -> Likelihood | None:
-        """Finds what was felt of an object, in the order of its materials; None if nothing was.
+        """Finds the evidence about an object, in the order of its materials; None if it was not held.
 
-        An object that shares its name with one that was held, and not its colours, is another.
+        An object with the name of one that was held, but with other colours, is a different object.
         """
         felt = self._felt.get(name)
         if felt is None:
@@ -174,17 +178,17 @@ class HoldSamples:
         return felt.own.select([place for place in places if place is not None])
 
     def _is_odd(self, name: str) -> bool:
-        """Returns True if a learner with kinds holds an object for another kind than the most populous one."""
+        """Returns True if a learner with kinds assigns an object to a kind other than the most populous one."""
         return not set(self._columns[name]) <= set(self.common)
 
     def _suspect_objects(self) -> list[Suspicion]:
-        """Lists the objects held, with the belief that leaves each out."""
+        """Lists the objects that were held, each with the belief without it."""
         found = []
         for name, felt in self._felt.items():
             columns = [find_colour_index(self._memory.colours, colour) for colour in felt.colours]
             known = tuple(column for column in columns if column is not None)
             rest = _leave_out(self._belief, known, felt.shared) if len(known) == len(columns) else None
-            if rest is None:  # it has a colour of no object here, or the memory has not learned from it
+            if rest is None:  # none of the objects here has its colour, or the memory has not learned from it
                 continue
             own = felt.own._replace(log_constant=0.0)
             strange = EMPTY_BELIEF.extend(self._prior, len(known)).add_object_variation(self._prior.deviation_sd)
@@ -197,7 +201,10 @@ class HoldSamples:
         return found
 
     def _suspect_members(self, colours: Sequence[Colour], groups: Groups) -> list[Suspicion]:
-        """Lists the objects that are the only member of a colour's most populous kind, with its prior in place."""
+        """Lists objects that are the only member of a colour's most populous kind.
+
+        The belief without such an object has the prior in place of that kind.
+        """
         found = []
         assert groups.counts is not None
         assert groups.prior_mean is not None
@@ -217,7 +224,7 @@ class HoldSamples:
 
 
 def _leave_out(belief: DensityBelief, columns: Sequence[int], shared: Likelihood) -> DensityBelief | None:
-    """Returns a belief without the likelihood of some of its densities; None if that was not part of it."""
+    """Removes a likelihood of some densities from a belief; None if it was not part of the belief."""
     precision, vector = belief.precision.copy(), belief.information_vector.copy()
     precision[np.ix_(columns, columns)] -= shared.precision
     vector[list(columns)] -= shared.information_vector
@@ -228,6 +235,6 @@ def _leave_out(belief: DensityBelief, columns: Sequence[int], shared: Likelihood
 
 
 def _find_density(felt: FeltObject, colour: Colour) -> float:
-    """Finds the most probable density of an object's parts of a colour by what was felt alone, [kg/m^3]."""
+    """Computes the most probable density of an object's parts of one colour, [kg/m^3], from its evidence alone."""
     densities = np.linalg.lstsq(felt.own.precision, felt.own.information_vector)[0]
     return float(densities[felt.colours.index(colour)])

@@ -1,18 +1,18 @@
-"""Worth of holding something before choosing: by how much the least expected cost is expected to fall.
+"""Worth of holding an object before choosing: the expected reduction of the least expected cost.
 
-With c_i the cost of option i and y what would be felt,
+If c_i is the cost of option i and y the measurement of the object,
 
     worth = min_i E[c_i] - E_y[min_i E[c_i | y]]
 
-E[c_i | y] is estimated by regression of the costs on what would be felt, one outcome for each sample of the belief
-(Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570): a polynomial of the whitened percept.
-Samples are divided into folds: the option is picked by a fit to the other folds and priced by the costs of its own,
-as noise among nearly equal options would otherwise count as worth. A poor fit thus lowers a worth and never raises
-it. Closed forms for normal beliefs and linear costs are wrong for hammering, whose effective mass is not linear in
-densities.
+E[c_i | y] is estimated by regressing the costs on the measurement, with one simulated measurement per sample of the
+belief (Strong, Oakley, Brennan & Breeze 2015, Medical Decision Making 35:570). The regressors are polynomials in the
+whitened percept. The samples are divided into folds: an option is chosen with a fit to the other folds, and its cost
+is taken from its own fold, because noise between nearly equal options would otherwise count as worth. A poor fit can
+therefore lower a worth but never raise it. Closed forms for normal beliefs and linear costs are wrong for hammering,
+because the effective mass is not linear in densities.
 
-Worth is not concave: two objects may be worth together what neither is alone, so that pairs, and what to hold after
-what, are looked at too.
+Worth is not concave: two objects together can be worth more than the sum of both, so pairs and sequences of holds are
+evaluated too.
 """
 
 import itertools
@@ -28,35 +28,35 @@ from affordance.plant.arm import JointLimits
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel
 
-# With degree 6 in one variable worths came out up to six tenths low, from 12 on they no longer grow (docs/next.md).
-# Largest total degree of products of one, two and three variables; products of more are left out. So the fit to one
-# percept is part of that to several.
+# Largest total degree of products of one, two and three variables; products of more are left out. The fit to one
+# percept is thus part of the fit to several. With degree 6 in one variable, worths were up to 60 % too low; from
+# degree 12 on they no longer grow (docs/next.md).
 _DEGREES = {1: 12, 2: 6, 3: 3}
-# Folds of the samples, and share of the largest singular value below which a direction of the percept says nothing
-# about materials.
+# Number of folds of the samples. A direction of the percept whose singular value is below this fraction of the
+# largest one is taken to carry no information about materials.
 _FOLDS, _SEEN = 4, 1e-3
-# A sample with which an option is infeasible is charged this many times the mean cost of the dearest feasible option:
-# with a threshold of probability in its place, information would have a negative worth.
+# A sample for which an option is infeasible costs this many times the mean cost of the most expensive feasible
+# option. With a probability threshold instead, information could have a negative worth.
 _FAILURE = 2.0
-# Standard deviations beyond which percepts are squeezed, so that tails do not lead the fit.
+# Percepts are compressed beyond this many standard deviations, so that tails do not dominate the fit.
 _TAIL = 3.0
 _TIE = 1e-9
-# Holds beyond which nothing is said before the first is felt.
+# Largest number of holds that are planned before the first one is felt.
 _MOST_AHEAD = 4
 
 
 class PossibleHold(NamedTuple):
-    """Object that may be held still, with what would be felt."""
+    """Object that may be held still, with samples of its densities and geometry errors."""
 
     name: str
-    geometry: Geometry  # in the hand, a column for each of the M colours of the memory
+    geometry: Geometry  # in the hand, with one column per colour of the memory (M)
     densities: Array  # samples of its own densities, (S, M), [kg/m^3]
-    # Samples of the errors of its geometry, in standard deviations, (S, G); those of an object that is an option too
-    # are the option's, so that a hold tells of its form.
+    # Samples of its geometry errors, in standard deviations, (S, G). An object that is also an option shares them
+    # with the option, so that a hold is informative about its shape.
     errors: Array
 
     def compute_load(self, static: StaticHold) -> Array:
-        """Computes the torques of the object at rest under each sample, (S, num_joints), [N m]."""
+        """Computes the joint torques due to the object at rest for each sample, (S, num_joints), [N m]."""
         load: Array = self.geometry.compute_parameters(self.densities, self.errors) @ static.Y.T
         return load
 
@@ -66,22 +66,28 @@ class PossibleHold(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """Choice among k options, with their costs under each of S samples."""
+    """Choice among k options, with their costs for each of S samples."""
 
     name: str
     options: tuple[str, ...]
     cost: Array  # (k, S)
     feasible: NDArray[np.bool_]  # True where an option is feasible, (k, S)
-    uses: float = 1.0  # number of times that the task is to be done
+    uses: float = 1.0  # number of times that the task will be done
 
     def price_failure(self) -> float:
-        """Prices a sample with which an option is infeasible: twice the mean of the dearest option; 0 if none can."""
+        """Computes the cost of an infeasible sample: twice the mean cost of the most expensive option.
+
+        It is 0 if no option is feasible in any sample.
+        """
         usable = self.feasible & np.isfinite(self.cost)
         means = [row[ok].mean() for row, ok in zip(self.cost, usable, strict=True) if ok.any()]
         return _FAILURE * float(max(means, default=0.0))
 
     def charge(self, failure: float | None = None) -> Array:
-        """Computes the costs with infeasible samples charged at least ``failure``, (k, S); None as priced."""
+        """Computes the costs, (k, S), in which an infeasible sample costs at least ``failure``.
+
+        None stands for the result of ``price_failure``.
+        """
         usable = self.feasible & np.isfinite(self.cost)
         if not usable.any():
             return np.zeros_like(self.cost)
@@ -89,7 +95,7 @@ class Decision(NamedTuple):
         return np.where(usable, self.cost, np.maximum(least, np.where(usable, self.cost, 0.0)))
 
     def mark_best(self) -> Array:
-        """Marks the cheapest feasible option of each sample by one, ties by shares of it, (k, S)."""
+        """Marks the cheapest feasible option of each sample with 1, divided equally among ties, (k, S)."""
         cost = np.where(self.feasible, self.cost, np.inf)
         least = cost.min(axis=0)
         equal = np.isfinite(cost) & (cost <= least + _TIE * np.abs(least))
@@ -97,37 +103,43 @@ class Decision(NamedTuple):
         return marked
 
     def find_best(self) -> int:
-        """Finds the option of least expected cost, infeasible samples being charged: that from which worth counts."""
+        """Finds the option of least expected cost, infeasible samples included; worth is relative to its cost."""
         return int(self.charge().mean(axis=1).argmin())
 
-    def measure_regret(self, option: int) -> float:
-        """Measures the expected regret of taking an option: its mean cost less the mean of each sample's least."""
+    def compute_regret(self, option: int) -> float:
+        """Computes the expected regret of an option: its mean cost minus the mean of each sample's least cost."""
         charged = self.charge()
         return float((charged[option] - charged.min(axis=0)).mean())
 
 
 class Worth(NamedTuple):
-    """Worth of holds that are made before choosing."""
+    """Worth of making some holds before choosing."""
 
-    worths: Array  # worth for each decision, once, at least 0, (D,), in the unit of its cost
-    # Standard error of the sum over decisions and uses, as of independent samples; of evenly spread ones it is less.
+    worths: Array  # worth for each decision, for one use, at least 0, (D,), in the unit of its cost
+    # Standard error of the total for independent samples; for evenly spread samples it is smaller.
     se: float
     total: float  # sum over decisions and uses
-    p_best_after: Array  # probability of being the cheapest that the chosen option is expected to have then, (D,)
+    p_best_after: Array  # expected probability, after the holds, that the chosen option is the cheapest, (D,)
 
 
 def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, rng: np.random.Generator) -> Array:
-    """Draws what would be felt of an object, one outcome for each sample, reduced to what tells about materials.
+    """Simulates a measurement of an object for each sample, reduced to its information about materials.
 
-    The standard deviations are those of the samples of material means, (M,), [kg/m^3]. Returns numbers of unit
-    variance, (S, r), with r at most the number of the object's materials.
+    Args:
+        hold: Object.
+        static: Arm at rest in the posture of the hold.
+        noise: Noise of the joint torques.
+        sd: Standard deviations of the samples of mean densities, (M,), [kg/m^3].
+        rng: Random generator.
+
+    Returns: Numbers of unit variance, (S, r), where r is at most the number of the object's materials.
     """
     load = hold.compute_load(static)
     total = static.tau_arm + load
     scale = noise.compute_sd(total.mean(axis=0))
     felt = load + noise.compute_sd(total.ravel()).reshape(total.shape) * rng.standard_normal(total.shape)
     regressor = static.Y @ hold.geometry.Phi
-    # All but the materials' means: errors of torque and geometry, and the object's own deviation.
+    # Everything except the materials' means: errors of torque and geometry, and the object's own deviation.
     own = hold.densities - hold.densities.mean(axis=0)
     spread = np.maximum(own.var(axis=0) - sd**2, 0.0)
     covariance = np.diag(scale**2) + regressor * spread @ regressor.T
@@ -141,34 +153,34 @@ def feel(hold: PossibleHold, static: StaticHold, noise: NoiseModel, sd: Array, r
 
 
 class PricedDecisions:
-    """Decisions with what every hold's worth is measured by: their costs, charged and divided into folds."""
+    """Decisions with their costs, prepared for computing worths: with infeasible samples priced, and in folds."""
 
     def __init__(self, decisions: Sequence[Decision]) -> None:
-        """Charges and divides the costs of decisions, at least one, all under the same samples."""
+        """Prepares the costs of one or more decisions, which must be for the same samples."""
         costs = np.concatenate([decision.charge() for decision in decisions]).T
         best = np.concatenate([decision.mark_best() for decision in decisions]).T
         self.uses = np.array([decision.uses for decision in decisions])  # (D,)
-        # Places of the samples of each fold; costs of all options of these samples, (about S / _FOLDS, K) each; and
-        # shares by which each option is the cheapest of a sample.
+        # For each fold: indices of its samples, costs of all options, (about S / _FOLDS, K), and shares with which
+        # each option is the cheapest of a sample.
         self.folds = [np.arange(fold, len(costs), _FOLDS) for fold in range(_FOLDS)]
         self.costs = [np.ascontiguousarray(costs[fold]) for fold in self.folds]
         self.best = [np.ascontiguousarray(best[fold]) for fold in self.folds]
-        # Places between the options of neighbouring decisions, (D + 1,).
+        # Indices at which the options of each decision begin and end, (D + 1,).
         self.ends = np.cumsum([0, *(len(decision.cost) for decision in decisions)])
         sums = np.array([own.sum(axis=0) for own in self.costs])
         others = sums.sum(axis=0) - sums
-        # Place of the option that each decision would take now by all folds but one, (_FOLDS, D).
+        # Index of the option that each decision would choose now, given all folds except one, (_FOLDS, D).
         self.now = np.array(
             [[a + row[a:b].argmin() for a, b in itertools.pairwise(self.ends)] for row in others], dtype=int
         )
 
 
-def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
-    """Measures the worth of holds, all made before choosing, by their percepts under the samples of costs, (S, r)."""
+def compute_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
+    """Computes the worth of making several holds before choosing, from their percepts, (S, r) each."""
     Q = _orthonormalise(_expand(np.hstack(percepts)))
     owns = [Q[fold] for fold in priced.folds]
     products = np.array([own.T @ cost for own, cost in zip(owns, priced.costs, strict=True)])
-    # Least squares over all other folds: what a fold contributes is taken from the sums over all.
+    # Least squares over all other folds: the contribution of a fold is subtracted from the sums over all.
     others = np.eye(Q.shape[1]) - np.array([own.T @ own for own in owns])
     inverse = np.linalg.pinv(others, rcond=len(Q) * np.finfo(float).eps, hermitian=True)
     coefficients = inverse @ (products.sum(axis=0) - products)
@@ -187,24 +199,28 @@ def measure_worth(percepts: Sequence[Array], priced: PricedDecisions) -> Worth:
 
 
 class Outlook:
-    """Percepts of all objects that may be held, under the samples by which decisions are priced."""
+    """Percepts of all objects that may be held, for the samples with which decisions are priced."""
 
     def __init__(self, felt: Mapping[str, Array], priced: PricedDecisions) -> None:
-        """Takes each object's percept by name, (S, r)."""
+        """Stores each object's percept, (S, r), by name."""
         self._felt, self._priced = felt, priced
 
     def find_best_pair(self, names: Sequence[str]) -> tuple[tuple[str, str] | None, float]:
-        """Finds the two objects that are worth most together, and their worth; None if no pair is worth anything."""
+        """Finds the two objects that are worth most together, and their worth; None if no pair has a worth."""
         worths = {pair: self._measure(pair).total for pair in itertools.combinations(names, 2)}
         best = max(worths, key=lambda pair: worths[pair], default=None)
         return (best, worths[best]) if best and worths[best] > 0.0 else (None, 0.0)
 
     def look_ahead(self, names: Sequence[str], certain: Array, least: float) -> tuple[tuple[str, ...], Array]:
-        """Adds to the next holds, one at a time, the object that makes all of them worth most together.
+        """Plans a sequence of holds greedily: adds the object that makes all of them together worth most.
 
-        It ends when every choice has the probability of being the best, (D,), from which it is certain, or a further
-        hold adds less than the least worth. Returns the names of all holds in their order, at most a few, and the
-        probability of being the best that each choice is expected to have after them, (D,).
+        Args:
+            names: Names of the first holds.
+            certain: Probability from which each choice counts as certain, (D,); the plan ends when all are.
+            least: Least worth that a further hold must add.
+
+        Returns: Names of the holds in order, at most a few, and the expected probability, after them, that each
+            choice is the best, (D,).
         """
         order = list(names)
         worth = self._measure(order)
@@ -218,20 +234,23 @@ class Outlook:
         return tuple(order), worth.p_best_after
 
     def _measure(self, names: Sequence[str]) -> Worth:
-        return measure_worth([self._felt[name] for name in names], self._priced)
+        return compute_worth([self._felt[name] for name in names], self._priced)
 
 
-def measure_information(
+def compute_information(
     hold: PossibleHold, static: StaticHold, noise: NoiseModel, covariance: Array, common: Sequence[int] | None = None
 ) -> float:
-    """Computes a hold's information about materials, of common columns or all, for a covariance (M, M), [nat]."""
+    """Computes a hold's information about materials, [nat].
+
+    ``covariance`` is that of the mean densities, (M, M); ``common`` selects its columns, and None all of them.
+    """
     rho = hold.densities.mean(axis=0)
     regressor = static.Y @ hold.geometry.Phi
     spread = np.maximum(hold.densities.var(axis=0) - np.diag(covariance), 0.0)
     R = np.diag(noise.compute_sd(static.tau_arm + regressor @ rho) ** 2) + regressor * spread @ regressor.T
     R += static.Y @ hold.geometry.compute_covariance(rho) @ static.Y.T
     chosen = range(len(covariance)) if common is None else common
-    # Posterior covariance C - C A^T (A C A^T + R)^-1 A C, of the chosen columns.
+    # Posterior covariance C - C A^T (A C A^T + R)^-1 A C of the selected columns.
     shared = covariance[list(chosen)] @ regressor.T
     before = covariance[np.ix_(chosen, chosen)]
     after = before - shared @ np.linalg.solve(regressor @ covariance @ regressor.T + R, shared.T)
@@ -239,7 +258,7 @@ def measure_information(
 
 
 def _expand(percept: Array) -> Array:
-    """Expands percepts, (S, r), to products of up to three variables, (S, number of products)."""
+    """Computes products of up to three variables of percepts, (S, r); returns (S, number of products)."""
     centred = percept - percept.mean(axis=0)
     t = np.tanh(centred / np.maximum(percept.std(axis=0), np.finfo(float).tiny) / _TAIL)
     columns = [np.ones(len(t))]
@@ -252,7 +271,7 @@ def _expand(percept: Array) -> Array:
 
 
 def _orthonormalise(columns: Array) -> Array:
-    """Finds an orthonormal basis, (S, r), of what columns span, (S, p), r being their rank."""
+    """Computes an orthonormal basis, (S, r), of the span of columns, (S, p), whose rank is r."""
     lengths = np.linalg.norm(columns, axis=0)
     Q, R = np.linalg.qr(columns / np.maximum(lengths, np.finfo(float).tiny))
     u, s, _ = np.linalg.svd(R)

@@ -1,6 +1,6 @@
 """Inner simulation: the cost of a task under the belief, for each of several options (paper, IV-C and IV-D).
 
-The motions planned once for each option give the cost of the task at any density drawn from the belief.
+A motion is planned once per option; it gives the cost of the task for any density drawn from the belief.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -24,7 +24,7 @@ from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.systems import measure_geometry
 
-# Most control periods of the motions of all options, 170 bytes each, and most samples of all options, 200 bytes each.
+# Largest total numbers of control periods (170 bytes each) and of samples (200 bytes each) over all options.
 _MOST_PERIODS, _MOST_SAMPLES = 5_000_000, 5_000_000
 
 
@@ -40,20 +40,20 @@ class OptionCost(Protocol):
         """Reason why the option cannot do the task, whatever its inertia; empty if it can."""
 
     def compute(self, pi: Array) -> Costs:
-        """Computes the costs for inertial parameters of shape (S, 10)."""
+        """Computes the costs for inertial parameters pi, (S, 10)."""
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the greatest demands on joints and grip for inertial parameters of shape (S, 10)."""
+        """Computes the largest loads on joints and grip for inertial parameters pi, (S, 10)."""
 
 
 class Draws(NamedTuple):
     """Samples of a belief about N objects of M colours."""
 
-    colours: tuple[Colour, ...]  # of all densities, M
-    # Densities of each object's parts by their colour, (S, N, M), [kg/m^3]; objects in the order in which the options
-    # name them.
+    colours: tuple[Colour, ...]  # colours of all densities, (M,)
+    # Density of each object's parts of each colour, (S, N, M), [kg/m^3]; objects in the order in which options name
+    # them.
     densities: Array
-    used: NDArray[np.bool_]  # True where an object has parts of a colour, (N, M)
+    used: NDArray[np.bool_]  # True if an object has parts of a colour, (N, M)
     parameters: Array  # inertial parameters of all options, (options, S, 10)
     surprises: tuple[Surprise, ...] = ()  # weighings that contradict the belief
 
@@ -63,14 +63,15 @@ class TaskCostModel(Protocol):
     """Task whose cost can be computed for any option."""
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> OptionCost:
-        """Plans the task with a tool made of parts that are posed relative to the hand."""
+        """Plans the task with a tool whose parts are posed relative to the hand."""
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
     """Plans a task with every option.
 
-    If there is no option, two have one name, or no motion can be planned with one, an AffordanceError is raised; if
-    the arm cannot be loaded, a ModelFileError.
+    Raises:
+        AffordanceError: If there is no option, two have the same name, or no motion can be planned with one.
+        ModelFileError: If the arm cannot be loaded.
     """
     model = ArmModel(load_arm(settings.arm))
     costs = (task.build_cost(model, option.gripped, settings) for option in options)
@@ -78,12 +79,12 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
 
 
 def collect_costs(costs: Iterable[OptionCost], settings: Settings) -> list[OptionCost]:
-    """Plans the costs of options one by one; raises a BadArgumentError if their motions would not fit into memory."""
+    """Plans the costs of options one by one; raises a BadArgumentError if they would need too much memory."""
     found: list[OptionCost] = []
     total = 0
     for cost in costs:
         found.append(cost)
-        total += getattr(cost, "num_periods", 0)  # tasks of a user's own may have no motion
+        total += getattr(cost, "num_periods", 0)  # user-defined tasks may have no motion
         if total > _MOST_PERIODS:
             problem = f"is {settings.control_period:g} s: motions with {len(found)} options take {total} periods"
             raise BadArgumentError("settings", "control_period", f"{problem}, must take at most {_MOST_PERIODS}")
@@ -91,7 +92,7 @@ def collect_costs(costs: Iterable[OptionCost], settings: Settings) -> list[Optio
 
 
 def check_num_samples(num_samples: int, num_objects: int, what: str = "options") -> None:
-    """Raises a BadArgumentError for more samples of several options than are held in memory."""
+    """Raises a BadArgumentError if the samples of several options would need too much memory."""
     most = _MOST_SAMPLES // num_objects
     if num_samples > most:
         raise BadArgumentError(
@@ -100,15 +101,19 @@ def check_num_samples(num_samples: int, num_objects: int, what: str = "options")
 
 
 class Choice:
-    """Choice among options for one task, with the motions planned once for all beliefs."""
+    """Choice between options for one task, with motions that are planned once for all beliefs."""
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
-        """Stores options, at least one and each of another name, else an AffordanceError, and the task's costs."""
+        """Stores options and the task's cost with each.
+
+        Raises:
+            AffordanceError: If there is no option, or two have the same name.
+        """
         names = [option.name for option in options]
         if not names or len(set(names)) < len(names):
-            raise AffordanceError(f"options are {names}, must be at least one and each of another name")
+            raise AffordanceError(f"options are {names}, must be at least one, with different names")
         self.options = tuple(options)
-        self.cost_models = tuple(cost_models)  # of the task with each option
+        self.cost_models = tuple(cost_models)  # costs of the task with each option
         self.settings = settings
         self._features = {option.object_name: option.features for option in options}
         self._weighings = {option.object_name: option.weighings for option in options}
@@ -117,8 +122,8 @@ class Choice:
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws inertial parameters of all options from the belief, (options, num_samples, 10).
 
-        The options of a sample share their materials: a material's mean density is the same for all options, and an
-        object's own deviation from it and the errors of its features are the same for all grips of the object.
+        Within a sample, a material's mean density is the same for all options. An object's own deviation from it, and
+        the errors of its features, are the same for all grips of the object.
         """
         return self.draw(memory, rng, num_samples).parameters
 
@@ -141,14 +146,14 @@ class Choice:
         return Draws(memory.colours, rho, used, self.grip(drawn), surprises)
 
     def add_colours(self, memory: MaterialMemory) -> MaterialMemory:
-        """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
+        """Adds the colours of all objects to the memory, which fixes the order of their densities."""
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
         """Computes the parameters of all options, (options, S, 10), at densities in the order of ``add_colours``.
 
-        Densities, (S, M), [kg/m^3], of colours first met here may be omitted: they are the expected ones, given the
-        others.
+        Densities, (S, M), [kg/m^3], may omit colours that were first met here: these get their expected values given
+        the others.
         """
         met, geometries = self._recognise(memory)
         given = rho.shape[1]
@@ -159,22 +164,25 @@ class Choice:
         return self.grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
-        """Computes the costs of all options, arrays (options, S), for parameters of shape (options, S, 10)."""
+        """Computes the costs of all options, (options, S) each, for parameters pi, (options, S, 10)."""
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
     def compute_demands(self, pi: Array) -> Demand:
-        """Computes the demands of all options, (options, joints, S) and (options, S), for pi of (options, S, 10)."""
+        """Computes the loads of all options, (options, joints, S) and (options, S), for pi, (options, S, 10)."""
         demands = [cost_model.compute_demand(each) for cost_model, each in zip(self.cost_models, pi, strict=True)]
         return Demand(*(np.array(column) for column in zip(*demands, strict=True)))
 
     def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
-        """Recognises every part of every object once; the geometries refer to the colours of the returned memory."""
+        """Recognises every part of every object once.
+
+        Returns: The memory with their colours, and the geometries, whose columns are the colours of that memory.
+        """
         memory, columns = self._find_columns(memory)
         return memory, self._measure(columns, memory.belief.size)
 
     def _find_columns(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, list[int]]]:
-        """Finds the column of every part of every object, in the belief of the returned memory."""
+        """Finds the column of every part of every object in the belief of the returned memory."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
@@ -184,13 +192,13 @@ class Choice:
         return memory, indices
 
     def _measure(self, columns: Mapping[str, list[int]], size: int) -> dict[str, Geometry]:
-        """Measures the geometry of every object."""
+        """Computes the geometry of every object."""
         return {
             object_name: measure_geometry(features, columns[object_name], size)
             for object_name, features in self._features.items()
         }
 
     def grip(self, parameters: Mapping[str, Array]) -> Array:
-        """Returns the parameters of all options, (options, S, 10), from those of the objects in their frames."""
+        """Computes the parameters of all options, (options, S, 10), from those of the objects in their own frames."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

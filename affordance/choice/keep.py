@@ -1,4 +1,4 @@
-"""Holding still: the arm bears the tool in one posture for some time."""
+"""Holding still: the arm holds the tool in one posture for some time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,30 +15,30 @@ from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.settings import Settings
 
-# A hold of a control period to an hour, [s].
+# Duration of a hold, from one control period to an hour, [s].
 _DURATION = Within(0.05, 3600.0)
 
 
 @dataclass(frozen=True)
 class Keep:
-    """Task of holding a tool still, for any tool; it takes no work, only torque."""
+    """Task, for any tool, of holding it still, which takes torque but no work."""
 
     duration: Annotated[float, _DURATION]  # [s]
-    posture: Start = ()  # angles by joint, [rad], of the joints that are not in the arm's home posture
+    posture: Start = ()  # angles, [rad], of the joints that differ from the arm's home posture
 
     def __post_init__(self) -> None:
         """Raises a BadArgumentError if the duration is out of bounds."""
         check_fields(self)
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Returns the costs of the hold; an arm that cannot take the posture raises an AffordanceError."""
+        """Builds the costs of the hold; raises an AffordanceError if the arm cannot take the posture."""
         q = model.arm.find_posture(dict(self.posture))
         still = np.zeros((1, len(q)))
         return MotionCost(model, PlannedMotion(self.duration, q[None], still, still), measure=settings.cost_measure)
 
 
 class KeepEntry(DataModel):
-    """Hold as given in a file."""
+    """Entry of a hold in a file."""
 
     duration: Annotated[float, _DURATION, Field(description="Duration of the hold, [s].")]
     posture: StartEntry = Field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Listing of the options that tools offer, known by one observation, by drawings or by pictures."""
+"""Lists the options that tools offer, from one observation, from drawings or from pictures."""
 
 import importlib
 from collections.abc import Sequence
@@ -23,17 +23,17 @@ def list_options(
     seed: Seed = 0,
     feature_source: FeatureSource = FeatureSource.FEATURES,
 ) -> tuple[Option, ...]:
-    """Observes a tool once and lists the ways of holding it.
+    """Observes a tool once and lists one option per grip.
 
     Args:
         tool: Tool to be observed.
-        error: Standard deviations of the errors, if the source is the true features.
-        seed: Seed of the errors of the measurement, or of the noise of the pictures.
-        feature_source: Source of the features, as a member or its name: the true ones with an error, or pictures.
+        error: Standard deviations of the errors that are added to true features.
+        seed: Seed of these errors, or of the noise in pictures.
+        feature_source: Source of the features, as a member or its name: true features with errors, or pictures.
 
     Raises:
-        BadArgumentError: An argument is of the wrong kind.
-        SeeingError: The features cannot be extracted from the pictures.
+        BadArgumentError: An argument has the wrong type.
+        SeeingError: No features can be extracted from the pictures.
     """
     check_kind("tool", tool, Tool, "load_tools(PATH) reads some, each has options of its own")
     check_kind("error", error, VisionError)
@@ -43,16 +43,22 @@ def list_options(
 
 
 def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
-    """Lists the options that tools offer by their drawings, with the errors of a drawing."""
+    """Lists the options of tools as drawn, with the errors of a drawing."""
     return [option for tool in tools for option in _list_grips(tool, measure_drawing(tool))]
 
 
 def list_seen_options(tools: Sequence[Tool], seed: int, stand: "CameraSensor | None" = None) -> list[Option]:
-    """Lists the options that tools offer by pictures from six sides, on a stand or the turning stand of the process.
+    """Lists the options of tools as seen in pictures from six sides.
 
-    Pictures from which no features can be extracted raise a SeeingError.
+    Args:
+        tools: Tools to be observed.
+        seed: Seed of the noise in pictures.
+        stand: Camera with a stand for the tools; None for the turntable that the process shares.
+
+    Raises:
+        SeeingError: No features can be extracted from the pictures.
     """
-    # The camera and its pipeline are loaded for pictures only.
+    # The camera and its pipeline are imported only if pictures are needed.
     seen = importlib.import_module("affordance.vision.pixels.seen_tool")
     options: list[Option] = []
     for tool in tools:
@@ -62,7 +68,7 @@ def list_seen_options(tools: Sequence[Tool], seed: int, stand: "CameraSensor | N
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:
-    """Returns the seed of the observation of a tool to choose, so that each tool has noise of its own."""
+    """Returns the seed for observing a tool to choose from, which differs between tools."""
     return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 

@@ -1,8 +1,8 @@
-"""Cost of a planned motion, for ten thousand inertias drawn from the belief at once.
+"""Cost of a planned motion for thousands of inertias drawn from the belief at once.
 
-A plan of least angular acceleration consists of joint accelerations: as long as no torque limit is active it does not
-depend on the believed inertia of the tool, and only its torques do, linearly in the inertial parameters
-(wrench_regressor.py). One kinematic roll-out therefore serves all inertias, and their works are one matrix product.
+A plan of least angular acceleration consists of joint accelerations. As long as no torque limit is active, it does
+not depend on the believed inertia of the tool; only its torques do, linearly in the inertial parameters
+(wrench_regressor.py). One kinematic roll-out therefore serves all inertias, and one matrix product their torques.
 """
 
 import copy
@@ -24,17 +24,19 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
-# Nodes of the quadrature along a motion: the midpoint rule then has an error below 0.1 %
+# Number of quadrature nodes along a motion, with which the midpoint rule has an error below 0.1 %
 # (tests/choice/test_reach.py).
 NUM_NODES = 50
-# Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which fits into caches.
+# Number of samples whose torques are in memory at a time. For 50 nodes and 7 joints they take 6 MB, which fits into
+# caches.
 _CHUNK = 2000
-# Distance from a limit of angle that counts as being at it, [rad], and share of a limit of rate.
+# A joint counts as being at a limit within this distance of an angle limit, [rad], or above this fraction of a rate
+# limit.
 _NEAR, _SHARE = 0.02, 0.98
 
 
 class PlannedMotion(NamedTuple):
-    """Motion of K control periods, each of constant joint acceleration."""
+    """Motion over K control periods with constant joint acceleration in each."""
 
     control_period: float  # [s]
     q: Array  # joint angles at the beginning of each period, (K, num_joints), [rad]
@@ -43,24 +45,24 @@ class PlannedMotion(NamedTuple):
 
 
 class Costs(NamedTuple):
-    """Costs of a motion under each of S inertias."""
+    """Costs of a motion for each of S inertias."""
 
-    # Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking counts like
-    # driving, and nothing is recovered.
+    # Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking costs as much
+    # as driving, and no energy is recovered.
     work: Array
     effort: Array  # integral of |tau|^2 dt, (S,), [N^2 m^2 s]
-    feasible: NDArray[np.bool_]  # True where the motion does the task and every torque keeps its limit, (S,)
-    cost: Array  # cost by the measure of the settings, by which options are compared, (S,); the work by default
+    feasible: NDArray[np.bool_]  # True if the motion does the task and every torque is within its limit, (S,)
+    cost: Array  # cost with the measure of the settings, by which options are compared, (S,); work by default
 
     @classmethod
     def of_nothing(cls, num_samples: int) -> "Costs":
-        """Returns infinite costs of a motion that is infeasible whatever the inertia."""
+        """Returns infinite costs, for a motion that is infeasible whatever the inertia."""
         nothing = np.full(num_samples, np.inf)
         return cls(nothing, nothing, np.zeros(num_samples, dtype=bool), nothing)
 
 
 class Load(NamedTuple):
-    """Costs of a motion under each of S inertias, and its largest relative torque; (S,) each, units as in Costs."""
+    """Costs of a motion for each of S inertias, and its largest relative torque; (S,) each, units as in Costs."""
 
     work: Array
     effort: Array
@@ -69,9 +71,12 @@ class Load(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Rolls the controller out, from rest at the start of the task, on the double integrator that it plans with.
+    """Simulates the controller on its own planning model, a double integrator, from rest at the start of the task.
 
-    Torque limits are ignored. If the controller finds no plan a NoPlanError is raised.
+    Torque limits are ignored.
+
+    Raises:
+        NoPlanError: If the controller finds no plan.
     """
     unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
     limits = model.arm.shrink_limits(settings.angle_margin, task.q_start)._replace(tau_max=unbounded)
@@ -105,15 +110,16 @@ class MotionCost:
     ) -> None:
         """Computes the torques of the arm and the regressors at the nodes, at most one per control period.
 
-        A motion with a reason does not do the task, whatever the tool. State and payload of the model are changed.
+        If ``infeasible_reason`` is given, the motion does not do the task, whatever the tool. The model's state and
+        payload are changed.
         """
         self._measure = measure
         self.motion = motion
         self.infeasible_reason = infeasible_reason
         num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
-        # In control periods. One more, in the middle of the last one, counts for the limits only: a swing loads its
-        # joints most at its end.
+        # Times of the nodes, in control periods. The last one, in the middle of the last period, is only for the
+        # limits, because a swing loads its joints most at its end.
         moments = np.append((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes, num_ticks - 0.5)
         ticks = moments.astype(int)
         since = motion.control_period * (moments - ticks)[:, None]
@@ -128,8 +134,8 @@ class MotionCost:
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         self._chain, self._nodes = build_chain(model.arm), (q, v, vdot)
         Y = self._chain.compute_payload_regressors(*self._nodes)
-        # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that
-        # one matrix product gives work and load.
+        # Torques, linear in [pi, 1], with rows stacked by node and joint. They are divided by their limits, if any,
+        # so that one matrix product gives both work and load.
         tau_max = np.tile(model.arm.limits.tau_max, len(moments))
         unit = np.where(np.isfinite(tau_max), tau_max, 1.0)
         torques = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()])
@@ -149,26 +155,26 @@ class MotionCost:
 
     @property
     def num_periods(self) -> int:
-        """Number of control periods that are held in memory."""
+        """Number of control periods that are kept in memory."""
         return len(self.motion.q)
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
-        """Returns a copy of the motion's costs that compares by another measure."""
+        """Returns a copy of the motion's costs that uses another cost measure."""
         other = copy.copy(self)
         other._measure = measure
         return other
 
     def compute(self, pi: Array) -> Costs:
-        """Computes the costs for S tools of inertial parameters pi about To, expressed in T, shape (S, 10)."""
+        """Computes the costs for S tools with inertial parameters pi about To, expressed in T, (S, 10)."""
         work, effort, cost, load = self.compute_load(pi)
         return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason), cost)
 
     def compute_load(self, pi: Array) -> Load:
-        """Computes the costs and the largest torque relative to its limit; argument as for ``compute``."""
+        """Computes the costs and the largest torque relative to its limit; see ``compute``."""
         known = np.column_stack([pi, np.ones(len(pi))])
         effort = ((known @ self._effort) * known).sum(axis=1)
         work, load = np.empty((2, len(pi)))
-        balance = np.zeros(len(pi))  # positive less negative work
+        balance = np.zeros(len(pi))  # positive minus negative work
         share = self._measure.negative_weight
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
@@ -200,7 +206,7 @@ class MotionCost:
         return greatest
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Computes the greatest demands on joints and grip; argument as for ``compute``."""
+        """Computes the largest loads on joints and grip; see ``compute``."""
         return Demand(self.compute_joint_loads(pi), *compute_grip_peaks(self._wrench_regressors, pi))
 
     @functools.cached_property
@@ -209,7 +215,7 @@ class MotionCost:
 
 
 def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
-    """Describes which joint is at a limit in a row of a motion, and at which."""
+    """Describes which joint is at which limit in a row of a motion."""
     q, v, limits = motion.q[row], motion.v[row], arm.limits
     gaps = np.minimum(q - limits.q_lower, limits.q_upper - q)
     joint = int(np.argmin(gaps))
@@ -227,9 +233,12 @@ def describe_limit(arm: Arm, motion: PlannedMotion, row: int) -> str:
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
     """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion logged every control period.
 
-    Torque is constant over a control period, and velocities are almost linear in time over it. Torques, [N m], are
-    those over the period that ends at each time, so that the first row is ignored; they and the joint velocities,
-    [rad/s], are (N, num_joints). The control period is in seconds.
+    Over a control period, torques are constant and velocities are almost linear in time.
+
+    Args:
+        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row is ignored.
+        v: Joint velocities, (N, num_joints), [rad/s].
+        control_period: Control period, [s].
     """
     rates = np.abs(v)
     mean_rates = 0.5 * (rates[1:] + rates[:-1])

@@ -1,4 +1,4 @@
-"""Advice on what to hold next before tools are chosen, what it is worth, and when to stop."""
+"""Advises what to hold next before tools are chosen, what it is worth, and when to stop."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -17,12 +17,12 @@ from affordance.choice.hold_worth import (
     Outlook,
     PossibleHold,
     PricedDecisions,
+    compute_information,
+    compute_worth,
     feel,
-    measure_information,
-    measure_worth,
 )
 from affordance.choice.inner_simulation import Choice, check_num_samples
-from affordance.choice.picking import NO_OPTION, find_taken
+from affordance.choice.picking import NO_OPTION, find_chosen
 from affordance.choice.pricing import GripBounds, price_options
 from affordance.exceptions import AffordanceError
 from affordance.files.constraints import Whole
@@ -32,23 +32,23 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.vision.eye import measure_drawing
 
-# Candidates of which pairs are looked at, by worth and then by information, before nothing is called worth its price.
+# Number of candidates, by worth and then by information, whose pairs are evaluated before the advice is to stop.
 _MOST_PAIRED = 12
-# Probability that the arm can hold an object below which it is not to be tried.
+# An object is not proposed if the arm can hold it with less than this probability.
 _HOLDABLE = 0.05
-# Worth below this share of the expected cost is rounding and noise.
+# A worth below this fraction of the expected cost is rounding or noise.
 _NEGLIGIBLE = 1e-4
-# Samples with which a choice is looked at again as if an object were odd.
+# Number of samples with which a choice is repeated under the hypothesis that an object is odd.
 _NUM_DOUBTED = 500
 _SAMPLES = Whole(100, 100_000)
 
 
 class Question(NamedTuple):
-    """Task that is to be done, and the options for it."""
+    """Task that will be done, and its options."""
 
     name: str
     choice: Choice
-    uses: float = 1.0  # number of times that the task is to be done
+    uses: float = 1.0  # number of times that the task will be done
 
 
 def advise_hold(
@@ -65,11 +65,11 @@ def advise_hold(
     num_samples: int = 4000,
     seed: int = 0,
 ) -> HoldAdvice:
-    """Advises on what to hold next, so that choices come out right.
+    """Advises what to hold next, so that the right options are chosen.
 
-    Every candidate is held still in the arm's home posture, by its first grip or as it is written; one that is an
-    option too is seen as it is there. All share their samples and random numbers, so that differences between them
-    are those of the objects. An object that the arm hardly can hold is worth nothing.
+    Every candidate is held still in the arm's home posture, with its first grip or, without grips, as it is drawn. A
+    candidate that is also an option has the features of that option. All candidates share samples and random numbers,
+    so that they differ only by the objects. An object that the arm can hardly hold has no worth.
 
     Args:
         candidates: Objects that may be held, at least one.
@@ -77,25 +77,26 @@ def advise_hold(
         memory: Belief about materials.
         settings: Settings of arm, noise and prior.
         criterion: Criterion by which options are compared; worths have its unit.
-        bounds: Largest wrench that the gripper holds; None for any.
-        price: Price of a hold, in that unit.
-        felt: Objects that were held before, by name: their own deviations are no news, and one of them may be odd.
+        bounds: Largest wrench that the gripper can hold; None for no bounds.
+        price: Price of a hold, in the unit of the criterion.
+        felt: Objects that were held before, by name. Their own deviations are known already, and one of them may be
+            odd.
         looks_ahead: True to plan a few holds ahead.
         num_samples: Number of samples of the belief.
         seed: Seed of the samples.
 
     Raises:
-        BadArgumentError: An argument is of the wrong kind or out of bounds.
-        AffordanceError: There is nothing that may be held, or nothing to be decided.
+        BadArgumentError: An argument has the wrong type or is out of bounds.
+        AffordanceError: There is no object to hold, two have the same name, or there is no task.
     """
     check_kind("memory", memory, MaterialMemory)
     check_number("price", price, 0.0)
     check_whole("num_samples", num_samples, _SAMPLES)
     names = [tool.name for tool in candidates]
     if not names or len(set(names)) < len(names):
-        raise AffordanceError(f"objects to hold are {names}, must be at least one and each of another name")
+        raise AffordanceError(f"objects to hold are {names}, must be at least one, with different names")
     if not questions:
-        raise AffordanceError("nothing is to be decided, must be at least one task")
+        raise AffordanceError("there is no task to decide, must be at least one")
     offered = {option.object_name: option.features for each in questions for option in each.choice.options}
     check_num_samples(num_samples, len(candidates) + sum(len(each.choice.options) for each in questions), "objects")
     objects = {**{tool.name: measure_drawing(tool) for tool in candidates}, **offered}
@@ -131,7 +132,7 @@ def advise_hold(
     plan: tuple[str, ...] = ()
     planned = np.zeros(0)
     if looks_ahead and not stop and not check:
-        # What no option can do stays so, whatever is held.
+        # A task that no option can do stays impossible, whatever is held.
         certain = np.array([CERTAIN if each.is_possible else 0.0 for each in open_decisions])
         plan, planned = outlook.look_ahead(list(pair or [ranked[0].name]), certain, least)
     return HoldAdvice(
@@ -153,7 +154,7 @@ def advise_hold(
 def _rank(
     candidates: Sequence[Tool], samples: HoldSamples, decisions: Sequence[Decision], settings: Settings, seed: int
 ) -> tuple[tuple[RankedHold, ...], Outlook]:
-    """Ranks objects by the value of holding each one, and prepares the samples for looking further ahead."""
+    """Ranks objects by the worth of holding each one, and prepares the samples for planning further ahead."""
     arm, noise = load_arm(settings.arm), settings.noise
     static, priced = StaticHold(arm), PricedDecisions(decisions)
     sd, covariance = samples.mu.std(axis=0), np.atleast_2d(np.cov(samples.mu.T))
@@ -165,8 +166,8 @@ def _rank(
         p_held = hold.compute_probability(static, arm.limits)
         percept = feel(hold, static, noise, sd, np.random.default_rng([seed, 1]))
         felt[tool.name] = percept if p_held >= _HOLDABLE else percept[:, :0]
-        worth = measure_worth([felt[tool.name]], priced)
-        information = measure_information(hold, static, noise, covariance, samples.common)
+        worth = compute_worth([felt[tool.name]], priced)
+        information = compute_information(hold, static, noise, covariance, samples.common)
         worths, p_best_after = tuple(worth.worths.tolist()), tuple(worth.p_best_after.tolist())
         information = information if p_held >= _HOLDABLE else 0.0
         found.append(RankedHold(tool.name, worth.total, worth.se, worths, information, p_best_after, p_held))
@@ -174,7 +175,7 @@ def _rank(
 
 
 def _decide(question: Question, samples: HoldSamples, criterion: Criterion, bounds: GripBounds | None) -> Decision:
-    """Builds a decision: the costs of all options under the samples."""
+    """Computes the costs of all options of a task for the samples."""
     parameters: dict[str, Array] = {}
     for option in question.choice.options:
         if option.object_name not in parameters:
@@ -193,7 +194,7 @@ def _find_supports(
     bounds: GripBounds | None,
     chosen: Sequence[OpenDecision],
 ) -> list[list[Suspicion]]:
-    """Finds, for each choice that is certain, the objects without any one of which it would not be."""
+    """Finds the objects on which each certain choice depends: without any one of them it would be open."""
     supports: list[list[Suspicion]] = [[] for _ in questions]
     for suspicion in samples.suspicions:
         samples.draw(_NUM_DOUBTED, suspicion)
@@ -208,7 +209,7 @@ def _find_supports(
 
 def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
     p_feasible = decision.feasible.mean(axis=1)
-    taken = find_taken(decision.cost, decision.feasible, criterion)
+    taken = find_chosen(decision.cost, decision.feasible, criterion)
     is_usable = taken != NO_OPTION
     best = taken if is_usable else int(p_feasible.argmax())
     costs = decision.charge().mean(axis=1)
@@ -219,7 +220,7 @@ def _describe(decision: Decision, criterion: Criterion) -> OpenDecision:
         is_usable=is_usable,
         p_feasible=float(p_feasible[best]),
         p_best=float(decision.mark_best()[best].mean()),
-        regret=decision.measure_regret(best),
+        regret=decision.compute_regret(best),
         cost=float(costs[best]),
         margin=float(others.min() - costs[best]) if len(others) else None,
         p_possible=float((decision.feasible & np.isfinite(decision.cost)).any(axis=0).mean()),

@@ -1,6 +1,6 @@
 """Sensitivity of a task's work to the position of a tool's parts.
 
-Where it is large, as from a posture near rank loss, choices depend more on where parts are than on what they are
+If it is large, as for a posture near a singularity, choices depend more on where the parts are than on what they are
 made of.
 """
 
@@ -20,7 +20,7 @@ SHIFT = 2e-3
 
 
 def list_shifted(tool: Tool) -> Iterator[Tool]:
-    """Yields the tool with one part moved by SHIFT along one axis of T, in both directions: six tools per part."""
+    """Yields copies of a tool with one part moved by SHIFT along an axis of T, in both directions: six per part."""
     for index, part in enumerate(tool.components):
         for axis in range(3):
             for sign in (1.0, -1.0):
@@ -32,10 +32,13 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 
 
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
-    """Computes the largest relative change of the work with a grip, over the tools of ``list_shifted``.
+    """Computes the largest relative change in the work with a grip, over the tools of ``list_shifted``.
 
-    The function computes the work of a gripped tool, [J]. Shifted tools with which the arm cannot do the task, for
-    instance at a joint limit, are ignored; if it cannot with the unshifted one, an AffordanceError is raised.
+    ``compute_work`` computes the work with a gripped tool, [J]. Shifted tools with which the arm cannot do the task,
+    for instance because of a joint limit, are ignored.
+
+    Raises:
+        AffordanceError: If the arm cannot do the task with the unshifted tool.
     """
     work = compute_work(tool.gripped_by(grip))
     changes = [0.0]
@@ -48,7 +51,7 @@ def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip
 def measure_changes(
     compute_work: Callable[[Tool], float], tools: Sequence[Tool], *, jobs: int, description: str
 ) -> dict[str, float]:
-    """Computes the largest ``measure_change`` over all grips, by tool, in processes."""
+    """Computes the largest ``measure_change`` over all grips of each tool, in parallel processes."""
     tasks = [partial(measure_change, compute_work, tool, grip) for tool in tools for grip in tool.grips]
     done = iter(run_tasks(tasks, jobs=jobs, description=description))
     return {tool.name: max(next(done) for _ in tool.grips) for tool in tools}

@@ -17,11 +17,11 @@ class Option:
     """Object in a grip.
 
     Attributes:
-        object_name: Name of the object; options of one object share its parts.
-        grip: Name of the end in the hand; empty if there is only one grip.
+        object_name: Name of the object; all options of an object have the same parts.
+        grip: Name of the grip; empty if there is only one.
         features: Observed features of the object's components, in the object's frame T, the same for all its grips.
-        X_TG: Pose of the grip G, which coincides with the hand, in the object, shape (4, 4).
-        weighings: Measured masses of the object, or of parts of it, by their indices among the features.
+        X_TG: Pose of the grip G, which coincides with the hand frame, in the object's frame, shape (4, 4).
+        weighings: Measured masses of the object, or of some of its parts, which are indices of features.
     """
 
     object_name: str
@@ -31,7 +31,7 @@ class Option:
     weighings: tuple[Weighing, ...] = ()
 
     def __post_init__(self) -> None:
-        """Keeps a read-only copy of the pose; one that scales or mirrors raises a BadArgumentError."""
+        """Stores a read-only copy of the pose; raises a BadArgumentError if it is not a rigid transform."""
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
     def __repr__(self) -> str:
@@ -50,7 +50,7 @@ class Option:
 
 
 def add_weighings(options: Sequence[Option], tools: Sequence[Tool]) -> list[Option]:
-    """Returns options with the weighings of their tools, of the whole only where parts are not distinguished."""
+    """Adds the weighings of tools to their options; those of parts only if the option distinguishes all parts."""
     by_name = {tool.name: tool for tool in tools}
     weighed = []
     for option in options:

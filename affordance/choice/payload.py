@@ -1,4 +1,4 @@
-"""Demand of a task with a payload of known mass, which is no tool: what is left of each joint's torque limit."""
+"""Loads of a task with a payload of known mass in place of a tool, and the torque margin of each joint."""
 
 from typing import NamedTuple
 
@@ -13,12 +13,12 @@ from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.vision.features import ComponentFeatures
 
-# Size of the body that stands for the payload where a task asks for a form: a point, [m].
+# Size of the small body that represents the payload in tasks that need a shape, [m].
 _POINT = 1e-3
 
 
 class JointMargin(NamedTuple):
-    """Largest torque of a joint during a task, [N m], its limit, and what is left."""
+    """Largest torque of a joint during a task, its limit, and its margin, [N m]."""
 
     joint: str
     needed: float
@@ -26,12 +26,12 @@ class JointMargin(NamedTuple):
 
     @property
     def margin(self) -> float:
-        """Torque that is left, [N m]; negative if the limit is exceeded."""
+        """Torque that remains up to the limit, [N m]; negative if the limit is exceeded."""
         return self.limit - self.needed
 
 
 class PayloadDemand(NamedTuple):
-    """Demand of a task with a payload."""
+    """Loads of a task with a payload."""
 
     joints: tuple[JointMargin, ...]
     force: float  # largest force at the grip, [N]
@@ -39,9 +39,10 @@ class PayloadDemand(NamedTuple):
 
 
 def measure_payload(task: TaskCostModel, mass: float, p_HQ: Array, settings: Settings) -> PayloadDemand:
-    """Measures the demands of a task with a point mass, [kg], at a position in the hand's frame, (3,), [m].
+    """Computes the loads of a task with a point mass, [kg], at a position in the hand's frame, (3,), [m].
 
-    A task that cannot be planned with it raises a BadValueError.
+    Raises:
+        BadValueError: If the task cannot be planned with it.
     """
     arm = load_arm(settings.arm)
     X = np.eye(4)

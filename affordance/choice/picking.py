@@ -1,4 +1,4 @@
-"""Rules by which an option is picked by its costs under samples of a belief."""
+"""Rules that pick an option from its costs for samples of a belief."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +9,16 @@ from affordance.choice.motion_cost import Costs
 
 type Chosen = NDArray[np.intp]
 
-# Costs within this fraction of each other count as equal: the difference is rounding.
+# Costs that differ by less than this fraction count as equal, because the difference is rounding.
 TIE = 1e-9
 NO_OPTION = -1
-# An option is usable if it is feasible with at least this probability, unless another is given: the risk of one in
-# twenty of the 95 % intervals used throughout.
+# Default probability with which an option must be feasible to be usable: the level of the 95 % intervals used
+# throughout.
 MIN_FEASIBILITY = 0.95
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the feasible option of least cost under each sample, (S,), or NO_OPTION; ties are broken at random."""
+    """Picks the cheapest feasible option for each sample, (S,), or NO_OPTION; ties are broken at random."""
     cost = np.where(costs.feasible, costs.cost, np.inf)
     least = cost.min(axis=0)
     equal = costs.feasible & (cost <= least * (1.0 + TIE))
@@ -27,10 +27,10 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
     return picked
 
 
-def find_taken(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
-    """Finds the option that a ranking puts first, of k options with costs and feasibility under S samples, (k, S).
+def find_chosen(cost: Array, feasible: NDArray[np.bool_], criterion: Criterion) -> int:
+    """Finds the option that a ranking puts first, from the costs and feasibility of k options for S samples, (k, S).
 
-    It is the first of those of least cost by the criterion among the usable ones; NO_OPTION if none is usable.
+    It is the usable option of least cost by the criterion, the first one among ties; NO_OPTION if none is usable.
     """
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     if not usable.any():

@@ -1,4 +1,4 @@
-"""Prices of options: motions planned once in a process, and their costs by a criterion under given inertias."""
+"""Costs of options by a criterion, for given inertias; motions are planned only once per process."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,18 +20,19 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
-# Lever by which a moment at the grip counts as a force: a round pad of radius r whose friction holds a force F holds
-# a moment 2/3 r F (even pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557), r = 0.03 m, [m].
+# Lever that converts a moment at the grip to a force, [m]. A round pad of radius r whose friction holds a force F
+# holds a moment 2/3 r F (uniform pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557); r = 0.03 m.
 GRIP_LEVER = 0.02
-# Planned motions that are kept: those of a workshop's tools for a few tasks. One takes 0.1 MB, a blow's 2 MB.
+# Number of planned motions in the cache, enough for a workshop's tools and a few tasks. Each takes 0.1 MB, a blow
+# 2 MB.
 _MOST_PLANS = 128
-# Levels of the quantiles: both ends of the 90 % interval; the upper one is the 95 % quantile of peaks.
+# Quantiles at the ends of the 90 % interval; peaks are compared by the upper one.
 _LEVELS = (0.05, 0.95)
 
 
 @dataclass(frozen=True)
 class GripBounds:
-    """Largest wrench that the gripper holds.
+    """Largest wrench that the gripper can hold.
 
     Attributes:
         force: Largest force, [N].
@@ -43,17 +44,17 @@ class GripBounds:
 
     @property
     def lever(self) -> float:
-        """Lever by which a moment counts as a force, [m]: that of the bounds if both are given."""
+        """Lever that converts a moment to a force, [m]: the ratio of the bounds if both are given."""
         both = np.isfinite(self.force) and np.isfinite(self.moment)
         return self.moment / self.force if both else GRIP_LEVER
 
     def admit(self, force: Array, moment: Array) -> NDArray[np.bool_]:
-        """Returns where a force, [N], and a moment, [N m], are within the bounds; arrays of one shape."""
+        """Returns True where a force, [N], and a moment, [N m], are within the bounds; all arrays have one shape."""
         return (force <= self.force) & (moment <= self.moment)
 
 
 class Amount(NamedTuple):
-    """Quantity under the belief: its mean, and the ends of its 90 % interval."""
+    """Summary of a quantity under the belief: its mean, and the ends of its 90 % interval."""
 
     mean: float
     p05: float
@@ -61,7 +62,7 @@ class Amount(NamedTuple):
 
     @classmethod
     def of(cls, samples: Array) -> "Amount":
-        """Summarises samples, (S,); infinite if one of them is."""
+        """Summarises samples, (S,); infinite if any of them is not finite."""
         if not np.isfinite(samples).all():
             return cls(np.inf, np.inf, np.inf)
         low, high = np.quantile(samples, _LEVELS)
@@ -72,15 +73,15 @@ _UNKNOWN = Amount(np.nan, np.nan, np.nan)
 
 
 class Amounts(NamedTuple):
-    """Costs and greatest demands of an option; demands are NaN where they were not asked for."""
+    """Costs and largest loads of an option; loads are NaN if they were not computed."""
 
     work: Amount  # absolute work of the joints, [J]
     effort: Amount  # integral of |tau|^2 dt, [N^2 m^2 s]
     cost: Amount  # cost by the criterion, in its unit
-    margin: Amount = _UNKNOWN  # highest share of a joint's torque limit, [1]
+    margin: Amount = _UNKNOWN  # highest fraction of a joint's torque limit, [1]
     force: Amount = _UNKNOWN  # peak force at the grip, [N]
     moment: Amount = _UNKNOWN  # peak moment about the grip, [N m]
-    joint: str = ""  # name of the joint with the highest share of its torque limit
+    joint: str = ""  # name of the joint with the highest fraction of its torque limit
 
     @classmethod
     def of(cls, costs: Costs, demand: Demand | None, joint_names: Sequence[str]) -> "Amounts":
@@ -94,7 +95,7 @@ class Amounts(NamedTuple):
         return cls(work, effort, cost, margin, force, moment, joint_names[worst])
 
     def name_excess(self, bounds: GripBounds) -> str:
-        """Names the limit that is exceeded most, by the 95 % quantile of what is demanded."""
+        """Describes the limit that is exceeded most by the 95 % quantile of the loads."""
         margin, force, moment = self.margin.p95, self.force.p95, self.moment.p95
         excess = {
             f"{self.joint} must bear {margin:.3g} times its torque limit": margin,
@@ -110,10 +111,10 @@ class Amounts(NamedTuple):
 def price_options(
     choice: Choice, pi: Array, criterion: Criterion = Criterion.WORK, bounds: GripBounds | None = None
 ) -> tuple[Costs, Demand | None]:
-    """Computes the costs by a criterion, and the demands, of all options at inertial parameters (options, S, 10).
+    """Computes the costs by a criterion, and the loads, of all options for inertial parameters, (options, S, 10).
 
-    Without bounds the gripper holds everything, and demands, which take more than half of the time, are computed only
-    for a criterion that is about them.
+    Without bounds the gripper can hold everything. Loads, which take more than half of the time, are then computed
+    only if the criterion uses them.
     """
     costs = choice.compute_costs(pi)
     if bounds is None and not criterion.is_peak:
@@ -128,10 +129,11 @@ def price_options(
 
 
 def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Settings) -> Choice:
-    """Plans a task with every option, once in a process; those with which nothing can be planned cost infinitely.
+    """Plans a task with every option, once per process; options that cannot be planned have infinite cost.
 
-    If there is no option, or two have one name, an AffordanceError is raised; if the arm cannot be loaded, a
-    ModelFileError.
+    Raises:
+        AffordanceError: If there is no option, or two have the same name.
+        ModelFileError: If the arm cannot be loaded.
     """
     arm = load_arm(settings.arm)
     costs = (plan_once(task, option.gripped, settings, arm) for option in options)
@@ -139,10 +141,10 @@ def plan_options(options: Sequence[Option], task: TaskCostModel, settings: Setti
 
 
 def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settings, arm: Arm) -> OptionCost:
-    """Plans a task with a tool's parts, posed relative to the hand; once for equal tasks, forms, settings and arms.
+    """Plans a task with a tool's parts, or returns the cached plan for equal task, geometry, settings and arm.
 
-    Forms are equal if shapes, poses and striking faces of the parts are. Where nothing can be planned, the cost is
-    infinite, with the reason.
+    The parts are posed relative to the hand. Geometries are equal if the parts have equal shapes, poses and striking
+    faces. If no motion can be planned, the cost is infinite and contains the reason.
     """
     form = [
         (each.shape, each.X_TE.tobytes(), *((face.p_EQ.tobytes(), face.normal_E.tobytes()) for face in each.strikes))
@@ -153,7 +155,7 @@ def plan_once(task: TaskCostModel, parts: Sequence[PosedShape], settings: Settin
 
 @dataclass(frozen=True)
 class _Work:
-    """Task with a tool as gripped, compared by its key alone."""
+    """Task with a gripped tool; instances are compared only by their key."""
 
     key: tuple[object, ...]
     task: TaskCostModel = field(compare=False)
@@ -170,20 +172,20 @@ def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
 
 @dataclass(frozen=True)
 class _Impossible:
-    """Cost of an option with which no motion could be planned: infinite, whatever the inertia."""
+    """Infinite cost, whatever the inertia, of an option with which no motion could be planned."""
 
     infeasible_reason: str
     num_joints: int
 
     @property
     def q_start(self) -> Array:
-        """No joint angles, (0,)."""
+        """Empty array of joint angles, (0,)."""
         return np.zeros(0)
 
     def compute(self, pi: Array) -> Costs:
-        """Returns infinite costs for parameters of shape (S, 10)."""
+        """Returns infinite costs for inertial parameters pi, (S, 10)."""
         return Costs.of_nothing(len(pi))
 
     def compute_demand(self, pi: Array) -> Demand:
-        """Returns infinite demands for parameters of shape (S, 10)."""
+        """Returns infinite loads for inertial parameters pi, (S, 10)."""
         return Demand.of_nothing(self.num_joints, len(pi))

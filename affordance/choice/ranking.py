@@ -1,9 +1,9 @@
-"""Rules of choice among objects and grips.
+"""Rules of choice between objects and grips.
 
-The paper's rule draws one density from the belief and takes the cheapest option under it; Bayes' rule takes the
-option of least expected work. Effort is compared by its expectation, too; peaks, the share of a torque limit and the
-wrench at the grip, by their 95 % quantile under the belief, as it is the rare heavy tool that slips or overloads a
-joint.
+The paper's rule draws one density from the belief and takes the option that is cheapest for it. Bayes' rule takes the
+option of least expected work. Effort is also compared by its expectation. Peaks (the fraction of a torque limit, and
+the wrench at the grip) are compared by their 95 % quantile under the belief, because it is the rare heavy tool that
+slips or overloads a joint.
 """
 
 from collections.abc import Sequence
@@ -37,17 +37,17 @@ class RankedOption(NamedTuple):
 
     Attributes:
         option: Ranked option.
-        samples: Costs under each of S samples, the same densities for all options, (S,) each. Where a torque limit
-            would be exceeded, they are those of the motion without this limit.
-        amounts: Means and 90 % intervals of costs; of demands too, if a bound was given or they are compared.
-        cost: Cost by the criterion, which orders the options: the mean, or the 95 % quantile of a peak.
+        samples: Costs for each of S samples, with the same densities for all options, (S,) each. If a torque limit
+            would be exceeded, they are the costs of the motion without this limit.
+        amounts: Means and 90 % intervals of costs, and also of loads if a bound was given or the criterion uses them.
+        cost: Cost by the criterion, which orders the options: the mean or, for a peak, the 95 % quantile.
         p_best: Probability that the option is the cheapest.
-        p_feasible: Probability that the option is feasible: that it keeps the limits of torque and grip, and does the
-            task.
+        p_feasible: Probability that the option is feasible: that it does the task within the limits of torque and
+            grip.
         infeasible_reason: Reason why the option is not usable: it cannot do the task, or its probability of being
             feasible is too low; empty if it is usable.
-        q_start: Joint angles at the start of the task, (num_joints,), [rad]; none if nothing could be planned.
-        p_best_of_tool: Probability that the option is the cheapest grip of its tool, if that was asked for.
+        q_start: Joint angles at the start of the task, (num_joints,), [rad]; empty if nothing could be planned.
+        p_best_of_tool: Probability that the option is the cheapest grip of its tool; NaN unless computed.
     """
 
     option: Option
@@ -71,7 +71,7 @@ class RankedOption(NamedTuple):
 
     @property
     def works(self) -> Array:
-        """Work under each sample, (S,), [J]; infinite where the option is infeasible."""
+        """Work for each sample, (S,), [J]; infinite where the option is infeasible."""
         return np.where(self.samples.feasible, self.samples.work, np.inf)
 
     @property
@@ -81,15 +81,15 @@ class RankedOption(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """Options in the order of their expected cost.
+    """Options in order of expected cost.
 
     Attributes:
-        ranked: Usable options in the order of expected cost, exact ties in random order; then the others, which are
-            never chosen, in the same order.
+        ranked: Usable options in order of cost, exact ties in random order; then the others, which are never chosen,
+            in the same order.
         num_usable: Number of usable options.
-        min_feasibility: Probability with which an option must at least be feasible to be usable.
+        min_feasibility: Smallest probability of being feasible with which an option is usable.
         p_none: Probability that no option is feasible.
-        flips: True if the least expected integral of the squared torques would choose otherwise.
+        flips: True if the least expected integral of the squared torques would choose another option.
         criterion: Criterion by which options are compared.
 
     Example:
@@ -123,7 +123,7 @@ class Ranking(NamedTuple):
             ]
             for each in self.ranked
         ]
-        header = ["option", "expected work (J)", "P(best)", "P(feasible)", "not chosen, as it"]
+        header = ["option", "expected work (J)", "P(best)", "P(feasible)", "not chosen, because it"]
         return build_table("Ranking", header, rows)
 
     @property
@@ -143,7 +143,7 @@ class Ranking(NamedTuple):
         return tuple(each for each in self.ranked if each.option.object_name == tool)
 
     def find_best_grip(self, tool: str) -> str:
-        """Returns the grip of a tool's best-ranked option."""
+        """Returns the grip of a tool's highest-ranked option."""
         return self.list_of(tool)[0].option.grip
 
 
@@ -163,23 +163,23 @@ def rank(
     """Ranks objects and grips by the expected cost of a task with them.
 
     Args:
-        options: Options to choose from, at least one: different objects as well as different grips.
+        options: Options to choose from, at least one; objects or grips, or both, differ.
         task: Task, such as Reach.
         belief: Belief about materials; those never met get the prior of the settings.
         settings: Settings of arm, prior and controller.
         robot: Robot whose arm does the task; None for the arm of the settings.
         num_samples: Number of densities drawn from the belief.
         seed: Seed of the random draws: a whole number, or several.
-        min_feasibility: Probability with which an option must at least be feasible to be usable.
-        criterion: Criterion by which options are compared, as a member or its name; work is measured as the settings
-            say.
-        bounds: Largest wrench that the gripper holds. With None it holds everything, and demands on joints and grip
-            are computed only if the criterion is about them.
+        min_feasibility: Smallest probability of being feasible with which an option is usable.
+        criterion: Criterion by which options are compared, as a member or its name; the settings define how work is
+            measured.
+        bounds: Largest wrench that the gripper can hold. With None it can hold everything, and loads on joints and
+            grip are computed only if the criterion uses them.
 
-    Returns: Options in the order of their cost.
+    Returns: Options in order of cost.
 
     Raises:
-        BadArgumentError: An argument is of the wrong kind or out of bounds.
+        BadArgumentError: An argument has the wrong type or is out of bounds.
         AffordanceError: There is no option, two have the same name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """
@@ -215,7 +215,8 @@ def rank_options(
 ) -> Ranking:
     """Ranks options whose motions are already planned; see ``rank``.
 
-    A number of samples out of bounds, or a least feasibility that is no probability, raises a BadArgumentError.
+    Raises:
+        BadArgumentError: If the number of samples is out of bounds, or ``min_feasibility`` is not a probability.
     """
     _check_sampling(num_samples, min_feasibility)
     draws = choice.draw(memory, rng, num_samples)
@@ -232,10 +233,10 @@ def rank_draws(
     bounds: GripBounds | None = None,
     by_lot: bool = False,
 ) -> Ranking:
-    """Ranks planned options under samples of a belief; see ``rank``.
+    """Ranks planned options for given samples of a belief; see ``rank``.
 
-    Options of equal cost are in random order if ``by_lot``. Otherwise they keep their order, and options that are not
-    usable are ordered by their probability of being feasible, the nearest first.
+    With ``by_lot``, options of equal cost are in random order. Otherwise they keep their order, and options that are
+    not usable are in order of decreasing probability of being feasible.
     """
     costs, demand = price_options(choice, draws.parameters, criterion, bounds)
     chosen = pick_cheapest(costs, rng)
@@ -274,9 +275,9 @@ def rank_draws(
 
 
 def explain_choice(ranking: Ranking, draws: Draws, options: Sequence[Option]) -> Reasons | None:
-    """Finds the reasons of a ranking's choice, by indices of ``ranked``; None if no other option is usable.
+    """Finds the reasons for a ranking's choice; None if no other option is usable.
 
-    The samples are those under which it was made, of options in their order.
+    Options in the result are indices of ``ranked``. ``draws`` and ``options`` are those from which it was computed.
     """
     usable = ranking.ranked[: ranking.num_usable]
     if len(usable) < 2:

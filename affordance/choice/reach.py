@@ -1,4 +1,4 @@
-"""Reaching: the free end F of the tool T follows a path in the world W (paper, Simulation III)."""
+"""Reaching: the free end F of the tool T follows a path in the world frame W (paper, Simulation III)."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -19,13 +19,13 @@ from affordance.plant.rank_loss import describe_rank_loss
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
-# Postures of a motion that are checked for rank loss, evenly spaced.
+# Number of evenly spaced postures of a motion that are checked for rank loss.
 _NUM_CHECKED = 21
 
 
 @dataclass(frozen=True)
 class PathTask:
-    """Task of following a path from the start posture, for any tool."""
+    """Task, for any tool, of following a path from the start posture."""
 
     path: TimedPath
 
@@ -35,27 +35,27 @@ class PathTask:
         return self.path.duration
 
     def list_easier(self) -> Iterator[tuple[Self, str]]:
-        """Lists easier tasks, each with what is easier: mirrored, slower, smaller."""
+        """Lists easier tasks (mirrored, slower or smaller paths), each with a description."""
         for path, words in self.path.list_easier(EASIER_PACES, EASIER_SIZES):
             if words:
                 yield replace(self, path=path), words
 
     def _plan(self, model: ArmModel, following: Task, settings: Settings) -> PlannedMotion:
-        """Plans the motion; a NoPlanError names the nearest point of the path."""
+        """Plans the motion; if there is no plan, the NoPlanError names the nearest point of the path."""
         try:
             return plan_motion(model, following, duration=self.duration, settings=settings)
         except NoPlanError as found:
             raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
 
     def _describe_place(self, model: ArmModel, motion: PlannedMotion, row: int) -> str:
-        """Describes a row of a motion: the nearest point of the path, and which joint is at a limit."""
+        """Describes a row of a motion by the nearest point of the path and the joint at a limit."""
         place = self.path.name_nearest_point(row * motion.control_period)
         return f"near {place}, {describe_limit(model.arm, motion, row)}"
 
 
 @dataclass(frozen=True)
 class Reach(PathTask):
-    """Task of following a path with the tool's free end F, from the start posture, for any tool.
+    """Task, for any tool, of following a path with the tool's free end F from the start posture.
 
     Example:
         >>> from affordance import MODELS, Reach, load_path
@@ -89,7 +89,7 @@ class Reach(PathTask):
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which does not depend on the tool's inertia, and returns its costs at any inertia.
+        """Plans the motion, which does not depend on the tool's inertia, and returns its cost for any inertia.
 
         Args:
             model: Model of the arm; its state is changed.
@@ -103,7 +103,7 @@ class Reach(PathTask):
         return self.build_cost_of_end(model, find_free_end(parts), settings)
 
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
-        """Plans the motion for all tools with the free end F, p_TF of shape (3,), [m]; see ``build_cost``."""
+        """Plans the motion for all tools whose free end F is at p_TF, (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
         motion = self._plan(model, following, settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)

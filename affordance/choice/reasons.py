@@ -1,4 +1,4 @@
-"""Reasons of a choice: which material's uncertainty decides between two options, and what would change the choice."""
+"""Reasons for a choice: which material's uncertainty separates two options, and what would change the choice."""
 
 import itertools
 from typing import NamedTuple
@@ -11,9 +11,9 @@ from affordance.choice.inner_simulation import Draws
 from affordance.choice.picking import MIN_FEASIBILITY
 from affordance.objects.colour import Colour
 
-# Samples to a bin of densities, and numbers of bins: conditional costs are those of the samples of a bin.
+# Samples per bin of densities, and bounds on the number of bins; a bin's samples give the cost at its density.
 _PER_BIN, _FEWEST, _MOST = 250, 4, 40
-# Differences that do not count: within two standard errors of a mean, and 2 % of a quantile.
+# Differences that are ignored: two standard errors for means, and 2 % for quantiles.
 _ERRORS, _SHARE = 2.0, 0.02
 # Level at which peaks are compared.
 _PEAK = 0.95
@@ -22,15 +22,15 @@ _PEAK = 0.95
 class Share(NamedTuple):
     """Fraction of the uncertainty in the cost difference between two options that is due to one material."""
 
-    colour: Colour  # colour by which the material is known
-    # Share of the variance that its density explains, [1]; negative where materials act against each other.
+    colour: Colour  # colour that identifies the material
+    # Fraction of the variance that its density explains, [1]; can be negative if materials act against each other.
     share: float
 
 
 class Turn(NamedTuple):
-    """Density of one material from which on another option would be chosen, all others being as believed."""
+    """Density of one material beyond which another option would be chosen, with all other beliefs unchanged."""
 
-    colour: Colour  # colour by which the material is known
+    colour: Colour  # colour that identifies the material
     density: float  # density at which the choice changes, [kg/m^3]
     above: bool  # True if it changes above this density, false if below
     probability: float  # probability of such a density under the belief
@@ -38,11 +38,11 @@ class Turn(NamedTuple):
 
 
 class Reasons(NamedTuple):
-    """Reasons of a choice."""
+    """Reasons for a choice."""
 
-    rival: int  # index of the option that is most probably the cheapest other than the chosen one
-    shares: tuple[Share, ...]  # of the materials, the largest first
-    rest: float  # share of all else: errors of shape, and what is not linear in the densities
+    rival: int  # index of the option, other than the chosen one, that is most probably the cheapest
+    shares: tuple[Share, ...]  # shares of the materials, the largest first
+    rest: float  # share of everything else: errors of shape, and nonlinear effects of the densities
     turns: tuple[Turn, ...]  # densities that would change the choice, the most probable first
 
 
@@ -55,10 +55,15 @@ def find_reasons(
     *,
     is_peak: bool,
 ) -> Reasons:
-    """Finds the reasons of the choice of the first option of a pair rather than the second.
+    """Finds the reasons for choosing the first option of a pair rather than the second.
 
-    Costs and feasibility are those of all options under the samples, (options, S); objects are the options' places
-    among the objects of the samples, (options,).
+    Args:
+        draws: Samples of the belief.
+        costs: Costs of all options for these samples, (options, S).
+        feasible: True where an option is feasible, (options, S).
+        objects: Index of each option's object among the objects of the samples, (options,).
+        pair: Indices of the two options.
+        is_peak: True if costs are compared by their 95 % quantile rather than their mean.
     """
     best, rival = pair
     held = sorted({int(objects[best]), int(objects[rival])})
@@ -72,7 +77,12 @@ def find_reasons(
 
 
 def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tuple[tuple[Share, ...], float]:
-    """Divides the variance of a difference among materials, by the covariance with their terms in a linear fit."""
+    """Divides the variance of a cost difference between materials.
+
+    A material's share is the covariance of the difference with the material's terms in a linear fit.
+
+    Returns: The shares, and the remaining share.
+    """
     places = [(each, int(column)) for each in objects for column in np.flatnonzero(draws.used[each])]
     densities = np.column_stack([draws.densities[:, each, column] for each, column in places])
     densities = densities - densities.mean(axis=0)
@@ -92,7 +102,7 @@ def _share_variance(draws: Draws, difference: Array, objects: list[int]) -> tupl
 def _find_turns(
     colour: Colour, density: Array, costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool
 ) -> list[Turn]:
-    """Finds the densities, from the lightest and from the heaviest on, with which another option would be chosen."""
+    """Finds the densities above or below which another option would be chosen, searching from both extremes."""
     num_bins = int(np.clip(len(density) // _PER_BIN, _FEWEST, _MOST))
     bins = np.array_split(np.argsort(density), num_bins)
     chosen = [_choose(costs[:, each], feasible[:, each], best, is_peak) for each in bins]
@@ -108,7 +118,7 @@ def _find_turns(
 
 
 def _choose(costs: Array, feasible: NDArray[np.bool_], best: int, is_peak: bool) -> int:
-    """Chooses the option under some samples; another one than the best only if it is better beyond chance."""
+    """Chooses the best option for some samples; differs from ``best`` only if the improvement exceeds chance."""
     usable = feasible.mean(axis=1) >= MIN_FEASIBILITY
     values = np.quantile(costs, _PEAK, axis=1) if is_peak else costs.mean(axis=1)
     values = np.where(usable, values, np.inf)

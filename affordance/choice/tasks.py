@@ -1,4 +1,4 @@
-"""Tasks as files: those of a folder of models by name, and any other by the kind that its file says."""
+"""Loads tasks from files: by name from a model folder, or from any file by the kind of task that it names."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -17,7 +17,7 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import check_content
 from affordance.plant.arm import Arm
 
-# Files of the tasks in a folder of models.
+# Task files in a model folder.
 TASK_FILES = {
     "hammer": "nail.yaml",
     "reach": "paths/reach.yaml",
@@ -25,19 +25,22 @@ TASK_FILES = {
     "carry": "tasks/carry.yaml",
     "hold": "tasks/hold.yaml",
 }
-# Key of a task's file that says of which kind it is.
+# Key in a task file that contains the kind of task.
 _KIND = "kind"
 
 
 def list_tasks(models: Path) -> tuple[str, ...]:
-    """Lists the names of the tasks whose files a folder of models has."""
+    """Lists the names of the tasks whose files exist in a model folder."""
     return tuple(name for name, file in TASK_FILES.items() if (models / file).is_file())
 
 
 def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
-    """Loads a task of a folder of models by its name; a file without a kind has that of the name.
+    """Loads a task from a model folder by its name, which is also the default kind.
 
-    An unknown name raises a BadValueError; other arguments and errors are those of ``load_task_file``.
+    Other arguments and errors are those of ``load_task_file``.
+
+    Raises:
+        BadValueError: If the folder has no task of this name.
     """
     names = list_tasks(models)
     if name not in names:
@@ -46,21 +49,21 @@ def load_task(models: Path, name: str, arm: Arm | None = None) -> TaskCostModel:
 
 
 def load_task_file(path: StrPath, arm: Arm | None = None) -> TaskCostModel:
-    """Loads the task of a file: hammer, reach, mash, carry or hold, as its key ``kind`` says.
+    """Loads a task from a file, whose key ``kind`` is hammer, reach, mash, carry or hold.
 
     Args:
-        path: File of the task.
-        arm: Arm that is to do it; None to leave unchecked whether it can take the task's posture.
+        path: Task file.
+        arm: Arm that will do the task, whose start posture is checked; None to skip the check.
 
     Raises:
-        BadValueError: The file or one of its values is invalid, it says no kind, or it names a joint or an angle that
-            the arm has not; the message names file, key and fault.
+        BadValueError: The file or one of its values is invalid, the kind is missing, or the arm lacks a joint or
+            cannot take an angle that the file names. The message names file, key and fault.
     """
     return _load(check_path("path", path), None, arm)
 
 
 def _load(path: Path, default: str | None, arm: Arm | None) -> TaskCostModel:
-    """Loads the task of a file, whose posture the arm can take; a default is the kind of a file that says none."""
+    """Loads a task from a file and checks its start posture; ``default`` is the kind if the file names none."""
     task = _build(path, default)
     if arm is not None:
         match task:
@@ -83,7 +86,7 @@ def _build(path: Path, default: str | None) -> TaskCostModel:
         if not isinstance(kind, str) or kind not in _BUILDERS:
             raise BadValueError(path, _KIND, describe_choice(kind, _BUILDERS))
     else:
-        kind = default or "reach"  # whose entry says what is wrong
+        kind = default or "reach"  # its entry will report what is wrong
     return _BUILDERS[kind](path, content)
 
 
@@ -101,5 +104,5 @@ _BUILDERS: Mapping[str, Callable[[Path, Any], TaskCostModel]] = {
 
 
 def is_any_still(tasks: Iterable[TaskCostModel]) -> bool:
-    """Returns whether one of the tasks is to hold still, which takes no work."""
+    """Returns True if one of the tasks is to hold still, which takes no work."""
     return any(isinstance(task, Keep) for task in tasks)

@@ -1,4 +1,4 @@
-"""Evidence of weighings: what measured masses say of the densities of objects and their materials."""
+"""Evidence from weighings about the densities of objects and their materials."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -13,22 +13,22 @@ from affordance.objects.weighing import Weighing
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.systems import measure_geometry
 
-# Distance between a weighing and what was believed, in standard deviations, above which the object is odd: it is not
-# of its materials, or not as it is drawn. Outliers of lifts are counted from the same distance.
+# An object is odd if a weighing differs from the belief by more than this many standard deviations: it is not made of
+# its materials, or differs from its drawing. The same threshold defines outliers of lifts.
 _ODD = 5.0
 
 
 class WeighedObject(NamedTuple):
-    """Object that was weighed: its parts, columns of their materials, and measured masses."""
+    """Object that was weighed: its parts, the columns of their materials, and its measured masses."""
 
     parts: Sequence[ComponentFeatures]
     columns: Sequence[int]
-    geometry: Geometry  # columns are materials
+    geometry: Geometry  # one column per material
     weighings: Sequence[Weighing]
 
 
 class Surprise(NamedTuple):
-    """Weighing that contradicts what was believed, [kg]."""
+    """Weighing that contradicts the belief; masses in [kg]."""
 
     name: str
     mass: float
@@ -37,7 +37,10 @@ class Surprise(NamedTuple):
 
 
 def compute_likelihood(weighed: WeighedObject, expected: Array) -> Likelihood:
-    """Computes the likelihood of an object's own densities, (M,); sizes have errors at the expected densities."""
+    """Computes the likelihood of an object's own densities, (M,), given its weighings.
+
+    The effect of size errors is evaluated at the expected densities.
+    """
     size = weighed.geometry.Phi.shape[1]
     volumes = np.array([_sum_volumes(weighed, each, size) for each in weighed.weighings]).reshape(-1, size)
     errors = compute_mass_errors(weighed, expected[list(weighed.columns)])  # (W, G)
@@ -97,15 +100,15 @@ def condition_on_weighings(
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
     """Conditions the joint belief about the densities of N objects on weighings of some of them.
 
-    An object whose weighing contradicts the belief about materials may be of anything: its own densities scatter
-    about its materials' as those of any material do.
+    An object whose weighing contradicts the belief about materials may be made of anything: the spread of its own
+    densities becomes that of the prior of any material.
 
     Args:
         belief: Belief about the M materials' mean densities.
         objects: All N objects by name, in their order.
         prior: Prior of materials, with the deviation of objects.
 
-    Returns: Joint belief, of size N M, object by object, and the contradictions.
+    Returns: Joint belief of size N M, object by object, and the contradicting weighings.
     """
     joint = belief.add_object_variation(prior.deviation_sd, len(objects))
     size = belief.size
@@ -133,7 +136,7 @@ def condition_on_weighings(
 def condition_object(
     belief: DensityBelief, name: str, weighed: WeighedObject, prior: Prior
 ) -> tuple[DensityBelief, tuple[Surprise, ...]]:
-    """Conditions the belief about one object's own densities on its weighings, as ``condition_on_weighings`` does."""
+    """Conditions the belief about one object's own densities on its weighings; see ``condition_on_weighings``."""
     surprises = _find_surprises(belief, name, weighed)
     if surprises:
         wider = belief.covariance + prior.sd**2 * np.eye(belief.size)

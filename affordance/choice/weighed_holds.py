@@ -1,4 +1,4 @@
-"""Weighings that a memory learns from, as if the objects had been held."""
+"""Lets a memory learn from weighings as if the objects had been held."""
 
 from collections.abc import Mapping
 
@@ -18,7 +18,7 @@ def learn_weighings(
     prior: Prior,
     felt: Mapping[str, FeltObject],
 ) -> tuple[MaterialMemory, dict[str, FeltObject]]:
-    """Learns from weighings of objects as from holding them, each object by one of its options.
+    """Learns from the weighings of objects as from holding them; each object is given by one of its options.
 
     Returns: The memory, and the evidence about each object that was held or weighed, by name.
     """
@@ -46,7 +46,7 @@ def learn_weighings(
             news = own.marginalise_deviation(prior.deviation_sd)
         appearance = tuple(part.appearance for part in option.features)
         known = FeltObject.of(colours, own, prior, appearance)
-        assert known is not None  # there is a likelihood
+        assert known is not None  # because there is a likelihood
         found[name] = known
         memory = memory.condition(news.embed(chosen, memory.belief.size))
     return memory, found

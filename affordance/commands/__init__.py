@@ -1,5 +1,5 @@
-"""Subcommands, one module each, defining add_arguments and run; cli.py finds them by name.
+"""Subcommands: one module each, which defines add_arguments and run. cli.py imports them by name.
 
-``run`` returns the exit status. Invalid arguments and files raise an AffordanceError, of one line, before anything is
-written.
+``run`` returns the exit status. Invalid arguments and files raise an AffordanceError with a one-line message before
+anything is written.
 """

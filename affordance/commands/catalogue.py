@@ -1,30 +1,30 @@
-"""Catalogue of the commands: their help and examples, by subject."""
+"""Help and examples of all commands, grouped by subject."""
 
 import argparse
 import importlib
 from typing import Protocol, cast
 
-# Lines of help of the commands, by subject; here, so that the help imports none of them. A dash in a name is an
-# underscore in its module.
+# One line of help per command, grouped by subject. They are kept here so that --help imports no command. A dash in a
+# command's name is an underscore in the name of its module.
 SUBJECTS = {
     "Simulated people and robots": {
         "run": "run the paper's simulations or other experiments; write numbers, figures and a report",
         "watch": "watch an observer in an experiment, live in the browser",
-        "film": "write a moving picture of an experiment: the arm with every object, side by side",
+        "film": "write a film of an experiment: the arm with each object, side by side",
         "predict": "predict what each learner would do in an experiment, and which number separates them best",
         "lift": "simulate the trials of a table: observers lift, hold or look at objects",
         "fit": "fit a learner to the pushes of people, person by person or pooled",
-        "compare-learners": "say which learner predicts the lifts of each person best, one trial ahead",
-        "new-experiment": "write a Python file with an experiment that runs, to be changed",
+        "compare-learners": "find the learner that predicts each person's lifts best, one trial ahead",
+        "new-experiment": "write a runnable example experiment in Python, for you to change",
     },
     "Choice of tools": {
-        "guess": "estimate mass, centre of mass and inertia of things from their looks, before they are held",
-        "rank": "rank tools, and where to grip them, for a task, from drawings or pictures; say why",
-        "next": "say what to hold next so that the right tool is chosen, and when to stop",
+        "guess": "estimate mass, centre of mass and inertia of objects from how they look, before they are held",
+        "rank": "rank tools and grips for a task, from drawings or pictures, and give the reasons",
+        "next": "advise which object to hold next before a tool is chosen, and when to stop",
         "new-tools": "write a commented tools file to fill in, for rank and next",
     },
     "Robots and recordings": {
-        "import-arm": "make a folder of models for the arm in a robot's file (URDF, SDF or MJCF)",
+        "import-arm": "make a model folder for the arm in a robot's file (URDF, SDF or MJCF)",
         "compare-robots": "compare two files of one robot, joint by joint: mass, centre of mass, inertia, limits",
         "excite": "design a motion from which mass, centre of mass, inertia or the cost of a task can be identified",
         "identify": "identify a payload from recordings: mass, centre of mass and inertia, with intervals",
@@ -39,7 +39,7 @@ SUBJECTS = {
     },
 }
 COMMANDS = {name: text for group in SUBJECTS.values() for name, text in group.items()}
-# Arguments of the example at the end of a command's help.
+# Arguments of the example with which a command's help ends.
 EXAMPLES = {
     "run": "weight --repeats 20",
     "watch": "com",
@@ -63,18 +63,22 @@ EXAMPLES = {
     "tutorials": "--copy-only",
     "completion": "bash",
 }
-# Experiments that are commands of their own.
+# Experiments that can be called without ``run``, as in ``affordance weight``.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 
 
 class Command(Protocol):
-    """Interface of the module of a command."""
+    """Interface of a command's module."""
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Adds the command's arguments to a parser."""
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Runs the command and returns the exit status; invalid input raises an AffordanceError of one line."""
+        """Runs the command and returns its exit status.
+
+        Raises:
+            AffordanceError: If the input is invalid; its message is one line.
+        """
 
 
 def load_command(name: str) -> Command:

@@ -10,7 +10,7 @@ from affordance.commands.terminal import find_width
 from affordance.reporting.formatting import break_line, format_number, tabulate_within
 from affordance.robots.comparison import NAMES, TOLERANCE, Compared, compare, read_joints
 
-# Exit status where the files differ.
+# Exit status if the files differ.
 DIFFERENT = 3
 
 
@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the comparison; returns the exit status, DIFFERENT if anything differs."""
+    """Prints the comparison and returns the exit status: DIFFERENT if anything differs, else 0."""
     one, other = read_joints(arguments.one, arguments.tip), read_joints(arguments.other, arguments.other_tip)
     compared = compare(one, other)
     differing = [name for name in NAMES if any(name in each.differing for each in compared)]
@@ -60,7 +60,7 @@ def _list_joints(compared: list[Compared], name: str) -> str:
 
 
 def _show(each: Compared, name: str) -> str:
-    """Formats a number of both joints, once if they agree."""
+    """Formats one property of both joints, as a single number if they agree."""
     a, b = (float(getattr(joint, name)) for joint in (each.one, each.other))
     shown = [format_number(value) if math.isfinite(value) else "none" for value in (a, b)]
     return f"{shown[0]} | {shown[1]}" if name in each.differing else shown[0]

@@ -1,4 +1,4 @@
-"""``affordance completion SHELL``: prints a script by which a shell completes commands and options."""
+"""``affordance completion SHELL``: prints a script with which a shell completes commands and options."""
 
 import argparse
 import shlex
@@ -10,7 +10,7 @@ from affordance.commands.parser import OneLineParser
 from affordance.experiments.suite import NAMES
 from affordance.files.model_folder import list_studies
 
-# Words in place of an argument without a dash; for other commands the shell completes names of files.
+# Completions of positional arguments; for all other commands the shell completes file names.
 _WORDS = {"run": ("all", *NAMES), "predict": NAMES, "watch": NAMES, "study": tuple(list_studies())}
 _BASH = """\
 _affordance() {{
@@ -32,7 +32,7 @@ complete -o default -F _affordance affordance
 
 
 class _Option(NamedTuple):
-    """Option of a command: its names, its help, and the words that may follow it."""
+    """Option of a command: its names, its help and its allowed values."""
 
     names: tuple[str, ...]
     help: str
@@ -41,7 +41,7 @@ class _Option(NamedTuple):
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    what = 'shell; write the script where it reads such scripts, or: eval "$(affordance completion bash)"'
+    what = 'your shell; save the script in its folder of completions, or run: eval "$(affordance completion bash)"'
     parser.add_argument("shell", choices=("bash", "zsh", "fish"), help=what)
 
 
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.shell == "fish":
         print("\n".join(_write_fish(options)))
     else:
-        is_zsh = arguments.shell == "zsh"  # which reads bash's scripts
+        is_zsh = arguments.shell == "zsh"  # zsh can read bash's completion scripts
         print(
             "autoload -U +X compinit bashcompinit && compinit && bashcompinit\n" * is_zsh + _write_bash(options),
             end="",
@@ -60,11 +60,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _list_options(name: str) -> Iterator[_Option]:
-    """Lists the options of a command; an option without names stands for its arguments without a dash."""
+    """Lists the options of a command; an entry without names is a positional argument."""
     parser = OneLineParser(prog=name)
     load_command(name).add_arguments(parser)
     yield _Option((), "", _WORDS.get(name, ()))
-    yield _Option(("-q", "--quiet"), "print the answer alone", ())
+    yield _Option(("-q", "--quiet"), "print only the answer", ())
     for action in parser._actions:
         if action.help is not argparse.SUPPRESS:
             yield _Option(tuple(action.option_strings), action.help or "", tuple(map(str, action.choices or ())))

@@ -15,7 +15,7 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.version import __version__
 
-# Optional extras, and the module that each installs.
+# Optional extras, each with a module that it installs.
 EXTRAS = {"cluster": "distributed", "bags": "rosbags", "xacro": "xacrodoc", "film": "imageio_ffmpeg"}
 
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints a line for each part; returns 0 if all required parts work, or else 2."""
+    """Prints one line per part and returns the exit status: 0 if all required parts work, else 2."""
     if arguments.install:
         provide_libraries(arguments.tests)
     missing = find_missing(arguments.tests)
@@ -81,7 +81,7 @@ def _check_solvers() -> str:
     names = ("Daqp", "Clarabel", "Snopt")
     lacking = [name for name in names if not getattr(solvers, f"{name}Solver")().available()]
     if lacking:
-        raise AffordanceError(f"Drake has no {', '.join(lacking)} here")
+        raise AffordanceError(f"this build of Drake lacks {', '.join(lacking)}")
     return f"{', '.join(names)} work"
 
 

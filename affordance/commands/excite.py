@@ -57,14 +57,14 @@ _SECOND = 1_000_000_000  # [ns]
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
+    what = "model folder written by import-arm, or a robot's file with --tip (default: the paper's arm)"
     add("place", nargs="?", type=Path, metavar="robot", help=what)
     what = "what to identify: mass, com, inertia, or the cost of a task (default mass)"
     add("--for", dest="aim", default="mass", metavar="AIM", help=what)
     add("--seconds", type=float, default=8.0, metavar="S", help="duration of the motion (default 8)")
     add("--postures", type=int, metavar="N", help="visit N postures (default: a motion as a Fourier series)")
     add("--mass", type=float, default=1.0, metavar="KG", help="approximate mass of the load (default 1)")
-    what = "tools file, for a task"
+    what = "tools file, if --for names a task"
     add("--tools", type=Path, default=MODELS / "workshop" / "tools.yaml", metavar="FILE", help=what)
     add("--only", metavar="NAME", help="tool that will be held (default: the first)")
     add("--signal", choices=SIGNALS, default=SIGNALS[0], help="signal that will be recorded (default joint_torque)")
@@ -74,7 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--floor", type=float, default=10.0, metavar="G", help="error that does not average out, g (default 10)")
     what = "acceleration limit: one for all joints, or one per joint, rad/s^2 (default: the robot's file, else 3)"
     add("--acceleration", type=float, nargs="+", default=[], metavar="A", help=what)
-    add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml, as MoveIt has it")
+    add("--joint-limits", type=Path, metavar="FILE", help="joint_limits.yaml of MoveIt")
     add("--tip-speed", type=float, default=1.0, metavar="V", help="speed limit of the tip, m/s (default 1)")
     what = "largest distance of each joint from home (default 3.14)"
     add("--reach", type=float, default=3.14, metavar="RAD", help=what)
@@ -144,13 +144,17 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _limit_acceleration(chain: SerialChain, given: Array) -> Array:
-    """Finds the limits of acceleration, (n,): given ones, never beyond the file's; the usual one without either."""
+    """Returns the acceleration limits, (n,), [rad/s^2].
+
+    Given limits are capped by those of the robot's file. Without given ones, the file's limits hold, and the usual
+    limit where the file has none.
+    """
     usual = np.where(np.isfinite(chain.acceleration_limits), chain.acceleration_limits, USUAL_ACCELERATION)
     return np.minimum(given, chain.acceleration_limits) if len(given) else usual
 
 
 def format_csv(motion: PreparedRun) -> str:
-    """Formats a motion as a table with the columns of a run."""
+    """Formats a motion as CSV with the columns of a recording."""
     n = motion.q.shape[1]
     head = ["time", *(f"{name}_{j + 1}" for name in ("q", "v", "vdot") for j in range(n))]
     rows = np.column_stack([motion.times, *motion.motion])
@@ -158,7 +162,7 @@ def format_csv(motion: PreparedRun) -> str:
 
 
 def format_trajectory(joint_names: tuple[str, ...], motion: PreparedRun) -> str:
-    """Formats a motion as a message trajectory_msgs/JointTrajectory in YAML."""
+    """Formats a motion as a trajectory_msgs/JointTrajectory message in YAML."""
 
     def show(values: Array) -> list[float]:
         return [round(float(value), 6) for value in values]
@@ -184,7 +188,7 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _blame(arguments: argparse.Namespace, error: NoMotionError) -> BadValueError:
-    """Returns the error that names the option because of which no motion keeps the limits."""
+    """Builds the error that names the option to change if no motion satisfies the limits."""
     if error.limit is Limit.HEIGHT:
         return BadValueError("--above", "", f"is {arguments.above:g} m: {error}; choose a smaller height")
     if error.limit is not Limit.TORQUE:
@@ -202,7 +206,11 @@ def _find_aim(arguments: argparse.Namespace) -> Aim:
 
 
 def _expect(arguments: argparse.Namespace, robot: Robot) -> Expectation:
-    """Collects what is known of gains, errors and load; raises a BadValueError for an unknown aim."""
+    """Builds the expected precision from the gains, the torque errors and the assumed load.
+
+    Raises:
+        BadValueError: If the aim is unknown, or a joint has no effort limit and no gains file gives its error.
+    """
     chain, kind = robot.chain, SignalKind(arguments.signal)
     gains, density = find_errors(chain.joint_names, robot.limits.tau_max, kind, arguments.gains)
     known = np.isfinite(density) & (density > 0.0)
@@ -249,7 +257,7 @@ def _describe(
         f"moments of inertia {spread.inertia:.2g} kg m^2{cost}"
     )
     yield (
-        f"A random motion within the same limits has {design.typical / design.score:.1f} times that in the median; "
+        f"The median of random motions within the same limits is {design.typical / design.score:.1f} times as large; "
         f"an error of {arguments.floor:g} g remains however long the motion is (--floor)"
     )
     if spread.mass <= _NEAR_FLOOR * 1e-3 * arguments.floor:

@@ -1,4 +1,4 @@
-"""``affordance film``: a moving picture of what an observer of an experiment does."""
+"""``affordance film``: writes a film of one observer in an experiment."""
 
 import argparse
 import tempfile
@@ -19,8 +19,10 @@ _FILMED = ("weight", "com", "reach", "hammer", "next_lift")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("experiment", help=f"one of {', '.join(_FILMED)}")
-    parser.add_argument("file", type=Path, help="film to write: .gif, or .webm or .mp4 (these want imageio-ffmpeg)")
-    parser.add_argument("--seconds", type=float, default=60.0, metavar="S", help="what is shown of it (default: all)")
+    parser.add_argument("file", type=Path, help="film to write: .gif, or .webm or .mp4 (these need imageio-ffmpeg)")
+    parser.add_argument(
+        "--seconds", type=float, default=60.0, metavar="S", help="how much of it is shown (default: all)"
+    )
     parser.add_argument("--slower", type=float, default=1.0, metavar="TIMES", help="slow motion (default 1)")
     options.add_robot(parser)
     options.add_seed(parser)
@@ -38,12 +40,12 @@ def run(arguments: argparse.Namespace) -> int:
     robot = open_robot(*options.read_robot(arguments))
     print("One observer is simulated and each picture rendered, which takes about a minute.", flush=True)
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
-        warnings.simplefilter("ignore")  # of statistics over one observer
+        warnings.simplefilter("ignore")  # statistics of a single observer
         arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path(folder)
         results = find_experiment(arguments.experiment).run(
             read_setup(arguments, robot, options.read_changes(arguments))
         )
-    assert isinstance(results.replay, Replay)  # of each that is filmed
+    assert isinstance(results.replay, Replay)  # every experiment in _FILMED has one
     write_film(arguments.file, results.replay, seconds=arguments.seconds, slower=arguments.slower)
     print(f"{arguments.file}: {arguments.file.stat().st_size / 1000:.0f} kB")
     return 0

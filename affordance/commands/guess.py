@@ -1,4 +1,4 @@
-"""``affordance guess``: says what things look like they weigh, before any of them is held."""
+"""``affordance guess``: estimates the inertia of objects from how they look, before any is held."""
 
 import argparse
 from pathlib import Path
@@ -21,8 +21,8 @@ from affordance.settings import Settings
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    add("tools", type=Path, help="tools file, which needs no grips")
-    add("--only", action="append", default=[], metavar="NAME", help="only the thing of this name; may be repeated")
+    add("tools", type=Path, help="tools file; it needs no grips")
+    add("--only", action="append", default=[], metavar="NAME", help="only the object with this name; may be repeated")
     add("--meshes", type=Path, metavar="DIR", help="folder of mesh files (default: that of the tools file)")
     add("--materials", type=Path, metavar="FILE", help="materials (default: the robot's)")
     add("--memory", metavar="MEMORY", help="lasting memory of materials, an SQLite file (default: none)")
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints expected mass, centre of mass and inertia of things and their parts."""
+    """Prints the expected mass, centre of mass and inertia of objects and their parts."""
     robot = open_robot(*options.read_robot(arguments))
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)

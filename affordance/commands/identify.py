@@ -41,20 +41,20 @@ from affordance.robots.flange import Flange, find_flange, find_imported_tip
 from affordance.robots.joint_limits import limit_joints
 from affordance.robots.recorded_arm import load_robot
 
-# Nuisances that can be switched off; the settings have the same names.
+# Sources of uncertainty that can be switched off; the settings have the same names.
 NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-noise")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "folder written by import-arm, a robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
+    what = "model folder of import-arm, a robot's file (URDF, SDF, MJCF), or .dmd.yaml (default: the paper's arm)"
     add("robot", nargs="?", type=Path, help=what)
     robot = find_group(parser, ROBOT).add_argument
     robot("--robot", dest="robot_option", type=Path, metavar="ROBOT", help="the same, as an option")
     what = "link that carries the payload, or the wrist sensor (default: that of the run's description or the folder)"
     robot("--tip", help=what)
-    what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip of the robot's file)"
+    what = "frame of the controller's flange, for --claimed and lines to paste (default: the tip in the robot's file)"
     robot("--flange", metavar="NAME", help=what)
     what = "link in whose frame gravity is given (default: the run's description, else the root of the joints)"
     robot("--base", help=what)
@@ -63,36 +63,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "YAML file that describes all runs (default: for RUN.csv the file RUN.yaml in its folder)"
     add("--description", type=Path, help=what)
     add("--unpaired", action="store_true", help="the loaded run does not repeat the motion of an empty run")
-    what = "tools file with the object as a camera saw it: its first tool, or --object-name"
+    what = "tools file with the object as a camera saw it; the first tool, unless --object-name names another"
     add("--object", type=Path, help=what)
     add("--object-name", help="name of the tool in that file")
     what = "pose of the object in the tip's frame, m and degrees (default: that of the run's description)"
     add("--object-pose", type=float, nargs=6, metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"), help=what)
-    what = "relative standard deviation of the sizes of its parts (default 0.2)"
+    what = "relative standard deviation of its part sizes (default 0.2)"
     add("--size-error", type=float, default=0.2, metavar="SD", help=what)
     what = "relative standard deviation of the mass that the camera does not see (default 0.2; 0.02 for solid stock)"
     add("--unseen", type=float, default=0.2, metavar="SD", help=what)
-    what = "materials of that file (default: the robot's, else those of the package)"
+    what = "materials for that file (default: the robot's, else those of the package)"
     add("--materials", type=Path, metavar="FILE", help=what)
     what = "lasting memory of materials (SQLite file), which learns from this run; it is created if it does not exist"
     add("--memory", metavar="MEMORY", help=what)
     options.add_same_colours(parser)
     what = "memory that learns in place of --memory, starting from what --memory knows"
     add("--learned", metavar="MEMORY", help=what)
-    what = "mass of the load on a scale, from which the gains of motor currents are found"
+    what = "mass of the load on a scale, used to calibrate the gains of motor currents"
     add("--reference-mass", type=float, metavar="KG", help=what)
     add("--gains", type=Path, help="known gains (gains.yaml, written by a run with --reference-mass)")
-    what = "file with the payload that is set on the controller, or several of which one may be right"
+    what = "file with the payload that is set on the controller, or several candidates to compare"
     add("--claimed", type=Path, nargs="+", default=[], metavar="FILE", help=what)
-    what = "relative tolerance of its mass and centre of mass (default 0.05)"
+    what = "relative tolerance for its mass and centre of mass (default 0.05)"
     add("--tolerance", type=float, default=0.05, help=what)
     add("--anyway", action="store_true", help="write, learn and print lines even if the result is not to be trusted")
-    what = "joint_limits.yaml, as MoveIt has it: advice for further motion keeps its accelerations"
+    what = "joint_limits.yaml of MoveIt: advice for further motion respects its acceleration limits"
     add("--joint-limits", type=Path, metavar="FILE", help=what)
     what = f"sources of uncertainty to leave out, to see their effect: {', '.join(NUISANCES)}"
     add("--off", nargs="+", default=[], choices=NUISANCES, metavar="SOURCE", help=what)
-    add("--min-speed", type=float, help="leave out samples of joints that are slower than this, rad/s (default 0.03)")
-    what = "correct sign, gravity, frame and lag as the arm's own weight shows them, and report it"
+    add(
+        "--min-speed",
+        type=float,
+        help="leave out samples of a joint while it is slower than this, rad/s (default 0.03)",
+    )
+    what = "correct sign, gravity, frame and lag if the arm's own weight shows they are wrong, and report it"
     add("--as-found", action="store_true", help=what)
     add("--samples", type=int, default=32_000, help="number of posterior samples (default 32000)")
     add("--demo", action="store_true", help="identify a simulated recording from the package")
@@ -102,7 +106,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies the payload, prints and writes the result; returns 0, or 3 if the mass is doubtful or not seen."""
+    """Identifies the payload, prints and writes the result, and returns the exit status.
+
+    It is 0, or 3 if the result is not to be trusted or the mass cannot be seen in the recording.
+    """
     if arguments.demo:
         return _run_demo(arguments)
     if arguments.loaded is None:
@@ -125,9 +132,9 @@ def run(arguments: argparse.Namespace) -> int:
     for option in ("object_pose", "object_name"):
         if arguments.object is None and getattr(arguments, option) is not None:
             raise BadValueError(
-                f"--{option.replace('_', '-')}", "", "is about a seen object, must be given with --object"
+                f"--{option.replace('_', '-')}", "", "describes a seen object, must be given with --object"
             )
-    tool = None if arguments.object is None else _find_tool(arguments, materials)
+    tool = None if arguments.object is None else _load_tool(arguments, materials)
     seen = None if tool is None else see_tool(tool, memory, prior, arguments.size_error)
     mass = arguments.reference_mass
     if mass is not None:
@@ -149,7 +156,7 @@ def run(arguments: argparse.Namespace) -> int:
     if tool is not None and seen is not None and (arguments.learned or arguments.memory):
         belief, lesson = _teach(arguments, belief, seen, robot, loaded, tool.name, settings, prior, same_colours)
     elif place := arguments.learned or arguments.memory:
-        lesson = f"{place} learns nothing: no object was given as a camera saw it (--object)"
+        lesson = f"{place} learns nothing: no object seen by a camera was given (--object)"
     is_used = belief.is_trusted or arguments.anyway
     content = belief.to_dict()
     content["flange"] = None if isinstance(flange, str) else flange.name
@@ -189,12 +196,12 @@ def _run_demo(arguments: argparse.Namespace) -> int:
 
 
 def _recall(place: str | None, prior: Prior, same_colours: SameColours) -> MaterialMemory:
-    """Recalls a memory, which is empty if it does not exist yet."""
+    """Loads the belief of a memory; empty if the memory does not exist yet."""
     if place is None:
         return MaterialMemory()
     if not has_memory(place):
         if same_colours:
-            raise BadValueError("--same-colour", "", f"is about remembered colours, but {place} does not exist")
+            raise BadValueError("--same-colour", "", f"applies to remembered colours, but {place} does not exist")
         return MaterialMemory()
     with open_memory(place) as ledger:
         return ledger.recall(prior=prior, same_colours=same_colours)
@@ -211,7 +218,7 @@ def _teach(
     prior: Prior,
     same_colours: SameColours,
 ) -> tuple[PayloadBelief, str]:
-    """Appends the run to the memory; returns the belief with that memory, and a sentence about what was learned."""
+    """Adds the run to the memory; returns the belief with that memory, and a sentence about what was learned."""
     place = arguments.learned or arguments.memory
     if belief.seen is None or not (belief.teaches or arguments.anyway):
         reason = "the object is not what it looks like" if belief.is_trusted else "the result is not to be trusted"
@@ -222,7 +229,7 @@ def _teach(
         place, trial, prior, known=known, former_hash=run.former_fingerprint, same_colours=same_colours
     )
     belief = replace(belief, seen=replace(belief.seen, memory=memory))
-    learned = "has learned them" if is_new else "learns nothing: it has learned from this run before"
+    learned = "has learned them" if is_new else "learns nothing: it already contains this run"
     return belief, f"{place} {learned}"
 
 
@@ -235,7 +242,10 @@ def _find_past_arms(arguments: argparse.Namespace, robot: SerialChain) -> str:
 
 
 def _place_object(run: Run, values: Sequence[float]) -> Run:
-    """Returns the run with the pose of the seen object in the tip: position, [m], roll, pitch and yaw, [deg]."""
+    """Adds the pose of the seen object to a run.
+
+    The values are its position, [m], and its roll, pitch and yaw, [deg], in the tip's frame.
+    """
     for name, value in zip(("X", "Y", "Z", "ROLL", "PITCH", "YAW"), values, strict=True):
         bound = 2.0 if len(name) == 1 else 360.0
         check_number(f"--object-pose {name}", value, -bound, bound)
@@ -268,7 +278,8 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     tip = arguments.tip or loaded.description.tip
     if not tip and robot.is_dir():
         of_file = find_imported_tip(robot)
-        tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME  # objects are posed in the hand
+        # Object poses are relative to the hand.
+        tip = HAND_FRAME if arguments.object is not None else of_file or HAND_FRAME
         if tip == HAND_FRAME and of_file is not None and loaded.description.compensated_payload.any():
             problem = "is in the frame of the controller's tip, so --tip must name the tip of the robot's file"
             raise BadValueError(loaded.source, "compensated_payload", problem)
@@ -277,34 +288,32 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> SerialChain:
     found = load_robot(robot, tip, arguments.base or loaded.description.base or None)
     if arguments.joint_limits is None:
         return found
-    # Velocities are those of the robot's file: a planner's may be lower than those of a recording.
+    # Velocity limits stay those of the robot's file: a recording may be faster than a planner's limits.
     return replace(found, acceleration_limits=limit_joints(found, arguments.joint_limits).acceleration_limits)
 
 
 def _find_flange(arguments: argparse.Namespace, robot: SerialChain, loaded: Run) -> Flange | str:
-    """Finds the frame in which the controller takes a payload, or returns why there is none."""
+    """Finds the frame in which the controller expects a payload, or returns why there is none."""
     if loaded.description.kind is SignalKind.WRENCH and not arguments.flange:
-        return f"a controller takes no payload in the frame of a sensor, {robot.tip} (name the flange: --flange NAME)"
+        return f"a controller accepts no payload in the sensor frame {robot.tip} (name the flange: --flange NAME)"
     base = arguments.base or loaded.description.base or None
     flange = find_flange(robot, arguments.flange or "", base)
     if flange is not None:
         return flange
     folder = Path(robot.source).parent
     if find_imported_tip(folder) is None:
-        return (
-            f"controllers do not know {robot.tip}, our frame of the hand (name one that yours knows: --flange NAME)"
-        )
-    return f"{folder} does not say which tip the robot's file has: import it again, or name one (--flange)"
+        return f"controllers do not know {robot.tip}, our hand frame (name one that yours knows: --flange NAME)"
+    return f"{folder} does not contain the name of the tip in the robot's file: import it again, or use --flange"
 
 
 def _find_materials(robot: SerialChain) -> Path:
-    """Finds the materials of the robot's folder of models, or those of the program for a robot's file."""
+    """Finds the materials file: that of the robot's model folder, or else the package's."""
     own = Path(robot.source).parent / MATERIALS.name
     return own if Path(robot.source).name == ARM_FILE.name and own.is_file() else MODELS / MATERIALS.name
 
 
-def _find_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
-    """Finds the object that a camera saw."""
+def _load_tool(arguments: argparse.Namespace, materials: Mapping[str, Material]) -> Tool:
+    """Loads the tool that describes the object seen by a camera."""
     check_number("--size-error", arguments.size_error, 0.0, 1.0)
     tools = load_tools(arguments.object, materials)
     named = {tool.name: tool for tool in tools}

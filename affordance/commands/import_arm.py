@@ -1,4 +1,4 @@
-"""``affordance import-arm``: makes a folder of models for the arm in a robot's file."""
+"""``affordance import-arm``: makes a model folder for the arm in a robot's file."""
 
 import argparse
 import time

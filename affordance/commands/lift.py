@@ -46,7 +46,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise BadValueError("--set", "learner", "has no effect here: learners are chosen by --learner")
     own = {name: changes.pop(name) for name in list(changes) if name.startswith("learner.")}
     if own and len(arguments.learner) != 1:
-        raise BadValueError("--set", next(iter(own)), "is of one learner, must come with one --learner")
+        raise BadValueError(
+            "--set", next(iter(own)), "belongs to one learner, must be given with exactly one --learner"
+        )
     robot = open_robot(*read_robot(arguments))
     learners = tuple(dict.fromkeys(map(load_learner, arguments.learner))) or tuple(LEARNERS.values())
     if own:

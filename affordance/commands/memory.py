@@ -20,9 +20,9 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.reporting.formatting import tabulate, tabulate_within
 from affordance.reporting.memory_figure import draw_memory
 
-# Exit status if verify found faults.
+# Exit status if verify finds faults.
 FAULTY = 3
-# Columns of materials that are left out first if the table is too wide: things and since.
+# Columns of the table of materials to drop first if it is too wide: things and since.
 _LESS_IMPORTANT = (4, 5)
 ACTIONS = ("show", "forget", "merge", "export", "import", "weigh", "verify")
 
@@ -48,10 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Does the action; returns the exit status, FAULTY if verify found faults."""
+    """Performs the action and returns the exit status: FAULTY if verify finds faults, else 0."""
     prior = options.read_prior(arguments, "a memory")
     _check_arguments(arguments)
-    trials: list[TrialEvidence] = []  # read first, so that nothing is written if one is wrong
+    trials: list[TrialEvidence] = []  # read first, so that nothing is written if a file is invalid
     if arguments.action == "import":
         trials = [trial for file in arguments.files for trial in read_trials(Path(file), prior)]
     elif arguments.action == "weigh":
@@ -110,11 +110,11 @@ def _read_weighings(paths: Sequence[Path], materials: Path) -> list[TrialEvidenc
 
 
 def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
-    """Forgets the selected trials, and returns their number; an unknown robot or object raises a BadValueError."""
+    """Removes the selected trials and returns their number; an unknown robot or object raises a BadValueError."""
     selection = Selection(arguments.robot, arguments.object, arguments.since, arguments.until, arguments.trial)
     if not any(selection):
         raise BadValueError(
-            "forget", "", "must be given what to forget: --robot, --object, --since, --until or --trial"
+            "forget", "", "selects no trials, must be given --robot, --object, --since, --until or --trial"
         )
     number = ledger.forget(selection)
     robots, objects = ([], []) if number else ledger.list_names()
@@ -125,7 +125,7 @@ def _forget(arguments: argparse.Namespace, ledger: Ledger) -> int:
 
 
 def _check_arguments(arguments: argparse.Namespace) -> None:
-    """Checks that the action has its files, and no option that it would ignore."""
+    """Checks that the action has the files it needs, and no option that it would ignore."""
     needed = {"merge": "at least one memory", "export": "one file", "import": "at least one file"}
     needed["weigh"] = "at least one file of tools"
     files = len(arguments.files)
@@ -166,11 +166,11 @@ def _count(number: int) -> str:
 
 
 def _describe(ledger: Ledger, summary: MemorySummary, names: Mapping[Colour, str]) -> str:
-    """Writes the tables of materials and things."""
+    """Formats the tables of materials and objects."""
     lines = [f"{ledger.place}: {_count(len(ledger))}"]
     names_shown = (*names.values(), *(thing.name for thing in summary.things))
     width, longest = find_width(), max(map(len, names_shown), default=0)
-    pad = 0 if width else longest  # in a file, both tables have columns of one width
+    pad = 0 if width else longest  # without a terminal, both tables have the same column widths
     rows = [["material".ljust(pad), " kg/m^3", "90 % interval", "trials", "things", "since", "robots"]]
     for each in summary.materials:
         low, high = each.interval90

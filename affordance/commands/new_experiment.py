@@ -1,4 +1,4 @@
-"""``affordance new-experiment NAME``: writes a Python file with an experiment that runs, to be changed."""
+"""``affordance new-experiment NAME``: writes a runnable example experiment, for the user to change."""
 
 import argparse
 import inspect

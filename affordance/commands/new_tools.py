@@ -1,4 +1,4 @@
-"""``affordance new-tools FILE``: writes a commented file of tools to fill in."""
+"""``affordance new-tools FILE``: writes a commented tools file to fill in."""
 
 import argparse
 from pathlib import Path
@@ -28,12 +28,14 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.file.exists():
         raise BadValueError(arguments.file, "", "exists already, must be a new file")
     if not arguments.file.parent.is_dir():
-        raise BadValueError(arguments.file, "", f"must be in a folder that exists, unlike {arguments.file.parent}")
+        raise BadValueError(
+            arguments.file, "", f"must be in an existing folder, but {arguments.file.parent} does not exist"
+        )
     names = list(materials)
     lines = [", ".join(names[k : k + _IN_A_LINE]) for k in range(0, len(names), _IN_A_LINE)]
     text = _TEMPLATE.read_text(encoding="utf-8").replace(_MATERIALS, ",\n#   ".join(lines))
     write_text(arguments.file, text)
     tools = load_tools(arguments.file, load_materials())
-    print(f"{arguments.file}: {len(tools)} tool, which can be ranked as it is; change it to yours, then run:")
+    print(f"{arguments.file}: {len(tools)} tool, ready to be ranked; replace it with your own, then run:")
     print(f"affordance rank hammer --tools {arguments.file}")
     return 0

@@ -1,4 +1,4 @@
-"""``affordance next``: says what to hold next before tools are chosen, what it is worth, and when to stop."""
+"""``affordance next``: advises what to hold next before a tool is chosen, what it is worth, and when to stop."""
 
 import argparse
 from collections.abc import Sequence
@@ -44,18 +44,18 @@ from affordance.settings import Settings
 
 _USES_MAX, _PRICE_MAX = 1e9, 1e9
 _NAME = "next"
-# Columns that are left out first if the table is too wide.
+# Columns to drop first if the table is too wide.
 _INFORMATION, _THEN = 2, 3
-# A choice is a tie if its expected loss is at most this share of the cost.
+# A choice is a tie if its expected loss is at most this fraction of the cost.
 _TIE = 1e-3
-# Probability of being able to hold an object above which its weight is not mentioned.
+# The text mentions that an object is heavy if the arm can hold it with a probability below this.
 _SURELY = 0.995
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add = parser.add_argument
-    what = "tasks of the robot to be done: hammer, reach, mash, carry, hold"
+    what = "tasks that the robot will do: hammer, reach, mash, carry, hold"
     add("tasks", nargs="*", metavar="TASK", help=what)
     what = "objects that may be held first (default: the pieces of stock of the package)"
     add("--may-hold", type=Path, default=MODELS / "workshop" / "blanks.yaml", metavar="FILE", help=what)
@@ -105,7 +105,8 @@ def run(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
     )
     if advice.stop and not any(each.is_usable for each in advice.decisions):
-        rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)  # says why none is
+        # This raises an error that explains why no option is usable.
+        rank_tools(arguments, bench, questions[0].choice, tasks[questions[0].name], bounds)
     sentence = describe_stop(advice, arguments.uses)
     num_past, tilt = robot.count_past_arms(arguments.memory), robot.describe_tilt()
     told = {
@@ -145,7 +146,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]:
-    """Formats the present decisions, what may be held, and both stopping rules."""
+    """Formats the current choices, the objects that may be held, and both stopping rules."""
     unit = advice.unit
     lines = [f"{each.name}: {_describe_decision(each, unit)}" for each in advice.decisions]
     rows = [["", _label_worth(advice, uses), "information (nat)", "P(best) after"]]
@@ -161,12 +162,12 @@ def describe_holds(advice: HoldAdvice, uses: float, width: int = 0) -> list[str]
 
 
 def _describe_decision(decision: OpenDecision, unit: str) -> str:
-    """Describes what to take now, as a ranking does, or that nothing can be taken."""
+    """Describes which option to take now, in the words of a ranking, or why none can be taken."""
     if not decision.is_possible:
         return f"no option can do it (P = {1.0 - decision.p_possible:.3f})"
     if not decision.is_usable:
         return (
-            f"nothing can be taken yet: {name_object(decision.best)} is the nearest, feasible with probability "
+            f"no option is usable yet: {name_object(decision.best)} comes nearest, feasible with probability "
             f"{decision.p_feasible:.2f}, which must be at least {MIN_FEASIBILITY:g}"
         )
     return (
@@ -218,7 +219,7 @@ def describe_stop(advice: HoldAdvice, uses: float) -> str:
 
 
 def _describe_support(decision: OpenDecision) -> str:
-    """Describes which object, or which objects together, a certain choice rests on."""
+    """Names the object, or the set of objects, on whose evidence a certain choice depends."""
     names = [name_object(name) for name in decision.rests_on]
     if len(names) == 1:
         return f"the choice for {decision.name} rests on {names[0]} alone"
@@ -234,7 +235,7 @@ def _describe_open(decision: OpenDecision, unit: str) -> str:
 
 
 def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: argparse.Namespace) -> list[Tool]:
-    """Lists what may be held; a name that another file uses too raises an AffordanceError."""
+    """Lists the objects that may be held; a name that both files use raises an AffordanceError."""
     if arguments.may_hold.resolve() == arguments.tools.resolve():
         return list(held)
     names = {tool.name for tool in tools}
@@ -248,7 +249,7 @@ def _list_candidates(held: Sequence[Tool], tools: Sequence[Tool], arguments: arg
 
 
 def _recall_felt(place: str | None, settings: Settings, same_colours: SameColours) -> dict[str, FeltObject]:
-    """Recalls the evidence about each thing that was held; empty without a memory."""
+    """Reads the evidence about each object that was held; empty without a memory."""
     if place is None:
         return {}
     with open_memory(place, create=False) as ledger:

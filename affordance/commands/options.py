@@ -29,12 +29,12 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Bounds of shared numbers; values beyond any practical run are typing errors.
+# Bounds of shared numbers. A value beyond any practical run is probably a typing error.
 BOUNDS = {"repeats": REPEATS, "seed": SEEDS, "jobs": JOBS}
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
-    """Adds ``--repeats``, whose help names what is repeated; former names still work and are not shown."""
+    """Adds ``--repeats``, whose help names what is repeated; former names still work but are hidden."""
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
     for name in former:
@@ -51,7 +51,7 @@ def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> Non
     """Adds ``--jobs``; by default one process per core."""
     shown = "one per core" if default is None else str(default)
     if default is None:
-        import joblib  # here, as commands without this option need not wait for it
+        import joblib  # imported here, so that commands without this option start faster
 
         default = joblib.cpu_count()
     parser.add_argument(
@@ -81,7 +81,7 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def read_robot(arguments: argparse.Namespace) -> tuple[Path | None, ImportOptions, Path]:
-    """Returns the robot, the options of its import, and the folder of imports: ``arms`` in the results' folder."""
+    """Returns the robot, its import options, and the folder for imports, ``arms`` in the results folder."""
     out: Path | None = getattr(arguments, "out", None)
     return arguments.robot, read_options(arguments), (out or Path("results")) / "arms"
 
@@ -102,9 +102,10 @@ def add_learner(parser: argparse.ArgumentParser) -> None:
 
 
 def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Returns the changes of settings by name, of ``--set`` and of ``--learner`` if the command has it.
+    """Collects the changes of settings, by name, from ``--set`` and, if the command has it, ``--learner``.
 
-    A malformed or repeated change, or an unknown learner, raises a BadValueError.
+    Raises:
+        BadValueError: If a change is malformed or repeated, or the learner is unknown.
     """
     changes = parse_changes(arguments.changes)
     if word := getattr(arguments, "learner", None):
@@ -115,7 +116,7 @@ def read_changes(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def add_prior_set(parser: argparse.ArgumentParser) -> None:
-    """Adds ``--set`` of commands that use the prior's settings only; see ``read_prior``."""
+    """Adds ``--set`` for commands that use only the prior's settings; see ``read_prior``."""
     add_set(parser, "change a setting of the prior, for example prior.sd=8000; may be repeated")
 
 
@@ -155,7 +156,8 @@ def give_answer(
         write_text(arguments.out / f"{name}.txt", text + "\n")
         write_json(arguments.out / f"{name}.json", content)
         if draw is not None:
-            from affordance.reporting.figures import save_figure  # here, as runs without --out need not wait for it
+            # Imported here, so that runs without --out start faster.
+            from affordance.reporting.figures import save_figure
 
             save_figure(draw(), arguments.out, name)
     print_answer(arguments, text, content)
@@ -173,7 +175,7 @@ def add_run_options(
 ) -> None:
     """Adds the options of a command that simulates observers: repeats, seed, jobs, results, models and settings.
 
-    A command takes a robot in place of a folder of models if ``models`` is empty.
+    If ``models`` is empty, the command takes a robot in place of a model folder.
     """
     add_repeats(parser, repeats, what, former)
     add_seed(parser, seed)
@@ -187,7 +189,7 @@ def add_run_options(
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Raises a BadValueError if a shared number is out of bounds, or the folder of models does not exist."""
+    """Raises a BadValueError if a shared number is out of bounds, or the model folder does not exist."""
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
         if value is not None:
@@ -205,14 +207,12 @@ def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_S
 def read_prior(arguments: argparse.Namespace, what: str) -> Prior:
     """Returns the prior with the changes of ``--set``; a change of any other setting raises a BadValueError."""
     groups = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
-    refuse_changes(
-        arguments, [name for name in groups if name != "prior"], f"{what} uses only the settings of the prior"
-    )
+    refuse_changes(arguments, [name for name in groups if name != "prior"], f"{what} uses only the prior's settings")
     return change_by_name(arguments).prior
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Raises a BadValueError that gives the reason if ``--set`` changes a setting or group that has no effect."""
+    """Raises a BadValueError with the reason ``why`` if ``--set`` changes one of the settings or groups named."""
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"has no effect here: {why}")
@@ -221,15 +221,13 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
     add = find_group(parser, ROBOT).add_argument
-    add(
-        "--tip", help="link or frame at the end of the arm, which holds things (default: the end of the longest limb)"
-    )
+    add("--tip", help="link or frame at the end of the arm that holds objects (default: the end of the longest limb)")
     add("--base", help="link that is fixed to the world (default: the beginning of the limb)")
     what = f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z"
     add("--out-axis", metavar="AXIS", help=what)
     what = "roll of the hand about its x axis, relative to the axes of the tip (default: z points up at home)"
     add("--roll", type=float, metavar="DEGREES", help=what)
-    what = "positions of joints: of the arm at home, and of other joints, which are frozen (rad, m)"
+    what = "joint positions (rad, m): those of the arm define its home, all other joints are frozen there"
     add("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help=what)
     what = "inertia of rotors and gears reflected to the joints (kg m^2): one value for all, or JOINT=VALUE"
     add("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help=what)
@@ -238,7 +236,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     what = "velocity limits that replace those of the file (rad/s): one value for all, or JOINT=VALUE"
     add("--velocity", nargs="+", default=[], metavar="VALUE", help=what)
     add("--damping", choices=("file", "none"), default="file", help="joint damping: that of the file, or none")
-    what = "replace impossible inertias by the nearest possible ones, even where that changes the motion"
+    what = "replace physically impossible inertias by the nearest possible ones, even where that changes the motion"
     add("--mend-inertia", action="store_true", help=what)
     what = (
         "links whose weight the simulator compensates (MJCF): refuse them (file), or let the motors carry them (none)"
@@ -277,7 +275,11 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Selects tools by name, or all of them; an unknown one, or one without grips, raises an AffordanceError."""
+    """Selects tools by name, or all of them if none is named.
+
+    Raises:
+        AffordanceError: If a name is unknown, or a selected tool has no grips.
+    """
     known = {tool.name: tool for tool in tools}
     for name in names:
         if name not in known:
@@ -298,8 +300,11 @@ def add_same_colours(parser: argparse.ArgumentParser) -> None:
 def read_same_colours(arguments: argparse.Namespace, at_hand: Mapping[str, Material]) -> SameColours:
     """Reads the pairs of colours of ``--same-colour``.
 
-    The first colour of a pair is that of a material at hand, if one of the two is. Words that are no colours, two
-    materials at hand, or pairs without a memory raise a BadValueError.
+    If one colour of a pair is that of a material at hand, it is the first of the returned pair.
+
+    Raises:
+        BadValueError: If a word is not a colour, both colours are those of materials at hand, or pairs are given
+            without ``--memory``.
     """
     pairs = []
     for word in arguments.same_colour:
@@ -308,5 +313,5 @@ def read_same_colours(arguments: argparse.Namespace, at_hand: Mapping[str, Mater
             raise BadValueError("--same-colour", "", f"is {word!r}, must be two colours, each of which {COLOUR_FORM}")
         pairs.append((parse_colour(one), parse_colour(other)))
     if pairs and not arguments.memory:
-        raise BadValueError("--same-colour", "", "is about remembered colours, must be given with --memory")
+        raise BadValueError("--same-colour", "", "applies to remembered colours, must be given with --memory")
     return join_colours(pairs, {name: material.colour for name, material in at_hand.items()})

@@ -1,4 +1,4 @@
-"""Parser of the options of one command: errors of one line, and help in groups with an example."""
+"""Parser for one command's options, with one-line errors, grouped help and an example."""
 
 import argparse
 import sys
@@ -8,10 +8,10 @@ from typing import Any, NoReturn, override
 from affordance.commands.terminal import RED, paint
 from affordance.exceptions import describe_choice, show_value, suggest
 
-# Titles of the last groups of options in a help; arguments without a dash, and other options, come first.
+# Titles of the option groups that come last in a help text, after positional arguments and all other options.
 ROBOT, OUTPUT = "robot", "output"
 _LAST: dict[str | None, int] = {ROBOT: 1, OUTPUT: 2}
-# What argparse says of arguments that are missing, before their names.
+# Beginning of argparse's message about missing arguments; their names follow.
 _REQUIRED = "the following arguments are required: "
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 
@@ -23,10 +23,10 @@ def find_group(parser: argparse.ArgumentParser, title: str) -> argparse._Argumen
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """Argument parser whose errors are one line, without the usage in front; options must be written in full.
+    """Argument parser with one-line errors and no usage text before them; options must be written in full.
 
     Attributes:
-        hint: Advice for an argument too many; empty for none.
+        hint: Advice that is shown if there is one argument too many; may be empty.
     """
 
     def __init__(
@@ -40,7 +40,7 @@ class OneLineParser(argparse.ArgumentParser):
 
     @override
     def format_help(self) -> str:
-        """Formats the help, whose usage shows only what has a place or is required."""
+        """Formats the help; its usage line shows only positional and required arguments."""
         formatter = self._get_formatter()
         shown = [action for action in self._actions if action.required or not action.option_strings]
         formatter.add_usage(None, shown, [], prefix="")
@@ -57,7 +57,7 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(2, f"{paint(f'{self.prog}:', RED, sys.stderr)} {message.removeprefix('argument ')}\n")
 
     def _describe_missing(self, shown: str) -> str:
-        """Describes a missing argument, as argparse names it, by its help."""
+        """Describes a missing argument with its help text; ``shown`` is argparse's name for it."""
         meant = (each for each in self._actions if shown in (each.metavar, each.dest, "/".join(each.option_strings)))
         return ": ".join([shown, "is missing", *(each.help for each in meant if each.help)])
 
@@ -100,7 +100,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def _find_whole(word: str) -> str:
-    """Names the whole number that is nearest to one with a fraction; empty if it is no number."""
+    """Suggests the nearest whole number; empty if the word is not a number."""
     try:
         return f"; the nearest is {round(float(word))}"
     except (ValueError, OverflowError):
@@ -108,8 +108,8 @@ def _find_whole(word: str) -> str:
 
 
 def _describe_setting(name: str, value: str) -> str:
-    """Says how a setting is changed that was given as an option; empty if there is none of that name."""
-    from affordance.named_settings import list_settings  # here, as other messages need not wait for it
+    """Explains ``--set`` if a setting was given as an option; empty if there is no setting of that name."""
+    from affordance.named_settings import list_settings  # imported here, as only this message needs it
 
     known = any(each.name == name for each in list_settings())
     return f"; {name} is a setting: --set {name}={value or 'VALUE'}" if known else ""

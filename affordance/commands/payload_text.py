@@ -1,4 +1,4 @@
-"""Text of an identified payload: answer, verdict, payload, materials, claim and lines to paste."""
+"""Formats an identified payload as text: answer, verdict, payload, materials, claims and lines to paste."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -31,10 +31,10 @@ def describe_payload(
 ) -> str:
     """Describes a belief, with the verdict on claimed payloads and what a memory has learned.
 
-    The first line is the answer. Sentences are broken at the width of the terminal, [characters], unless it is 0;
-    lines to paste are not. Claims and the lines to paste are in the frame of the flange; a text in its place is
-    the reason why there are none. Densities are named after the materials of their colours. If the result is not to
-    be trusted, lines to paste are written with ``anyway`` only.
+    The first line is the answer. Sentences are wrapped at ``width`` characters unless that is 0; lines to paste never
+    are. Claims and lines to paste are expressed in the flange frame; a string in its place is the reason why there is
+    none. Each density is named after the materials that have its colour. If the result is not to be trusted, lines to
+    paste are written only with ``anyway``.
     """
     blocks = [f"{give_answer_line(belief, flange)}\n{_give_verdict(belief)}", _tabulate(belief)]
     if (halves := belief.halves) is not None:
@@ -62,7 +62,7 @@ def describe_payload(
 
 
 def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
-    """Returns the answer in one line: mass, centre of mass in the frame of the flange, and whether to trust it."""
+    """Formats the answer in one line: mass, centre of mass in the flange frame, and whether to trust it."""
     if isinstance(flange, str):
         frame, payload = belief.tip, PayloadSetting(belief.mass, belief.centre_of_mass)
     else:
@@ -80,7 +80,7 @@ def give_answer_line(belief: PayloadBelief, flange: Flange | str) -> str:
 
 
 def _name_colour(colour: Colour, materials: Mapping[str, Colour]) -> str:
-    """Names the materials of a colour, as "oak #b07a45"."""
+    """Names the materials that have a colour, for example "oak #b07a45"."""
     names = [name for name, own in materials.items() if is_same_colour(own, colour)]
     return " ".join([*([" or ".join(names)] if names else ["colour"]), show_colour(colour)])
 
@@ -115,7 +115,7 @@ def _tabulate(belief: PayloadBelief) -> str:
 
 
 def _pad_number(value: float, decimals: int) -> str:
-    """Formats a number with a number of decimals, or as 0 if these do not show it."""
+    """Formats a value with a fixed number of decimals, or as 0 if it would round to zero."""
     return "0" if abs(value) < 0.5 * 10.0**-decimals else f"{value:.{decimals}f}"
 
 
@@ -125,7 +125,7 @@ def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
 
 
 def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> str:
-    """Writes the verdict on one setting, or says which of several is right, a line each."""
+    """Formats the verdict on one claimed payload, or compares several, one line each."""
     mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
     verdict = claims[0].comparison
     moment = f"first moment within {verdict.moment_tolerance:.4f} kg m"
@@ -156,7 +156,7 @@ def _compare(belief: PayloadBelief, claims: Sequence[Claim], flange: Flange) -> 
 
 
 def _choose(claims: Sequence[Claim]) -> str:
-    """Says which of several settings is right, as far as the run can tell."""
+    """Describes which of several settings are right, as far as the run can tell."""
     of = {verdict: [each.file for each in claims if each.comparison.verdict == verdict] for verdict in _VERDICTS}
     if of["right"]:
         verb = "is" if len(of["right"]) == 1 else "are"

@@ -18,17 +18,17 @@ from affordance.people.pushes import Lifts, read_lifts
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
 
-NAMES = f"{', '.join([*LEARNERS, *RIVALS])}, or one's own as FILE.py:CLASS, a program that is run"
+NAMES = f"{', '.join([*LEARNERS, *RIVALS])}, or your own as FILE.py:CLASS, whose code is run"
 
 
 def add_fit_options(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of both commands."""
+    """Adds the options that fit and compare-learners share."""
     add = parser.add_argument
-    add("lifts", type=Path, help="table with a row for each lift (CSV), as lifts.csv")
-    add("--of", default="", metavar="WHO", help="whose lifts, as the column learner names them (default: people's)")
+    add("lifts", type=Path, help="table with one row per lift (CSV), like lifts.csv")
+    add("--of", default="", metavar="WHO", help="value of the column learner whose lifts are used (default: people)")
     add("--objects", type=Path, metavar="FILE", help="tools file with the objects (default: by size and mass)")
     add("--draws", type=int, default=64, metavar="D", help="draws of the free parameters (default 64)")
-    add("--particles", type=int, default=50, metavar="P", help="particles of each draw (default 50)")
+    add("--particles", type=int, default=50, metavar="P", help="particles per draw (default 50)")
     add_seed(parser)
     add_jobs(parser)
     add_set(parser)
@@ -37,7 +37,7 @@ def add_fit_options(parser: argparse.ArgumentParser) -> None:
 def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
     """Reads settings and lifts."""
     check_bounds(arguments)
-    refuse_changes(arguments, ["learner"], "--learner says which, and --free what of it is fitted")
+    refuse_changes(arguments, ["learner"], "--learner selects the learner, and --free its fitted parameters")
     for option, value, least in (("--draws", arguments.draws, 4), ("--particles", arguments.particles, 1)):
         if not least <= value <= 10_000:
             nearest = min(max(value, least), 10_000)
@@ -53,7 +53,7 @@ def read_setting(arguments: argparse.Namespace) -> tuple[Settings, Lifts]:
 def ask(
     arguments: argparse.Namespace, settings: Settings, lifts: Lifts, learner: Learner, free: Sequence[str] | None
 ) -> Question:
-    """Makes the question that the options ask of a learner."""
+    """Builds the fitting problem of a learner from the options."""
     return Question(
         lifts,
         learner,

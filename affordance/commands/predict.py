@@ -1,4 +1,4 @@
-"""``affordance predict EXPERIMENT``: predicts what every learner would do before there are data."""
+"""``affordance predict EXPERIMENT``: predicts what every learner would do, before there are data."""
 
 import argparse
 from dataclasses import replace
@@ -31,7 +31,7 @@ from affordance.robots.robot import Robot
 from affordance.runs.repeats import check_folder
 from affordance.settings import DEFAULT_SETTINGS
 
-# Most observers of each learner unless another number is asked for.
+# Default of --repeats: an experiment's own number of observers per learner, but at most this.
 _OBSERVERS = 50
 
 
@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_learner(parser)
     add_json(parser)
     add_table_options(parser)
-    what = "for a table: standard deviation of the force between people, N (default: that of people in the table)"
+    what = "for a table: between-person standard deviation of force, N (default: that of people in the table)"
     add("--people-sd", type=float, metavar="N", help=what)
     what = f"power of a test between two groups (default {POWER})"
     add("--power", type=float, default=POWER, metavar="P", help=what)
@@ -83,9 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
 def _predict(
     name: str, experiment: Experiment, arguments: argparse.Namespace, robot: Robot, *, is_own: bool = False
 ) -> int:
-    """Predicts an experiment; a user's own is tried with one observer first."""
+    """Predicts an experiment; a user-defined one is first tried with one observer."""
     if (measure := experiment.predict) is None:
-        problem = f"is {arguments.experiment!r}, whose observers all have one learner; run it with --learner for each"
+        problem = f"is {arguments.experiment!r}, which uses one learner for all observers; run it once per --learner"
         raise BadValueError("experiment", "", problem)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")

@@ -1,4 +1,4 @@
-"""``affordance rank``: ranks tools and the ends to hold them by, for a task, and says why."""
+"""``affordance rank``: ranks tools and grips for a task, and explains the ranking."""
 
 import argparse
 import tempfile
@@ -42,7 +42,7 @@ from affordance.settings import Settings
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Bounds of a payload, [kg] and [m], beyond which a value must be in the wrong unit; exit status if it is too heavy.
+# Bounds of a payload, [kg] and [m] (a larger value must be in the wrong unit); exit status if it is too heavy.
 _PAYLOAD_MAX, _DISTANCE_MAX, _TOO_HEAVY = 1e4, 10.0, 3
 # Name of the written files.
 _NAME = "ranking"
@@ -54,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.hint = "rank compares tools for one task; affordance next takes several"
     add = parser.add_argument
     add("task", nargs="?", help="task of the robot: hammer, reach, mash, carry or hold")
-    what = "rank our hammers after learning from simulated recordings from the package"
+    what = "rank the package's hammers after learning from its simulated recordings"
     add("--demo", action="store_true", help=what)
     what = "in place of tools: a mass in the hand (kg); prints what remains of each joint's effort limit"
     add("--payload", type=float, metavar="KG", help=what)
@@ -105,7 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
     text = "\n".join([describe_advice(ranking, question, width), *describe_expectations(expected, width)])
 
     def draw() -> "Figure":
-        # Imported here, because they take most of a second, which runs without --out do not need.
+        # Imported here: these imports take most of a second, and runs without --out do not need them.
         from affordance.reporting.advice_figure import draw_advice, render_choice
 
         pictures = render_choice(settings.arm, ranking, {tool.name: tool for tool in tools})
@@ -154,7 +154,7 @@ def _answer_payload(arguments: argparse.Namespace, robot: Robot, names: Sequence
 
 
 def _run_demo(arguments: argparse.Namespace) -> int:
-    """Ranks our hammers by a memory of the trials that come with the package."""
+    """Ranks the package's hammers with a memory of the package's trials."""
     check_alone(arguments, {"task": "a task", "files": "--task", "memory": "--memory"})
     teach = ["memory", "import", "demo.sqlite", TRIALS]
     announce(arguments, teach, ["rank", "hammer", "--memory", "demo.sqlite"])

@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     what = "simulated observers; objects for vision (default: 200; 50 of each learner for experiments with people)"
     options.add_run_options(parser, None, what, models="")
     what = (
-        "take true features of objects (features, default), or find them in pictures (pixels), as vision always does"
+        "use true features of objects (features, default), or detect them in pictures (pixels), as vision always does"
     )
     add("--vision", choices=[source.value for source in FeatureSource], help=what)
     options.add_learner(parser)
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *, is_own: bool = False) -> int:
-    """Runs experiments; a user's own is tried with one observer first."""
+    """Runs experiments; a user-defined one is first tried with one observer."""
     if arguments.repeats is None:
         arguments.repeats = 1 if arguments.memory else max(each.observers for each in experiments.values())
     options.check_bounds(arguments)
@@ -109,7 +109,7 @@ def _run(experiments: Mapping[str, Experiment], arguments: argparse.Namespace, *
 
 
 def describe_plan(names: Sequence[str], setup: Setup) -> str:
-    """Describes what a run will do, and about how long it takes according to earlier runs in the same folder."""
+    """Describes what a run will do, and estimates its duration from earlier runs in the same folder."""
     seconds, unknown = 0.0, []
     for name in names:
         try:
@@ -121,13 +121,13 @@ def describe_plan(names: Sequence[str], setup: Setup) -> str:
             unknown.append(name)
     what = f"{', '.join(names)}: {count_observers(setup.observers)} each, {setup.jobs} at a time, into {setup.out}/."
     if len(unknown) == len(names):
-        return f"{what} No earlier run in this folder tells how long it takes; --repeats 10 is a quick look."
+        return f"{what} No earlier run in this folder shows how long it takes; --repeats 10 gives a quick look."
     missing = f" without {', '.join(unknown)}, which has no earlier run" if unknown else ""
     return f"{what} According to earlier runs it takes about {format_duration(seconds)}{missing}."
 
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Collects the changes of settings by ``--set`` and by options of their own."""
+    """Collects the changes of settings from ``--set``, ``--learner`` and ``--vision``."""
     changes = options.read_changes(arguments)
     if arguments.vision is not None:
         if "feature_source" in changes:

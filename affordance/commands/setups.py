@@ -1,4 +1,4 @@
-"""Setup of an experiment from the options of a command."""
+"""Builds the setup of an experiment from the options of a command."""
 
 import argparse
 from collections.abc import Collection
@@ -18,7 +18,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 def check_experiment(arguments: argparse.Namespace, names: Collection[str]) -> None:
     """Raises a BadValueError for an unknown experiment, unless it is a Python file.
 
-    The message for a former protocol names what has replaced protocols.
+    For a former YAML protocol, the message says what has replaced protocols.
     """
     if Path(arguments.experiment).suffix in (".yaml", ".yml"):
         problem = (
@@ -38,9 +38,9 @@ def check_learner(name: str, changes: Changes) -> None:
 
 
 def read_setup(arguments: argparse.Namespace, robot: Robot, changes: Changes) -> Setup:
-    """Reads the setup of an experiment from the options of ``add_run_options``, with changed settings by name.
+    """Builds an experiment's setup from the options of ``add_run_options`` and changes of settings by name.
 
-    With ``--memory`` its one observer begins with a lasting memory.
+    With ``--memory`` its only observer starts with a lasting memory.
     """
     setup = Setup(
         observers=arguments.repeats,

@@ -1,4 +1,4 @@
-"""``affordance study``: in a clone of the repository, lists the studies, each of which is a command."""
+"""``affordance study``: lists the studies in a clone of the repository; each is a subcommand."""
 
 import argparse
 import json
@@ -6,7 +6,7 @@ import json
 from affordance.commands.terminal import find_width
 from affordance.files.model_folder import import_study, list_studies
 
-# Names that studies had as commands of their own.
+# Studies that used to be commands, by their former names.
 FORMER = {"fit-kappa": "people", "robustness": "robustness"}
 
 
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     elif not studies:
         print("There are no studies here: they need a clone of the repository.")
     else:
-        # Imported here, as --help does not need it.
+        # Imported here, because --help does not need it.
         from affordance.reporting.formatting import tabulate
 
         rows = [[f"  affordance study {name}", text] for name, text in studies.items()]

@@ -1,4 +1,4 @@
-"""Options of trial tables: objects and columns, and the table that they describe."""
+"""Options that describe a trial table, its objects and columns, and the reader of the table."""
 
 import argparse
 from pathlib import Path
@@ -10,7 +10,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.robots.robot import Robot
 
-# Suffixes of tables.
+# File name suffixes of trial tables.
 SUFFIXES = (".csv", ".tsv", ".txt")
 
 
@@ -18,8 +18,9 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
     """Adds the options that describe a table of trials."""
     add = parser.add_argument
     add("--objects", type=Path, metavar="FILE", help="tools file with the objects named in the table of trials")
-    what = "columns of the table with other names, for example object=stim participant=subj; ours are " + ", ".join(
-        COLUMNS
+    what = (
+        "columns that have another name in your table, for example object=stim participant=subj; ours are "
+        + ", ".join(COLUMNS)
     )
     add("--columns", nargs="+", default=[], metavar="OURS=THEIRS", help=what)
     add("--materials", type=Path, metavar="FILE", help="materials of the objects (default: the robot's)")
@@ -29,7 +30,7 @@ def add_table_options(parser: argparse.ArgumentParser) -> None:
 def open_table(
     arguments: argparse.Namespace, path: Path, robot: Robot
 ) -> tuple[TrialTable, dict[str, TaskCostModel]]:
-    """Reads a table, its objects, and the tasks that it names; a mistake in them raises a BadValueError."""
+    """Reads a table, its objects, and the tasks that it names; an error in any of them raises a BadValueError."""
     if arguments.objects is None:
         raise BadValueError("--objects", "", f"is missing, must be a tools file with the objects of {path.name}")
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)

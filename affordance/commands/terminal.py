@@ -12,7 +12,7 @@ from affordance.exceptions import PROSE, show_text
 
 # Colours of a terminal, as parameters of ANSI's "select graphic rendition".
 RED, GREEN, YELLOW = "31", "32", "33"
-# Words of the answers that are a verdict, with their colours.
+# Verdicts in answers, as patterns, each with its colour.
 _VERDICTS = (
     (
         re.compile(
@@ -23,7 +23,7 @@ _VERDICTS = (
     (re.compile(r"(?<=: )trusted$|(?<=in the hand )fits\b|^met\b|^The arms agree\b", re.M), GREEN),
     (re.compile(r"^ *warning:|^The arms differ\b", re.M), YELLOW),
 )
-# Seconds until the time is shown, and between two times.
+# Delay before the elapsed time is first shown, and between updates, [s].
 _PATIENCE = 1.0
 
 
@@ -39,7 +39,7 @@ def paint(text: str, colour: str, stream: TextIO) -> str:
 
 
 class ElapsedTime:
-    """Line on standard error with the seconds that a command has taken; shown on a terminal, until ``end``."""
+    """Line on standard error with a command's elapsed seconds, shown on a terminal until ``end`` is called."""
 
     def __init__(self, name: str) -> None:
         """Starts the clock."""
@@ -52,7 +52,7 @@ class ElapsedTime:
     def _show(self, name: str, start: float) -> None:
         is_shown = False
         while not self._ended.wait(_PATIENCE):
-            # The cursor returns to the left, so that a message takes the place of the time.
+            # The cursor returns to the left, so that the next message overwrites the time.
             self._stream.write(f"{name}: {time.perf_counter() - start:.0f} s\r")
             self._stream.flush()
             is_shown = True
@@ -68,9 +68,9 @@ class ElapsedTime:
 
 
 class ShownOutput:
-    """Standard output of a command: invisible characters are replaced, and verdicts coloured.
+    """Standard output that replaces invisible characters and colours verdicts.
 
-    The line with the elapsed time, if there is one, ends at the first text.
+    The first text removes the line with the elapsed time, if there is one.
     """
 
     def __init__(self, stream: TextIO, elapsed: ElapsedTime | None = None) -> None:
@@ -89,21 +89,21 @@ class ShownOutput:
         return len(text)
 
     def __getattr__(self, name: str) -> Any:
-        """Returns what the stream has."""
+        """Delegates all other attributes to the stream."""
         return getattr(self._stream, name)
 
 
 class QuietErrors:
-    """Standard error that is no terminal, so that no progress is shown; messages are written as before."""
+    """Standard error that claims not to be a terminal, so that no progress is shown; messages pass unchanged."""
 
     def __init__(self, stream: TextIO) -> None:
         """Wraps a stream."""
         self._stream = stream
 
     def isatty(self) -> bool:
-        """Returns False, by which tqdm and ElapsedTime show nothing."""
+        """Returns False, so that tqdm and ElapsedTime show nothing."""
         return False
 
     def __getattr__(self, name: str) -> Any:
-        """Returns what the stream has."""
+        """Delegates all other attributes to the stream."""
         return getattr(self._stream, name)

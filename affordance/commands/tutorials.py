@@ -45,7 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def convert(text: str) -> tuple[str, str]:
-    """Converts a tutorial in Markdown to a notebook, or to itself without jupytext; returns text and suffix."""
+    """Converts a Markdown tutorial to a notebook, or returns it unchanged if jupytext is not installed.
+
+    Returns: Text and suffix of the file.
+    """
     if not importlib.util.find_spec("jupytext"):
         return text, ".md"
     jupytext = importlib.import_module("jupytext")

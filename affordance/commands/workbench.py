@@ -1,4 +1,4 @@
-"""Workbench of the commands that choose tools: their options, and the robot, tools and memory that these name."""
+"""Shared parts of the commands that choose tools: options, and the tools, tasks and memory they name."""
 
 import argparse
 from collections.abc import Collection, Mapping, Sequence
@@ -33,19 +33,19 @@ from affordance.robots.object_file import SUFFIX, read_object
 from affordance.robots.robot import Robot
 from affordance.settings import Settings
 
-# Ways in which the shape of tools is known.
+# Sources of the tools' shapes.
 _SIGHTS = ("drawing", "features", "pictures")
-# Word of ``--know`` for no material.
+# Value of ``--know`` that means no material.
 _NOTHING = "nothing"
-# Bounds of what a gripper may hold, [N] and [N m], beyond which a value must be in the wrong unit.
+# Bounds of what a gripper can hold, [N] and [N m]; a larger value must be in the wrong unit.
 _FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
 
 
 class Bench(NamedTuple):
-    """Tools, of at least one grip each, and tasks of a robot, and memory and criterion by which options are compared.
+    """Tools, tasks, memory and criterion from which a tool is chosen.
 
-    Settings are those of the robot's arm, changed as ``--set`` says. Of two colours that count as one, the memory's
-    second is read as the first.
+    Every tool has at least one grip. The settings are those of the robot's arm with the changes of ``--set``. Where
+    two colours are treated as one, the memory's evidence about the second belongs to the first.
     """
 
     settings: Settings
@@ -59,7 +59,7 @@ class Bench(NamedTuple):
 
 
 def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> None:
-    """Adds the options of a choice of tools: the tools, what is known of them, the criterion, and the robot."""
+    """Adds the options of commands that choose tools: tools, knowledge about them, criterion and robot."""
     add = parser.add_argument
     what = "file of a task, in place of a task of the robot; next takes several, in addition to tasks of the robot"
     add("--task", action="append", default=[], type=Path, dest="files", metavar="FILE", help=what)
@@ -68,7 +68,7 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
     add(
         "--by",
         choices=[each.value for each in Criterion],
-        help="what is compared: expected work, effort, largest share of an effort limit, or wrench at the grip "
+        help="what is compared: expected work, effort, largest fraction of an effort limit, or wrench at the grip "
         "(default: work for the paper's arm, grip for other arms and for holding still)",
     )
     add("--max-grip-force", type=float, metavar="N", help="largest force that the gripper can hold, N (default: any)")
@@ -94,12 +94,12 @@ def add_choice(parser: argparse.ArgumentParser, files: str, *, samples: int) -> 
 
 def add_know(parser: argparse.ArgumentParser) -> None:
     """Adds ``--know``, which names the materials whose handbook density is known."""
-    what = "materials whose handbook density is known: names with commas, or nothing (default: all that are named)"
+    what = "materials whose handbook density is known: NAME,NAME,... or nothing (default: all that the tools name)"
     parser.add_argument("--know", metavar="NAMES", help=what)
 
 
 def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBounds:
-    """Checks the options of a choice before a robot is opened; returns what the gripper can hold."""
+    """Checks the options of a choice before the robot is opened; returns the gripper's bounds."""
     options.check_bounds(arguments)
     options.refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
     check_whole("--samples", arguments.samples, Whole(fewest_samples, 100_000))
@@ -107,7 +107,7 @@ def check_choice(arguments: argparse.Namespace, fewest_samples: int) -> GripBoun
 
 
 def open_bench(arguments: argparse.Namespace, robot: Robot, names: Sequence[str]) -> Bench:
-    """Loads everything that the options of a choice name; tasks are the robot's by name, or files."""
+    """Loads tools, tasks and memory that the options name; ``names`` are tasks of the robot."""
     settings = options.change_by_name(arguments, Settings(arm=robot.directives))
     materials = load_materials(arguments.materials or robot.folder / MATERIALS.name)
     remarks: tuple[str, ...] = ()
@@ -131,7 +131,7 @@ def know_materials(
     materials: Mapping[str, Material],
     prior: Prior,
 ) -> NamedBelief:
-    """Adds the handbook densities that ``--know`` names to a memory."""
+    """Adds to a memory the handbook densities of the materials that ``--know`` names."""
     names: list[str] | None = None
     if arguments.know is not None:
         names = [] if arguments.know == _NOTHING else [each.strip() for each in arguments.know.split(",")]
@@ -142,7 +142,7 @@ def know_materials(
 
 
 def see_tools(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
-    """Lists the options that the tools offer, seen as ``--see`` says, with their weighings."""
+    """Lists the tools' options, with shapes from the source that ``--see`` names, and their weighings."""
     return add_weighings(_see(arguments, bench), bench.tools)
 
 
@@ -158,9 +158,10 @@ def _see(arguments: argparse.Namespace, bench: Bench) -> list[Option]:
 def rank_tools(
     arguments: argparse.Namespace, bench: Bench, choice: Choice, task: TaskCostModel, bounds: GripBounds
 ) -> tuple[Ranking, Draws]:
-    """Ranks the options of a task under draws of the bench's memory.
+    """Ranks the options of a task under draws from the belief in the bench's memory.
 
-    If no option is usable, an AffordanceError explains why the nearest is not.
+    Raises:
+        AffordanceError: If no option is usable; the message explains why the nearest one is not.
     """
     settings, rng = bench.settings, np.random.default_rng(arguments.seed)
     colours = [material.colour for material in select_known(bench.materials, bench.tools).values()]
@@ -175,11 +176,11 @@ def rank_tools(
 def keep_unlike(
     arguments: argparse.Namespace, options: Sequence[Option], tools: Sequence[Tool]
 ) -> tuple[list[Option], dict[str, tuple[str, ...]]]:
-    """Keeps one grip of those that the symmetry of a drawn tool makes equal.
+    """Keeps one of each set of grips that are equivalent by the symmetry of a drawn tool.
 
-    Returns: Options, and the equal grips by name of the option.
+    Returns: The kept options, and the equivalent grips of each, by its name.
     """
-    if arguments.see != _SIGHTS[0]:  # what is seen is not symmetric
+    if arguments.see != _SIGHTS[0]:  # shapes from a camera are not exactly symmetric
         return list(options), {}
     by_tool = {tool.name: find_alike_grips(tool) for tool in tools}
     others = {(tool, grip) for tool, found in by_tool.items() for grips in found.values() for grip in grips}
@@ -189,9 +190,10 @@ def keep_unlike(
 
 
 def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) -> tuple[list[Option], tuple[str, ...]]:
-    """Keeps the options with a striking face if the task is a blow, and describes the tools without one.
+    """Keeps the options with a striking face if the task is a blow, and warns of the tools without one.
 
-    If no tool has one, a BadValueError is raised.
+    Raises:
+        BadValueError: If the task is a blow and no tool has a striking face.
     """
     if not isinstance(task, Hammer):
         return list(options), ()
@@ -204,7 +206,7 @@ def keep_strikers(options: Sequence[Option], task: TaskCostModel, path: Path) ->
 
 
 def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dict[str, TaskCostModel]:
-    """Reads tasks of the robot and of files, by name; no task, or a repeated name, raises a BadValueError."""
+    """Loads tasks of the robot, by name, and from files; no task, or a repeated name, raises a BadValueError."""
     if not (names or files):
         raise BadValueError("task", "", f"is missing, must be one of {', '.join(robot.tasks)}, or a file with --task")
     tasks = {name: robot.load_task(name) for name in names}
@@ -217,9 +219,10 @@ def read_tasks(names: Sequence[str], files: Sequence[Path], robot: Robot) -> dic
 
 
 def _choose_criterion(named: str | None, robot: Robot, tasks: Collection[TaskCostModel]) -> Criterion:
-    """Returns the named criterion, else work for the paper's arm and the wrench at the grip for others.
+    """Returns the named criterion, or the default: work for the paper's arm, the wrench at the grip for others.
 
-    Holding still takes no work and is compared by the wrench at the grip; naming work raises a BadValueError.
+    If a task is to hold still, which takes no work, the default is the wrench at the grip, and naming work raises a
+    BadValueError.
     """
     holds_still = is_any_still(tasks)
     criterion = Criterion(named or (Criterion.WORK if robot.is_default and not holds_still else Criterion.GRIP))
@@ -240,7 +243,7 @@ def _read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
 
 
 def recall_memory(place: str | None, settings: Settings, same_colours: SameColours) -> MaterialMemory:
-    """Recalls a lasting memory; without one, the empty memory of an observer."""
+    """Loads the belief of a lasting memory; without one, returns an empty memory."""
     if place is None:
         return MaterialMemory(settings.learner)
     with open_memory(place, create=False) as ledger:

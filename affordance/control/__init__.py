@@ -1,1 +1,1 @@
-"""Model predictive control of the arm, the motions that it follows, and its systems."""
+"""Model predictive control of the arm: planner, tasks, planned motions and Drake systems."""

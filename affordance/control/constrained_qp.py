@@ -1,9 +1,9 @@
-"""Quadratic program with limits of minimum angular acceleration; mpc.py states the problem.
+"""Quadratic program for minimum angular acceleration within limits; mpc.py states the problem.
 
-The accelerations are the decision variables; angles and rates after each step are linear in them. The limits of angle
-and rate are many, and few of them become active: only those that a plan without them violates are entered. They are
-found by solving, checking, and solving again; a solution that violates none of the others is the optimum of the whole
-program. If no plan keeps all limits, as when the arm is already beyond one, a linear program first finds the least
+The accelerations are the decision variables; angles and rates after each step are linear in them. There are many
+limits of angle and rate, but few become active, so only those that a plan without them violates are added: solve,
+check, add, and solve again. A solution that violates no other limit is the optimum of the whole program. If no plan
+satisfies all limits, for instance because the arm is already beyond one, a linear program first finds the least
 violation.
 """
 
@@ -14,15 +14,15 @@ from affordance.arrays import Array
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
 from affordance.plant.arm import JointLimits
 
-# Tolerances of the solvers, four orders tighter than their defaults of 1e-6 and 1e-8, so that plans agree with the
-# closed form to 1e-8 (tests/control/test_mpc.py).
+# Tolerances of the solvers, four orders of magnitude below their defaults of 1e-6 and 1e-8, so that plans agree with
+# the closed form to 1e-8 (tests/control/test_mpc.py).
 _PLAN_TOLERANCE, _RESCUE_TOLERANCE = 1e-10, 1e-12
-# Violation up to which a limit is not entered: rounding, in rad and rad/s.
+# A limit is not added for a smaller violation, which is rounding, [rad] and [rad/s].
 LIMIT_TOLERANCE = 1e-9
 
 
 class AccelerationProgram:
-    """Reusable MathematicalPrograms for goals with a given number of rows."""
+    """Reusable MathematicalPrograms for goals with given numbers of rows."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
         """Builds the programs for goals of (m_q, m_v) rows."""
@@ -44,7 +44,7 @@ class AccelerationProgram:
         both = np.concatenate([self._vdot, terminal_slack])
         self._goal = self._plan.AddLinearEqualityConstraint(np.zeros((m, len(both))), nothing, both)
         unbounded = np.full(2 * N * n, np.inf)
-        # Holds the rows of the limits that have been entered.
+        # Contains the rows of the limits that have been added.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -unbounded, unbounded, self._vdot)
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
@@ -74,10 +74,14 @@ class AccelerationProgram:
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
         """Solves for the accelerations, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
 
-        From x, (2 num_joints,), [rad, rad/s], with the believed mass matrix M and torques at zero acceleration, [N
-        m]. The limits that the guess, of the result's shape, violates are entered first.
+        Args:
+            x: Present angles and rates, (2 num_joints,), [rad, rad/s].
+            goal: Goal at the end of the horizon.
+            M: Believed mass matrix, (num_joints, num_joints).
+            bias: Torques at zero acceleration, (num_joints,), [N m].
+            guess: Accelerations of the result's shape; the limits that they violate are added first.
         """
-        # Drake aborts the process if coefficients are not finite.
+        # Drake would abort the process if coefficients were not finite.
         if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):
             return None
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
@@ -94,7 +98,7 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(guess.shape)
 
     def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
-        """Solves with angles and rates between bounds, (2 N n,) each, entering the limits that are violated."""
+        """Solves with angles and rates between bounds, (2 N n,) each, adding the limits that are violated."""
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = guess
         while True:
@@ -111,7 +115,10 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """Finds the least violation of angle and rate limits plus rounding, (2 N n,); None if the solver failed."""
+        """Computes the least violation of angle and rate limits, plus rounding, (2 N n,).
+
+        Returns None if the solver failed.
+        """
         self._rescue_upper.evaluator().UpdateUpperBound(upper)
         self._rescue_lower.evaluator().UpdateLowerBound(lower)
         result = self._rescue_solver.Solve(self._rescue, None, self._options)
@@ -121,7 +128,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Computes the distances to the lower and upper limits from coasting angles and rates, (2 N n,) each."""
+        """Computes the distances of a coasting arm from the lower and upper limits, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

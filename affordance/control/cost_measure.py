@@ -1,10 +1,10 @@
-"""Measures of cost by which motions are compared."""
+"""Cost measures for comparing motions."""
 
 import enum
 
 
 class CostMeasure(enum.Enum):
-    """Cost measure of a motion; tau are the joints' torques and v their rates."""
+    """Cost measure of a motion with joint torques tau and joint rates v."""
 
     WORK = "absolute work"  # integral of sum_i |tau_i v_i|: braking costs as much as driving (paper, eq. 4)
     POSITIVE_WORK = "positive work"  # braking is free
@@ -17,9 +17,10 @@ class CostMeasure(enum.Enum):
         return _NEGATIVE_WEIGHTS[self]
 
 
-# Muscles do positive work with an efficiency of 0.25 and negative work with one of 1.20 (Margaria 1968, Int. Z.
-# angew. Physiol. 25:339-351, from memory): a joule of braking takes 0.25 / 1.20 of the energy of one of driving. On a
-# sledge 0.171 and 0.802 were found, the same quotient (Aura and Komi 1986, Int. J. Sports Med. 7:44-49, abstract).
+# Muscles do positive work with an efficiency of 0.25 and negative work with an efficiency of 1.20 (Margaria 1968,
+# Int. Z. angew. Physiol. 25:339-351, from memory), so a joule of negative work costs 0.25 / 1.20 of the energy of a
+# joule of positive work. On a sledge the efficiencies were 0.171 and 0.802, with the same ratio (Aura and Komi 1986,
+# Int. J. Sports Med. 7:44-49, abstract).
 _NEGATIVE_WEIGHTS = {
     CostMeasure.WORK: 1.0,
     CostMeasure.POSITIVE_WORK: 0.0,

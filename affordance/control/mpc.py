@@ -1,19 +1,19 @@
-"""Model predictive control by minimum angular acceleration (paper, III).
+"""Model predictive control with minimum angular acceleration (paper, III).
 
-Over a horizon of duration T, in N steps of constant joint acceleration, it minimises
+Over a horizon of duration T, in N steps of constant joint acceleration, the planner minimises
 
     1/N sum_k |vdot_k|^2  +  goal_weight |e|^2
 
-where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is the error of the plan with respect to the goal at the
-horizon's end, subject to the double integrator and
+where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is the plan's error relative to the goal at the end of the
+horizon, subject to double-integrator dynamics and
 
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
     |tau_0| <= tau_max                                                         (torque: of the first control period)
 
-s is zero wherever these limits can be kept, and otherwise as small as possible. Priorities: torque > position and
-velocity > goal > cost. The goal is soft, so that a plan always exists: it is missed by about 1 / goal_weight of the
-distance. Without an active limit the plan is one linear solve; if that plan violates no limit, it is the optimum.
-With ``always_program`` every plan is found by the quadratic program.
+The slack s is zero if these limits can be satisfied, and otherwise as small as possible. Priorities: torque >
+position and velocity > goal > cost. The goal is soft, so that a plan always exists; it is missed by about 1 /
+goal_weight of the distance. Without active limits, the plan is the solution of a linear system; if that solution
+violates no limit, it is the optimum. With ``always_program``, the quadratic program computes every plan.
 """
 
 import enum
@@ -30,42 +30,42 @@ from affordance.plant.arm_model import ArmModel
 
 
 class MpcStatus(enum.Enum):
-    """Way in which a plan was found."""
+    """How a plan was computed."""
 
-    FREE = 0  # no limit active: closed form, or the program if ``always_program``
-    LIMITED = 1  # a limit active: the quadratic program
-    FAILED = 2  # the solver failed: the previous plan is continued
+    FREE = 0  # no limit is active: in closed form, or by the quadratic program if ``always_program``
+    LIMITED = 1  # a limit is active: by the quadratic program
+    FAILED = 2  # the solver failed: the previous plan continues
 
 
 class MpcSolution(NamedTuple):
     """Plan of the controller."""
 
     vdot: Array  # joint accelerations, shape (num_steps, num_joints), [rad/s^2]
-    # Torques under the believed inertia, shape (num_joints,), [N m]: the constant torques over the first control
-    # period or, where a limit is active, those at its beginning, which the program bounds.
+    # Torques for the believed inertia, shape (num_joints,), [N m]: the constant torques over the first control period
+    # or, if a limit is active, those at its start, which the program bounds.
     tau: Array
     status: MpcStatus
 
 
 class MinimumAccelerationMpc:
-    """Planner of minimum angular acceleration.
+    """Planner that minimises angular acceleration.
 
-    The quantities kept between solves (factors, programs) are functions of the goal's matrices only, so that the
-    result of a solve never depends on earlier solves.
+    The cached quantities (factors, programs) depend only on the goal's matrices, so that the result of a solve never
+    depends on earlier solves.
     """
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
-        """Computes the matrices of the closed form."""
+        """Computes the matrices of the closed-form solution."""
         self.settings = settings
         self.limits = limits
         T, N = settings.horizon, settings.num_steps
         h = T / N
         steps = np.arange(1, N + 1)
         angle_response, rate_response = compute_responses(settings)
-        # The optimal accelerations are vdot = terminal^T y: a combination of the last rows of both.
+        # The optimal accelerations are vdot = terminal^T y, a linear combination of the last rows of both responses.
         terminal = np.array([angle_response[-1] / T**2, rate_response[-1] / T])  # (2, N)
         self._gram = terminal @ terminal.T
-        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v], each row over the joints.
+        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v]; columns are the joints.
         self._trajectory_map = np.block(
             [
                 [np.zeros((N, 2)), terminal.T],
@@ -83,9 +83,9 @@ class MinimumAccelerationMpc:
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
     def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans from x, (2 num_joints,), [rad, rad/s], to a goal, and changes the model's state.
+        """Plans from x, (2 num_joints,), [rad, rad/s], to a goal; changes the model's state.
 
-        With status FAILED accelerations and torques are NaN.
+        If the status is FAILED, accelerations and torques are NaN.
         """
         if self.settings.always_program:
             return self._solve_by_program(x, goal, model)
@@ -99,28 +99,30 @@ class MinimumAccelerationMpc:
         return self.solve_limited(x, goal, model)
 
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
-        """Plans without limits, by one matrix product; the matrix is kept while C_q and C_v stay the same arrays.
+        """Plans without limits, using one matrix product.
+
+        The matrix is cached as long as C_q and C_v are the same arrays.
 
         Returns: Accelerations, angles and velocities over the steps, shape (3 num_steps, num_joints).
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._trajectory_gain = self._compute_trajectory_gain(goal)
-            # Writeable arrays may have other values the next time, though they are the same objects.
+            # Writeable arrays may have other values next time although they are the same objects.
             can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
             self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
         trajectory: Array = self._trajectory_gain @ np.concatenate([x, goal.d_q, goal.d_v])
         return trajectory.reshape(3 * self.settings.num_steps, -1)
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans within the limits by a convex quadratic program.
+        """Plans within the limits, using a convex quadratic program.
 
-        Arguments and result as for ``solve``; without an active limit the optimum is the same. The limits that the
-        plan without limits violates are entered first.
+        Arguments and result are those of ``solve``; without an active limit, so is the optimum. The limits that the
+        plan without limits violates are added first.
         """
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans by the program alone, entering first the limits that coasting would violate."""
+        """Plans with the quadratic program only, first adding the limits that a coasting arm would violate."""
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:
@@ -137,7 +139,7 @@ class MinimumAccelerationMpc:
         if num_goal_rows not in self._programs:
             self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
         n, vdot = len(x) // 2, None
-        if _is_all(np.isfinite(x)):  # Drake aborts the process if a plant is set to another state
+        if _is_all(np.isfinite(x)):  # Drake would abort the process otherwise
             model.set_state(x)
             M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(n))
             vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, guess=guess)
@@ -147,16 +149,18 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Looks up the accelerations, (num_joints,), [rad/s^2], of an earlier plan that was made some time ago, [s].
+        """Returns the present accelerations, (num_joints,), [rad/s^2], of an earlier plan.
 
-        Beyond the end of the plan, (num_steps, num_joints), they are zero.
+        Args:
+            vdot: Accelerations of the plan, (num_steps, num_joints), [rad/s^2]; zero after its end.
+            elapsed: Time since the plan was made, [s].
         """
-        # Control periods start at the beginnings of steps, up to rounding.
+        # Apart from rounding, control periods start when steps do.
         step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
         return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_trajectory_gain(self, goal: TerminalGoal) -> Array:
-        """Returns the gain from [x, d_q, d_v] to the trajectory, (3 num_steps n, 2 n + m_q + m_v), for n joints.
+        """Computes the gain from [x, d_q, d_v] to the trajectory, (3 num_steps n, 2 n + m_q + m_v), for n joints.
 
         With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
@@ -166,7 +170,7 @@ class MinimumAccelerationMpc:
         m = m_q + len(goal.d_v)
         C = np.zeros((m, 2 * n))
         C[:m_q, :n], C[m_q:, n:] = goal.C_q, goal.C_v
-        # The rows of C over the joints: S S^T is their Gram matrix, weighted by that of the terminal rows.
+        # Rows of C over the joints; S S^T is their Gram matrix, weighted with that of the terminal rows.
         rows = np.vstack([goal.C_q, goal.C_v])
         kinds = np.repeat([0, 1], [m_q, m - m_q])
         gram = (rows @ rows.T) * self._gram[np.ix_(kinds, kinds)]
@@ -184,5 +188,5 @@ class MinimumAccelerationMpc:
 
 
 def _is_all(flags: NDArray[np.bool_]) -> bool:
-    """Returns whether all are true, in a third of the time of ``flags.all()``, which goes through Python."""
+    """Returns True if all flags are true; takes a third of the time of ``flags.all()``, which is partly in Python."""
     return bool(np.count_nonzero(flags) == flags.size)

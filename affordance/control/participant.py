@@ -1,7 +1,7 @@
-"""How a participant pushes before release, and how participants differ.
+"""Parameters of a participant's pushes before release, and of differences between participants.
 
-An arm pushes with the weight that it believes in. People's pushes have an error of their own, a gain, and lapses;
-none of them enters what is learned. Every number is without effect by default.
+A simulated arm pushes with exactly the believed weight. A person's push also has a random error, a gain and lapses,
+none of which affects learning. By default no parameter has an effect.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ _AFTER = "proposed after groups that are now held out had been seen"
 
 
 def _of_each(bound: Within) -> Checked:
-    """Checks a number, or a sequence with one for each observer, which becomes a tuple."""
+    """Builds a check for a number, or for a sequence with one number per observer, which becomes a tuple."""
 
     def check(name: str, value: Any) -> Any:
         if isinstance(value, np.ndarray | list | tuple):
@@ -27,18 +27,19 @@ def _of_each(bound: Within) -> Checked:
 
 @dataclass(frozen=True)
 class Participant(CheckedFields):
-    """How a participant pushes, and how participants differ; 0, and a gain of 1, for none of it.
+    """Parameters of a participant's pushes and heaviness judgements, and of differences between participants.
 
-    A value is a number, or a sequence with one for each observer.
+    Push error, gain and lapse are numbers, or sequences with one number per observer. Zero errors, lapses and spreads
+    and a gain of 1 have no effect.
 
     Attributes:
-        push_error: Standard deviation of a push over its mean (push error); output only, nothing is learned from it.
-        gain: Push over the weight that is believed in.
+        push_error: Standard deviation of a push divided by its mean; it affects only the push, not learning.
+        gain: Push divided by the believed weight.
         gain_spread: Standard deviation of the logarithm of the gain between participants.
-        lapse: Probability that a push repeats that of the lift before, whatever is seen; not at the first lift.
+        lapse: Probability that a push repeats that of the previous lift, whatever is seen; zero in the first lift.
         kappa_spread: Standard deviation of the logarithm of kappa between participants, for learners that have it.
-        heaviness_exponent: Power of the felt weight over what the look predicts by which judged heaviness exceeds the
-            felt weight.
+        heaviness_exponent: Exponent e of judged heaviness, felt (felt / predicted)^e, where felt is the felt weight
+            and predicted the weight expected from the appearance.
     """
 
     push_error: Annotated[
@@ -46,15 +47,12 @@ class Participant(CheckedFields):
         _of_each(Within(0.0, 1.0)),
         Setting(
             "1",
-            "none by default. That it is in proportion to the force: studies of isometric force (Schmidt and others "
-            "1979; Jones, Hamilton and Wolpert 2002). Its size from push to push: no source found among them, as .04 "
-            "(Baweja and others 2009) is within one push; .2 follows from people's training correlation in Linear+ "
-            "and Linear++",
+            "none by default. Proportionality to force: studies of isometric force (Schmidt and others 1979; Jones, "
+            "Hamilton and Wolpert 2002). No source found for its size between pushes: .04 (Baweja and others 2009) "
+            "is the variation within a push; .2 follows from people's training correlation in Linear+ and Linear++",
         ),
     ] = 0.0
-    gain: Annotated[
-        float, _of_each(Within(0.1, 10.0)), Setting("1", "1: the push is the weight that is believed in")
-    ] = 1.0
+    gain: Annotated[float, _of_each(Within(0.1, 10.0)), Setting("1", "1: the push equals the believed weight")] = 1.0
     gain_spread: Annotated[float, Within(0.0, 2.0), Setting("1", "none by default; no source for another value")] = (
         0.0
     )

@@ -1,6 +1,6 @@
-"""Tasks of following a path in the world W, with the free end F of a tool T, or with the hand H without turning it.
+"""Tasks of following a path in the world frame W: with the free end F of a tool T, or with the unrotated hand H.
 
-Reasons are in docs/decisions/0012-reaching.md.
+The reasons are in docs/decisions/0012-reaching.md.
 """
 
 from collections.abc import Iterable
@@ -14,22 +14,29 @@ from affordance.control.problem import TerminalGoal
 from affordance.control.task import Task
 from affordance.plant.arm_model import ArmModel
 
-# Directions in which F moves less than this per radian of the joints are not tracked in velocity: a straight arm has
-# one, [m] (and [rad] where a task has directions to turn in).
+# The velocity of F is not tracked in directions in which F moves less than this per radian of the joints, [m]; a
+# straight arm has one. For rotations the unit is [rad].
 _DAMPING = 0.01
 
 
 class PathFollowing(Task):
     """Task of following a path with a point F of a given tool; after its end the path stays at its last point.
 
-    The goal is F's position on the path at the end of the horizon, and the least joint rates that give F the path's
-    velocity there: null-space motion is free, but must not drift. The position is linear in the joint angles only
-    locally: it is linearised at the posture to which the arm would coast, with half the error of linearising at the
-    present posture (docs/decisions/0012-reaching.md).
+    The goal is F's position on the path at the end of the horizon, and the smallest joint rates that give F the
+    path's velocity there: null-space motion is free but must not drift. The position is linearised at the posture to
+    which the arm would coast, which has half the error of linearising at the present posture
+    (docs/decisions/0012-reaching.md).
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, p_WFstart: Array, p_TF: Array) -> None:
-        """Stores the path, in W, relative to its start, the angles, [rad], and p_WF, [m], there, and p_TF, [m]."""
+        """Stores the path and its start.
+
+        Args:
+            path: Positions in W relative to the start, (3, 1), [m].
+            q_start: Joint angles at the start, (num_joints,), [rad].
+            p_WFstart: Position of F at the start, (3,), [m].
+            p_TF: Position of F in the tool, (3,), [m].
+        """
         self.q_start = q_start
         self._path = path
         self._p_WFstart = p_WFstart
@@ -37,7 +44,7 @@ class PathFollowing(Task):
         self._every_joint = np.eye(len(q_start))
 
     def compute_reference(self, time: float) -> tuple[Array, Array]:
-        """Computes reference position and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""
+        """Computes the reference position and velocity of F at a time, p_WF and v_WF, (3,) each, [m, m/s]."""
         time = min(max(time, self._path.start_time()), self._path.end_time())
         return self._p_WFstart + self._path.value(time)[:, 0], self._path.EvalDerivative(time)[:, 0]
 
@@ -46,7 +53,7 @@ class PathFollowing(Task):
         return np.array([self.compute_reference(time)[0] for time in times])
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal: the path's position, and the least joint rates along it, at the horizon's end."""
+        """Computes the goal: the path's position, and the smallest joint rates along it, at the horizon's end."""
         q, v = x[: len(x) // 2], x[len(x) // 2 :]
         q_end = q + horizon * v
         model.set_state(np.concatenate([q_end, v]))
@@ -55,24 +62,30 @@ class PathFollowing(Task):
         return TerminalGoal(J, miss + J @ q_end, self._every_joint, v_least)
 
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
-        """Returns F's Jacobian, (3, num_joints), its displacement to the reference, and the rate demanded, (3,)."""
+        """Computes F's Jacobian, (3, num_joints), its displacement to the reference, and its demanded velocity."""
         p_WF = model.compute_point_position(self._p_TF)
         return model.compute_point_jacobian(self._p_TF), p_WFend - p_WF, v_WFend
 
 
 class Carrying(PathFollowing):
-    """Task of following a path with the hand, F = Ho, without turning it.
+    """Task of following a path with the hand, F = Ho, without rotating it.
 
-    The goal has three more rows: the first orientation, and no rate of turning.
+    The goal has three more rows: the orientation at the start, and zero angular velocity.
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, X_WHstart: Array) -> None:
-        """Stores the path, in W, relative to its start, and the angles, [rad], and the hand's pose, (4, 4), there."""
+        """Stores the path, which is relative to its start, and the joint angles and hand pose at the start.
+
+        Args:
+            path: Positions in W relative to the start, (3, 1), [m].
+            q_start: Joint angles at the start, (num_joints,), [rad].
+            X_WHstart: Pose of the hand at the start, (4, 4).
+        """
         super().__init__(path, q_start=q_start, p_WFstart=X_WHstart[:3, 3], p_TF=np.zeros(3))
         self._R_WHstart = X_WHstart[:3, :3]
 
     def _compare(self, model: ArmModel, p_WFend: Array, v_WFend: Array) -> tuple[Array, Array, Array]:
-        """Returns the hand's Jacobian, (6, num_joints), displacement and rate, (6,), each turning first."""
+        """Computes the hand's Jacobian, (6, num_joints), displacement and velocity, (6,), with rotations first."""
         X_WH = model.compute_hand_pose()
         turn_W = Rotation.from_matrix(self._R_WHstart @ X_WH.rotation().matrix().T).as_rotvec()
         miss = np.concatenate([turn_W, p_WFend - X_WH.translation()])

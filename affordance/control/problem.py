@@ -17,8 +17,8 @@ class MpcSettings(CheckedFields):
         horizon: Planning horizon, T, [s].
         num_steps: Number of steps of a plan, N.
         goal_weight: Weight of the goal's error relative to acceleration, dimensionless.
-        always_program: True to find every plan by the quadratic program, also where no limit is active and the closed
-            form gives the same plan in a tenth of the time or less.
+        always_program: True to compute every plan with the quadratic program, even if no limit is active and the
+            closed form gives the same plan in a tenth of the time or less.
     """
 
     horizon: Annotated[
@@ -42,10 +42,10 @@ class MpcSettings(CheckedFields):
 class TerminalGoal(NamedTuple):
     """Linear goal at the end of the horizon: C_q q_N = d_q and C_v v_N = d_v."""
 
-    C_q: Array  # matrix of the angles, shape (m_q, num_joints)
-    d_q: Array  # right-hand side of the angles, shape (m_q,)
-    C_v: Array  # matrix of the rates, shape (m_v, num_joints)
-    d_v: Array  # right-hand side of the rates, shape (m_v,)
+    C_q: Array  # matrix for the angles, shape (m_q, num_joints)
+    d_q: Array  # right-hand side for the angles, shape (m_q,)
+    C_v: Array  # matrix for the rates, shape (m_v, num_joints)
+    d_v: Array  # right-hand side for the rates, shape (m_v,)
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Pushes before release, of participants that differ (``participant``)."""
+"""Pushes before release, with differences between participants (``participant``)."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -14,20 +14,25 @@ from affordance.exceptions import BadArgumentError
 
 
 class Pushes(NamedTuple):
-    """Parameters of the pushes of B observers, (B,) each."""
+    """Push parameters of B observers, (B,) each."""
 
-    error: Array  # SD over mean
+    error: Array  # SD of a push divided by its mean
     gain: Array
     lapse: Array
 
     def take(self, rows: NDArray[np.intp]) -> "Pushes":
-        """Returns those of some observers."""
+        """Returns the parameters of some observers."""
         return Pushes(self.error[rows], self.gain[rows], self.lapse[rows])
 
     def draw(self, believed: Array, before: Array, rng: Draws) -> Array:
-        """Draws the pushes of observers, (B,), [N], who believe in weights now, and did so at the lift before.
+        """Draws the pushes of observers, (B,), [N].
 
-        Before is NaN at a first lift. Nothing is drawn where there is neither an error nor a lapse.
+        No random numbers are drawn if there are neither errors nor lapses.
+
+        Args:
+            believed: Weight that each observer believes in now, (B,), [N].
+            before: The same in the previous lift, (B,), [N]; NaN in a first lift.
+            rng: Random generator.
         """
         if not (self.error.any() or self.lapse.any()):
             return self.gain * believed
@@ -37,7 +42,7 @@ class Pushes(NamedTuple):
         return mean * (1.0 + self.error * normal)
 
     def compute_log_density(self, push: float, believed: Array, before: Array) -> Array:
-        """Computes the log probability density of a push, [N], given weights believed now and before, (B,)."""
+        """Computes the log probability density of a push, [N], given the weights believed now and before, (B,)."""
         now = _log_normal(push, self.gain * believed, self.error)
         if not self.lapse.any() or not np.isfinite(before).all():
             return now
@@ -50,9 +55,9 @@ class Pushes(NamedTuple):
 def draw_participants(
     participant: Participant, learner: Learner, observers: Sequence[int], rng: Draws
 ) -> tuple[Pushes, Learner]:
-    """Draws how each of B observers pushes, and returns it with the learner of these observers.
+    """Draws the push parameters of B observers, and the parameters of their learner.
 
-    Nothing is drawn without a spread.
+    No random numbers are drawn if there is no spread.
     """
     learner, size = learner.of_observers(observers), len(observers)
     values = {name: take(participant, name, observers) for name in ("push_error", "gain", "lapse")}
@@ -67,7 +72,11 @@ def draw_participants(
 
 
 def take(participant: Participant, name: str, observers: Sequence[int]) -> Array:
-    """Returns the values of a field for some observers, (B,); too few of them raise a BadArgumentError."""
+    """Returns the values of a participant's field for some observers, (B,).
+
+    Raises:
+        BadArgumentError: If the field is a sequence with too few values.
+    """
     value = getattr(participant, name)
     if not isinstance(value, tuple):
         return np.full(len(observers), float(value))
@@ -78,7 +87,7 @@ def take(participant: Participant, name: str, observers: Sequence[int]) -> Array
 
 
 def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
-    """Lists the parameters of participants and of their learner by their names as settings, (B,) each."""
+    """Lists the parameters of participants and of their learner by the name of the setting, (B,) each."""
     size = len(pushes.gain)
     of_learner = {each.name: getattr(learner.parameters, each.name) for each in fields(learner.parameters)}
     own = {
@@ -89,7 +98,7 @@ def list_own_values(pushes: Pushes, learner: Learner) -> dict[str, Array]:
 
 
 def compute_heaviness(felt: Array, expected: Array, exponent: float) -> Array:
-    """Computes judged heaviness, [N], from felt weights and those that the look predicts (docs/heaviness.md)."""
+    """Computes judged heaviness, [N], from felt and expected weights, [N] (docs/heaviness.md)."""
     heaviness: Array = felt * (felt / expected) ** exponent
     return heaviness
 

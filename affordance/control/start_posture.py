@@ -1,4 +1,4 @@
-"""Start posture of a task: joint angles in the task's file, by the names of the joints."""
+"""Start posture of a task: joint angles in the task file, by joint name."""
 
 import math
 from pathlib import Path
@@ -10,19 +10,22 @@ from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.constraints import Within
 from affordance.plant.arm import Arm
 
-# Start posture: names and angles, [rad], of the joints that do not start in the home posture.
+# Start posture: names and angles, [rad], of the joints that differ from the home posture.
 type Start = tuple[tuple[str, float], ...]
 
 
-# Start posture in a file, left out where a task starts in the home posture.
+# Start posture in a file; omitted if a task starts in the home posture.
 type StartEntry = Annotated[
     dict[str, Annotated[float, Within(-2.0 * math.pi, 2.0 * math.pi)]],
-    Field(description="Joints that do not start as in the home posture, and their angles, [rad]."),
+    Field(description="Joints whose start angle differs from the home posture, and their angles, [rad]."),
 ]
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Rejects a start posture, the value of a key of a task's file, that the arm cannot take, by a BadValueError."""
+    """Raises a BadValueError if the arm cannot take a start posture from a task file.
+
+    The message names the file, ``key``, and the joint.
+    """
     for name, angle in start:
         try:
             arm.find_posture({name: angle})

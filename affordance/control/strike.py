@@ -1,4 +1,4 @@
-"""Striking: the arm swings the tool at a nail, lets it drive the nail, and comes back to rest."""
+"""Striking: the arm swings the tool at a nail, drives the nail, and returns to rest."""
 
 import numpy as np
 
@@ -9,22 +9,22 @@ from affordance.control.task import Task
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
 
-# Before a strike the horizon shrinks to this; then the last plan is continued, for errors in so short a time cannot
-# be corrected any more: stretch responses of the arm that account for its dynamics begin after 45 to 105 ms
-# (Pruszynski & Scott 2012, Experimental Brain Research 218:341-359, from memory), [s].
+# Before a strike the horizon shrinks to this, [s]; then the last plan continues, because errors can no longer be
+# corrected in so short a time: stretch responses of the arm that account for its dynamics begin after 45 to 105 ms
+# (Pruszynski & Scott 2012, Experimental Brain Research 218:341-359, from memory).
 SHORTEST_HORIZON = 0.06
-# Time before and after the planned strike in which contact may take place: a belief that is wrong by half shifts it
-# by less, [s].
+# Time before and after the planned contact in which contact can occur, [s]; a belief that is wrong by half shifts it
+# by less.
 _MARGIN = 0.02
 
 
 class Strike(Task):
-    """Task of carrying out a swing.
+    """Task of executing a swing.
 
-    Until the strike the goal is the swing's state at the horizon's end, which never lies beyond the strike, where the
-    swing ends. A swing has minimum acceleration between any two of its points, so a controller that plans by minimum
-    acceleration follows it. After the blow the goal moves along the motion of minimum acceleration, as slow as the
-    swing, from the end of the swing back to its start.
+    Until the strike, the goal is the swing's state at the end of the horizon, which never extends beyond the strike,
+    where the swing ends. A swing has minimum acceleration between any two of its points, so a controller that
+    minimises acceleration follows it. After the blow, the goal moves back from the end of the swing to its start,
+    with minimum acceleration and in the same time as the swing.
     """
 
     def __init__(self, swing: Swing, placement: NailPlacement, control_period: float) -> None:
@@ -46,7 +46,7 @@ class Strike(Task):
 
     @property
     def contact(self) -> tuple[float, float]:
-        """Begin and end of the time in which the tool may touch the nail, [s]."""
+        """Start and end of the time in which the tool may touch the nail, [s]."""
         return self._strike - _MARGIN, self._turn + _MARGIN
 
     def compute_duration(self, horizon: float) -> float:
@@ -54,14 +54,14 @@ class Strike(Task):
         return self._turn + self.swing.duration + 2.0 * horizon
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns a horizon that ends at the strike; zero from shortly before the strike until the blow is over."""
+        """Chooses a horizon that ends at the strike; zero from shortly before the strike until the blow is over."""
         left = self._strike - time
         if left >= longest - 0.5 * self._control_period or time > self._turn - 0.5 * self._control_period:
             return longest
         return left if left > SHORTEST_HORIZON - 0.5 * self._control_period else 0.0
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal: the state of the swing, or of the way back, at the horizon's end."""
+        """Computes the goal: the state of the swing, or of the return, at the end of the horizon."""
         motion, since = (self.swing, 0.0) if time < self._strike else (self._return, self._turn)
         q, v, _ = motion.evaluate(np.array([min(time + horizon - since, motion.duration)]))
         return TerminalGoal(self._identity, q[0], self._identity, v[0])

@@ -1,14 +1,14 @@
-"""Swing of a blow: from rest to a strike with a given velocity, by minimum angular acceleration.
+"""Swing of a blow, from rest to a strike with a given velocity, with minimum angular acceleration.
 
-Among all motions of duration D from rest at q_0 to angles q_1 with rates v_1, the integral of |vdot|^2 is least for
-the cubic in time, and is then
+Among all motions of duration D from rest at q_0 to angles q_1 with rates v_1, a cubic in time minimises the integral
+of |vdot|^2. The minimum is
 
     12 |d|^2 / D^3 - 12 d^T v_1 / D^2 + 4 |v_1|^2 / D,    d = q_1 - q_0
 
-The degrees of freedom of (q_1, v_1) that remain once the striking point has its position and velocity and meets the
-target squarely are chosen to minimise this, within the joints' limits. A cubic is the motion of minimum acceleration
-between any two of its own points, so that a controller that plans by minimum acceleration to points of it follows it
-exactly.
+The strike fixes the position and velocity of the striking point and makes the face square to the target. The
+remaining degrees of freedom of (q_1, v_1) minimise this integral within the joints' limits. A cubic is also the
+motion of minimum acceleration between any two of its own points, so a controller that minimises acceleration towards
+its points follows it exactly.
 """
 
 from collections.abc import Sequence
@@ -26,27 +26,28 @@ from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import cross
 
-# Times of a swing at which position and velocity limits are enforced, as fractions of its duration: between them a
-# joint of 50 rad/s^2 violates them by a milliradian.
+# Times at which position and velocity limits are enforced, as fractions of a swing's duration. Between them, a joint
+# that accelerates with 50 rad/s^2 exceeds a limit by at most a milliradian.
 _CHECKED = np.linspace(0.02, 1.0, 50)
-# Scales of the optimisation: costs count in hundreds of rad^2/s^3, misses in decimetres and m/s.
+# Scales of the optimisation: costs are in units of 100 rad^2/s^3, errors in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
 _MAX_MISS = 1e-5
-# Distance from a limit at which a swing counts as touching it, [rad], [rad/s].
+# A swing counts as touching a limit within this distance, [rad] or [rad/s].
 _TOUCH = 1e-3
-# The nail is at rest within 13 ms of the first touch for effective masses of 0.15 to 2.4 kg, as on arms of twenty
-# robots; then the arm begins to return. If rotors make it 6 kg the nail takes 20 ms, and the force is reached too,
-# [s].
+# Time from the first touch until the arm begins to return, [s]. For effective masses of 0.15 to 2.4 kg, as on the
+# arms of twenty robots, the nail is at rest within 13 ms. If rotors increase the mass to 6 kg, the nail takes 20 ms,
+# and the force is reached too.
 FOLLOW_THROUGH = 0.015
-# A controller that plans in steps of 20 ms deviates from a swing's angles by about a degree; swings keep this margin
-# to the limits, [rad].
+# Margin of swings to the joint limits, [rad]: a controller that plans in steps of 20 ms deviates from a swing's
+# angles by about a degree.
 _MARGIN = np.radians(1.0)
-# Time of coasting to rest: a joint keeps its rate while the nail is driven and is then braked evenly within 0.1 s,
-# less than half of the controller's horizon. Angles must be free for this time beyond the strike, [s].
+# Equivalent time of coasting to rest, [s]: a joint keeps its rate while the nail is driven and then brakes uniformly
+# within 0.1 s, less than half of the controller's horizon. Angles must stay within limits for this time after the
+# strike.
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
-# A face closer than half of a hand's breadth lies under the hand (models/README.md), [m].
+# A face closer than half the breadth of a hand is under the hand (models/README.md), [m].
 _HAND = 0.044
-# Cosine from which on a face looks along the blow, within 60 degrees of it: the search for a strike stays there.
+# Cosine above which a face points along the blow (within 60 degrees); the search for a strike stays in this range.
 ALONG = 0.5
 
 
@@ -59,7 +60,7 @@ class Swing(NamedTuple):
     duration: float  # time from rest to the strike, [s]
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
-        """Computes angles, rates and accelerations at N times, (N, num_joints) each, also beyond the ends."""
+        """Computes angles, rates and accelerations at N times, (N, num_joints) each, also outside the swing."""
         D = self.duration
         u = np.asarray(times)[:, None] / D
         d = self.q_end - self.q_start
@@ -74,31 +75,34 @@ class Target(NamedTuple):
     q_start: Array  # joint angles at the start of the swing, shape (num_joints,), [rad]
     p_TS: Array  # position of S in the tool, shape (3,), [m]
     normal_T: Array  # outward normal of the tool at S, expressed in T, shape (3,)
-    radius: float  # radius of the tool's curvature at S; infinite where the tool is flat, [m]
+    radius: float  # radius of curvature of the tool at S; infinite if the tool is flat there, [m]
     p_WS: Array  # position of S at the strike, shape (3,), [m]
     direction_W: Array  # direction of the blow, and of the tool's normal at the strike, a unit vector, shape (3,)
 
 
 class StrikeCondition:
-    """Condition of a strike on angles and velocities, stacked to z = (q_1, v_1): its miss is zero at the strike.
+    """Conditions that angles and velocities at a strike, stacked as z = (q_1, v_1), must satisfy.
 
-    A face that is square to the blow may also look away from the target, which the tool would have to go through.
-    Where the face does not look along the blow at the start, the cosine between them is bounded too.
+    A face that is square to the blow might point away from the target, so that the tool would have to pass through
+    it. If the face does not point along the blow at the start, the cosine between them is therefore bounded too.
     """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
-        """Stores the model of the arm, whose state each use changes, the target, and the tip's speed, [m/s]."""
+        """Stores the arm model, whose state every use changes, the target, and the tip speed, [m/s]."""
         self._model = model
         self._target = target
         self._velocity_W = speed * target.direction_W
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
         model.set_posture(target.q_start)
         turned = [] if target.direction_W @ self._compute_normal() > ALONG else [np.inf]
-        self.lower: Array = np.zeros(8 + len(turned))  # least and largest value of each entry, (8,) or (9,)
+        self.lower: Array = np.zeros(8 + len(turned))  # bounds of each entry, (8,) or (9,)
         self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:
-        """Computes the miss of position, velocity and squareness, and the cosine; (8,) or (9,), z (2 num_joints,)."""
+        """Computes the errors of position, velocity and squareness, and perhaps the cosine, (8,) or (9,).
+
+        z are the angles and rates at the strike, (2 num_joints,).
+        """
         model, target, n = self._model, self._target, len(z) // 2
         model.set_posture(z[:n])
         p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
@@ -108,15 +112,15 @@ class StrikeCondition:
         return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, facing])[: len(self.lower)]
 
     def _compute_normal(self) -> Array:
-        """Normal of the face in W, at the model's state, shape (3,)."""
+        """Computes the normal of the face in W for the model's state, (3,)."""
         normal_W: Array = self._model.compute_hand_pose().rotation().matrix() @ self._target.normal_T
         return normal_W
 
     def compute_with_gradient(self, z: Array) -> Array:
-        """Computes the miss for Drake's AutoDiff, with its exact gradient.
+        """Computes the errors for Drake's AutoDiff, with their exact gradient.
 
-        Turning joint i turns all that lies beyond it about its axis w_i, with w_i = 0 for a sliding joint: a column
-        J_j of the Jacobian of S changes by w_i x J_j for j >= i and by w_j x J_i for j < i.
+        Rotating joint i rotates everything beyond it about its axis w_i; w_i = 0 for a prismatic joint. A column J_j
+        of the Jacobian of S therefore changes by w_i x J_j for j >= i and by w_j x J_i for j < i.
         """
         value = ExtractValue(z).ravel()
         n = len(value) // 2
@@ -138,7 +142,7 @@ class StrikeCondition:
         return with_gradient
 
     def is_met(self, z: Array) -> bool:
-        """Returns whether the miss is within the tolerance and the face looks along the blow."""
+        """Returns True if the errors are within the tolerance and the face points along the blow."""
         is_near = bool(np.abs(self.compute(z)[:8]).max() <= _MAX_MISS)
         return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
@@ -146,11 +150,17 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool, and leaves the model at rest at the start, q_start, (num_joints,), [rad].
+    """Finds the striking point of a tool and its target; leaves the model at rest in the start posture.
 
-    The striking point is the middle of the striking face furthest ahead of the hand. A tool without a striking face
-    clear of the hand strikes with the point of its free part that lies furthest along the blow, a unit vector, at its
-    start. The target is at an offset, (3,), [m], from the striking point at the start.
+    The striking point is the centre of the striking face furthest ahead of the hand. A tool without a striking face
+    clear of the hand strikes with the point of its free part that is furthest along the blow in the start posture.
+
+    Args:
+        model: Model of the arm; its state is changed.
+        parts: Parts of the tool, posed relative to the hand.
+        q_start: Joint angles at the start, (num_joints,), [rad].
+        offset_W: Position of the target relative to the striking point at the start, (3,), [m].
+        direction_W: Direction of the blow, a unit vector, (3,).
     """
     model.set_posture(q_start)
     ahead = []
@@ -174,10 +184,17 @@ def find_target(
 def plan_swing(
     model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
 ) -> Swing:
-    """Plans a swing from rest, searched from a guess or from the start posture, and changes the model's state.
+    """Plans a swing from rest; changes the model's state.
 
-    The speed at the strike is in [m/s], the time until then in [s]. An AffordanceError is raised where no swing
-    within position and velocity limits strikes so.
+    Args:
+        model: Model of the arm.
+        target: Target of the blow.
+        speed: Tip speed at the strike, [m/s].
+        duration: Time from rest to the strike, [s].
+        guess: Swing from which the search starts; None for the start posture.
+
+    Raises:
+        AffordanceError: If no swing within position and velocity limits strikes like this.
     """
     q_start, D = target.q_start, duration
     limits = model.arm.shrink_limits(_MARGIN, q_start)
@@ -192,8 +209,8 @@ def plan_swing(
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, condition.lower, condition.upper, z)
     bounds = _bound_motion(q_start, D, limits)
-    # Most joints come near no limit. Those of a joint enter the program where the guess touches or the swing violates
-    # one, and all of them where there is no swing otherwise.
+    # Most joints come near no limit. The limits of a joint are added if the guess touches or the swing violates one
+    # of them, and all limits are added if no swing is found otherwise.
     entered = np.zeros(n, dtype=bool)
     entering = entered if guess is None else ~bounds.find_within(np.hstack(guess[1:3]), _TOUCH)
     while True:
@@ -218,14 +235,14 @@ class _Bounds(NamedTuple):
     upper: Array
 
     def find_within(self, z: Array, margin: float) -> NDArray[np.bool_]:
-        """Returns for each joint whether it is within its bounds by more than a margin, (num_joints,)."""
+        """Returns for each joint whether it is within its bounds by at least a margin, (num_joints,)."""
         value = self.matrix @ z
         within = (value - self.lower >= margin) & (self.upper - value >= margin)
         return within.reshape(-1, len(z) // 2).all(axis=0)
 
 
 def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Bounds:
-    """Bounds angles and velocities at the checked times, and angles where the joints have coasted to rest."""
+    """Builds bounds on angles and velocities at the checked times, and on the angles after coasting to rest."""
     u, D, each = _CHECKED[:, None], duration, np.eye(len(q_start))
     of_q, of_v = [3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], [6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]
     of_start = [1.0 - 3.0 * u**2 + 2.0 * u**3, 6.0 * (u**2 - u) / D, np.zeros((1, 1))]
@@ -240,14 +257,14 @@ def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Boun
 
 
 def _solve(program: MathematicalProgram, z: Array, condition: StrikeCondition) -> Array | None:
-    """Solves for (q_1, v_1); None if the search fails or what it finds does not strike."""
+    """Solves for (q_1, v_1); None if the search fails or its result is not a strike."""
     result = SnoptSolver().Solve(program)
     found: Array = result.GetSolution(z)
     return found if result.is_success() and condition.is_met(found) else None
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
-    """Returns the start angles, with the least rates that give S its velocity there, (2 num_joints,)."""
+    """Computes an initial guess, (2 num_joints,): the start angles, and the least rates that give S its velocity."""
     model.set_posture(target.q_start)
     J = model.compute_point_jacobian(target.p_TS)
     return np.concatenate([target.q_start, np.linalg.pinv(J) @ (speed * target.direction_W)])

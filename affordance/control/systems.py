@@ -1,4 +1,4 @@
-"""Control system of the paper's figure 2: model predictive control with the believed inertia."""
+"""Control system of the paper's figure 2: model predictive control based on the believed inertia."""
 
 import dataclasses
 import logging
@@ -22,18 +22,18 @@ _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """Numbers of control periods of a trial in which a limit was active, and in which no new plan was found."""
+    """Numbers of control periods in a trial in which a limit was active, and in which no new plan was found."""
 
     limited: int
     failed: int
 
 
 class MpcController(SampledSystem):
-    """Controller that replans every control period and holds the torque until the next.
+    """Controller that replans every control period and holds the torque until the next one.
 
-    The discrete state consists of the held torque, its plan, and counts of control periods. The task chooses the
-    horizon; where it is zero the previous plan is continued, and likewise, with a logged warning, if the solver
-    fails. The seed of a sampled density is a parameter of the Context.
+    The discrete state consists of the held torque, the plan, and counts of control periods. The task chooses the
+    horizon; if it is zero, the previous plan continues. The same happens, with a logged warning, if the solver fails.
+    The seed of a sampled density is a parameter of the Context.
 
     Input ports:
         belief: Belief about the object, ObjectBelief.
@@ -71,9 +71,9 @@ class MpcController(SampledSystem):
         tau = self.DeclareDiscreteState(n)
         self._tau = int(tau)
         self._plan = int(self.DeclareDiscreteState(N * n))
-        # Time of the plan, and its horizon.
+        # Time at which the plan was made, and its horizon.
         self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
-        self._counts = int(self.DeclareDiscreteState(2))  # control periods limited, and failed
+        self._counts = int(self.DeclareDiscreteState(2))  # numbers of limited and of failed control periods
         # Seed of the density that is drawn if the point estimate is a sample.
         self.seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
@@ -99,8 +99,8 @@ class MpcController(SampledSystem):
             self._model.set_payload(payload)
             self._shown_payload = payload
         x = self._state.Eval(context)
-        if not math.isfinite(x @ x):  # Drake aborts the process if a plant is set to such a state
-            self._count_failure(context, discrete_state, "the state is not finite; the torque stays as it was")
+        if not math.isfinite(x @ x):  # Drake would abort the process if a plant were set to such a state
+            self._count_failure(context, discrete_state, "the state is not finite; the torque is unchanged")
             return
         now, task = context.get_time(), self._goal.Eval(context)
         horizon = task.choose_horizon(now, self._settings.horizon)
@@ -137,7 +137,7 @@ class MpcController(SampledSystem):
         discrete_state.set_value(self._tau, tau)
 
     def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
-        _LOG.warning("t = %.3f s: no new plan, as %s", context.get_time(), reason)
+        _LOG.warning("t = %.3f s: no new plan, because %s", context.get_time(), reason)
         limited, failed = context.get_discrete_state(self._counts).value()
         discrete_state.set_value(self._counts, np.array([limited, failed + 1]))
 

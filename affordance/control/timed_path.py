@@ -1,4 +1,4 @@
-"""Paths in space with their timing, read from YAML files in models/paths/."""
+"""Timed paths in space, read from YAML files such as those in models/paths/."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -14,26 +14,26 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import StrPath, Vector, Within, check_fields, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 
-# Bounds of paths: points within two metres, in a twentieth of a second to a minute.
+# Bounds of paths: points within two metres, durations from 0.05 s to a minute.
 _REACH_MAX = 2.0
 _DURATION = Within(0.05, 60.0)
 _TOLERANCE = Within(1e-4, _REACH_MAX)
-# Least distance between successive points of a path, [m].
+# Smallest distance between successive points of a path, [m].
 _SEPARATION_MIN = 1e-3
-# Factors on duration and lengths by which a task is made easier until it can be done.
+# Factors on duration and lengths that are tried to make a task feasible.
 EASIER_PACES, EASIER_SIZES = (1.0, 2.0), (1.0, 0.75, 0.5, 0.25)
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True)
 class TimedPath:
-    """Smooth curve through points, run from rest to rest with the timing of minimum jerk.
+    """Smooth curve through points, traversed from rest to rest with minimum-jerk timing.
 
     Attributes:
         points: Points after the start, relative to it, in W, at least one, [m].
-        start: Start angles by joint, [rad], of the joints that do not start in the arm's home posture.
+        start: Start angles, [rad], of the joints that differ from the arm's home posture.
         duration: Time from start to end, [s].
-        tolerance: Largest admissible distance from the path, [m].
+        tolerance: Largest allowed distance from the path, [m].
     """
 
     points: tuple[tuple[float, float, float], ...]
@@ -42,7 +42,7 @@ class TimedPath:
     start: Start = ()
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for a number that is not finite or out of bounds, or for no point."""
+        """Raises a BadArgumentError if a number is not finite or out of bounds, or if there is no point."""
         points = check_array("points", self.points, (None, 3))
         if not len(points):
             raise BadArgumentError("points", "", "is empty, must hold at least one point")
@@ -56,7 +56,7 @@ class TimedPath:
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
 
     def name_nearest_point(self, time: float) -> str:
-        """Names the point nearest in space to the path's position at a time, [s]."""
+        """Describes the given point that is nearest in space to the path's position at a time, [s]."""
         place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
         nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
         if nearest == 0:
@@ -65,10 +65,14 @@ class TimedPath:
         return f"point {nearest} of {len(self.points)} at [{where}]"
 
     def list_easier(self, paces: Sequence[float], sizes: Sequence[float]) -> "Iterator[tuple[TimedPath, str]]":
-        """Lists the path unchanged, mirrored, slower, and last smaller, each with a description, at first empty.
+        """Lists the path and easier variants (mirrored, slower, and finally smaller), each with a description.
 
-        Paces are factors on the duration, sizes on the lengths, both from 1. Durations that no file may have are
-        left out.
+        The first one is the path itself, with an empty description. Variants with a duration that a file may not have
+        are left out.
+
+        Args:
+            paces: Factors on the duration, starting with 1.
+            sizes: Factors on the lengths, starting with 1.
         """
         points = np.array(self.points)
         paces = [pace for pace in paces if self.duration * pace <= _DURATION.high]
@@ -83,9 +87,9 @@ class TimedPath:
                     yield replace(self, points=rows, duration=self.duration * pace), ", ".join(words)
 
     def build_trajectory(self) -> Trajectory:
-        """Builds the position over time relative to the start, (3, 1), [m]; at rest before and after.
+        """Builds the trajectory of the position relative to the start, (3, 1), [m]; at rest before and after.
 
-        The curve is a cubic spline over the length of the chords, or a line if there is only one point. The timing is
+        The curve is a cubic spline over the chord length, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).
         """
         points = np.array([(0.0, 0.0, 0.0), *self.points])
@@ -93,7 +97,7 @@ class TimedPath:
         spline = PiecewisePolynomial.CubicWithContinuousSecondDerivatives
         interpolate = spline if len(points) > 2 else PiecewisePolynomial.FirstOrderHold
         curve = interpolate(lengths.tolist(), points.T.tolist())
-        u = np.linspace(0.0, 1.0, 6)  # as many as determine a polynomial of fifth order
+        u = np.linspace(0.0, 1.0, 6)  # six points determine a polynomial of degree five
         timing = lengths[-1] * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
         return PathParameterizedTrajectory(
             curve,
@@ -102,11 +106,11 @@ class TimedPath:
 
 
 class PathEntry(DataModel):
-    """Path as given in a file."""
+    """Entry of a path in a file."""
 
     duration: Annotated[float, _DURATION, Field(description="Time from rest to rest, [s].")]
     tolerance: Annotated[
-        float, _TOLERANCE, Field(description="Distance from the path within which the tip counts as on it, [m].")
+        float, _TOLERANCE, Field(description="Largest distance at which the tip still counts as on the path, [m].")
     ]
     points: Annotated[
         list[Annotated[tuple[float, float, float], Vector(3, Within(-_REACH_MAX, _REACH_MAX))]],
@@ -116,10 +120,10 @@ class PathEntry(DataModel):
 
     @model_validator(mode="after")
     def check_steps(self) -> Self:
-        """Refuses a path of which two successive points coincide."""
+        """Rejects a path with two successive points that (almost) coincide."""
         steps = np.linalg.norm(np.diff(np.array(self.points), axis=0, prepend=0.0), axis=1)
         if (steps < _SEPARATION_MIN).any():
-            problem = f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m"
+            problem = f"is {steps.min():g} m from the previous point, must be at least {_SEPARATION_MIN:g} m"
             raise complain(problem, f"points[{np.argmin(steps)}]")
         return self
 
@@ -129,9 +133,11 @@ class PathEntry(DataModel):
 
 
 def load_path(path: StrPath) -> TimedPath:
-    """Reads a path file: ``duration``, ``tolerance``, ``points``, a list of three coordinates each, and ``start``.
+    """Reads a path file with the keys ``duration``, ``tolerance``, ``points`` and ``start``.
+
+    Each point is a list of three coordinates.
 
     Raises:
-        BadValueError: The file or one of its values is invalid; the message names it and the fault.
+        BadValueError: The file or one of its values is invalid; the message names file, key and fault.
     """
     return load_model(check_path("path", path), PathEntry).build()

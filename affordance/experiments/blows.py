@@ -103,7 +103,7 @@ def compute_work(task: Hammer, settings: Settings, costs: Mapping[str, Mapping[s
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)
     planned, pi = costs[held.name][held.grip], held.parameters[None]
-    speed = float(planned.find_speed(pi)[0])
+    speed = float(planned.compute_speed(pi)[0])
     swing = planned.pick_swing(speed)
     for _ in range(SWINGS):
         swing = find_swing(model, target, task, speed, swing)

@@ -234,7 +234,7 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
     """Computes what the demanded force takes: speed of the tool's tip, planned work, and energy of the tip."""
     nail = task.nail
     pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
-    speeds = {grip: costs[grip].find_speed(pi[grip]) for grip in pi}
+    speeds = {grip: costs[grip].compute_speed(pi[grip]) for grip in pi}
     slower = min(speeds.values())
     return {
         "force_demanded_N": task.force,

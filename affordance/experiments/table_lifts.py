@@ -239,7 +239,7 @@ def observe(setup: Setup, trials: Trials, choices: Sequence[Choice], observer: i
                 memory = after = replace(memory, things=lifter.list_things(knows))
                 found["chosen"][number] = choose_by_expectation(choices[trials.choice[row]], [memory], seed)[0][0]
             else:
-                noted = lifter.note(knows, int(lifted[number]))
+                noted = lifter.mark_met(knows, int(lifted[number]))
                 memory = replace(memory, things=lifter.list_things(noted))
                 held = get_runner(settings).run_hold(tool, memory, duration=float(trials.duration[row]), seed=seed)
                 heights, after = held.height_centre, held.memory

@@ -1,1 +1,1 @@
-"""Lasting memory: a ledger of evidence, one record a trial, from which the belief of any learner is recalled."""
+"""Lasting memory: a ledger of evidence with one record per trial, from which any learner's belief is recomputed."""

@@ -1,4 +1,4 @@
-"""Memories of materials as JSON, as versions before 0.3 kept them in files: only what they believe is read."""
+"""Reads the beliefs from JSON memory files of versions before 0.3."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -17,12 +17,15 @@ _TAUGHT = "taught_by"
 def read_belief(path: Path, content: Any) -> tuple[tuple[Colour, ...], DensityBelief]:
     """Reads the colours of a memory, and the belief about their mean densities.
 
-    Of a learner with kinds the belief is that about the most populous kind of each colour, the oldest among equals.
-    Any other content raises a BadValueError.
+    For a learner with kinds, this is the belief about the most populous kind of each colour; of equally populous
+    kinds, the oldest.
+
+    Raises:
+        BadValueError: If the content is not a memory of materials.
     """
     try:
         colours = tuple((float(red), float(green), float(blue)) for red, green, blue in content["colours"])
-        if "gate" not in content:  # which a learner with kinds had
+        if "gate" not in content:  # only a learner with kinds has this key
             return colours, _read_densities(content, len(colours))
         counts = Counter(each["kind"] for known in content["objects"] for each in known["memberships"])
         of_kinds = content["colour_of_kind"]
@@ -35,8 +38,12 @@ def read_belief(path: Path, content: Any) -> tuple[tuple[Colour, ...], DensityBe
         raise BadValueError(path, "", f"is not a memory of materials: {error}") from error
 
 
-def find_taught(path: Path, content: Any) -> tuple[str, ...]:
-    """Finds the fingerprints of the runs that taught the memory of a file, if it lists them; else a BadValueError."""
+def read_taught(path: Path, content: Any) -> tuple[str, ...]:
+    """Reads the fingerprints of the runs from which a memory has learned; empty if the file lists none.
+
+    Raises:
+        BadValueError: If they are not a list of strings.
+    """
     taught = content.get(_TAUGHT, []) if isinstance(content, Mapping) else []
     if not isinstance(taught, list) or not all(isinstance(each, str) for each in taught):
         raise BadValueError(path, _TAUGHT, "must be a list of texts")

@@ -1,11 +1,13 @@
-"""Sums of evidence about objects and materials: one likelihood an object, its own deviation marginalised once.
+"""Sums of evidence about objects and materials, with one likelihood per object.
 
-Every trial is a quadratic log likelihood of the object's ten parameters; errors that grow with torque are evaluated
-at the densities that the trial alone suggests, so that it does not depend on other trials. The quadratics of an
-object's trials add up. Errors of its geometry and its deviation from its materials are the same in all of them, so
-both are marginalised once, in the sum. Sums of objects add up again to the belief about materials.
+Each trial contributes a quadratic log likelihood of the object's ten parameters. Errors that grow with torque are
+evaluated at the densities that the trial alone suggests, so that it does not depend on other trials. The quadratics
+of an object's trials are summed. The errors of its geometry, and its deviation from its materials, are the same in
+all its trials, so both are marginalised only once, from the sum. The likelihoods of all objects are summed in turn to
+the belief about materials.
 
-Trials of one name and one look are about one thing. A name with another look is another thing: "hammer", "hammer #2".
+Trials with the same object name and appearance belong to one object. The same name with another appearance is another
+object: "hammer", "hammer #2".
 """
 
 import functools
@@ -28,7 +30,7 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import find_fixed_point
 
-# Most materials of a memory, and most things of one name: beliefs and comparisons take the square of their numbers.
+# Largest number of materials in a memory, and of objects with one name: the effort grows with their squares.
 MOST_MATERIALS, MOST_LOOKS = 200, 200
 
 
@@ -38,18 +40,18 @@ class ObjectSum(NamedTuple):
     columns: tuple[int, ...]  # index of the material of each part
     geometry: Geometry  # of the parts, as seen in the first trial
     body: Quadratic  # sum over the trials, a quadratic of the ten parameters
-    # Sum over trials that are about means of materials: precision (P, P) and information vector (P,).
+    # Sum over trials that measure mean densities of materials: precision (P, P) and information vector (P,).
     means: tuple[Array, Array]
 
     @classmethod
     def start(cls, trial: TrialEvidence, columns: tuple[int, ...]) -> "ObjectSum":
-        """Returns the empty sum of the object of a trial."""
+        """Creates the empty sum for the object of a trial."""
         size = len(columns)
         nothing = Quadratic(np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)), np.zeros(NUM_PARAMETERS))
         return cls(columns, trial.geometry, nothing, (np.zeros((size, size)), np.zeros(size)))
 
     def add(self, trial: TrialEvidence, prior: Prior) -> "ObjectSum":
-        """Returns the sum with another trial of the object."""
+        """Returns the sum with one more trial of the object."""
         if isinstance(trial.model, MeanDensities):
             likelihood = trial.compute_likelihood(trial.geometry, np.zeros(len(self.columns)))
             precision, information = self.means
@@ -61,16 +63,16 @@ class ObjectSum(NamedTuple):
 
     @property
     def materials(self) -> list[int]:
-        """Indices of the object's materials, increasing."""
+        """Indices of the object's materials, in increasing order."""
         return sorted(set(self.columns))
 
     def build_geometry(self) -> Geometry:
-        """Builds the geometry with a column for each of the object's materials."""
+        """Builds the geometry with one column per material of the object."""
         materials = self.materials
         return gather(self.geometry, [materials.index(column) for column in self.columns], len(materials))
 
     def compute_own_likelihood(self, prior: Prior) -> Likelihood:
-        """Computes the likelihood of the object's own densities, for each of its materials."""
+        """Computes the likelihood of the object's own densities, one for each of its materials."""
         geometry = self.build_geometry()
         return find_fixed_point(
             build_broad_belief(prior, len(self.materials)),
@@ -90,18 +92,18 @@ class ObjectSum(NamedTuple):
 
 @dataclass
 class FeltThing:
-    """Thing that was felt: its look in the first trial, the sum of its evidence, and the experience behind it."""
+    """Object that was felt: its appearance in the first trial, the sum of its evidence, and where that comes from."""
 
     parts: Appearance
     evidence: ObjectSum
     since: str  # time of the first trial
     trials: int = 0
     robots: set[str] = field(default_factory=set)
-    # Likelihood of the means of its materials; None until it is asked for.
+    # Likelihood of the mean densities of its materials; None until it is needed.
     likelihood: Likelihood | None = None
 
     def add(self, trial: TrialEvidence, prior: Prior) -> None:
-        """Adds a trial with the thing."""
+        """Adds a trial with the object."""
         self.evidence, self.likelihood = self.evidence.add(trial, prior), None
         self.trials += 1
         self.robots.add(trial.robot)
@@ -115,18 +117,23 @@ class FeltThing:
 
 @dataclass
 class EvidenceSums:
-    """Sums of evidence over trials that are added in the order of their times, without what is believed beforehand.
+    """Sums of evidence over trials, without the prior; trials must be added in the order of their times.
 
-    Colours of materials and things are in the order in which they were first met.
+    Colours of materials, and objects, are in the order in which they were first met.
     """
 
     prior: Prior
     colours: list[Colour] = field(default_factory=list)
     things: dict[str, FeltThing] = field(default_factory=dict)
-    names: dict[str, list[str]] = field(default_factory=dict)  # names of the things with each object's name
+    # For each object name of a trial, the names of the objects in ``things``.
+    names: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, trial: TrialEvidence) -> None:
-        """Adds a trial; a material or a thing beyond the largest number of them raises a BadArgumentError."""
+        """Adds a trial.
+
+        Raises:
+            BadArgumentError: If there would be too many materials, or too many objects with one name.
+        """
         name = self.find(trial)
         if name is None:
             name = self._name(trial.object_name)
@@ -135,7 +142,7 @@ class EvidenceSums:
         self.things[name].add(trial, self.prior)
 
     def find(self, trial: TrialEvidence) -> str | None:
-        """Finds the thing that a trial is about; None if it was never met."""
+        """Finds the name of the object that a trial is about; None if it was never met."""
         met = self.names.get(trial.object_name, ())
         return next((name for name in met if is_same_object(self.things[name].parts, trial.parts)), None)
 
@@ -150,10 +157,10 @@ class EvidenceSums:
         return DensityBelief(0.5 * (precision + precision.T), information)
 
     def _name(self, object_name: str) -> str:
-        """Names a new thing, unlike all others."""
+        """Chooses a unique name for a new object."""
         met = self.names.setdefault(object_name, [])
         if len(met) == MOST_LOOKS:
-            problem = f"is {object_name!r} as {MOST_LOOKS} things are that look otherwise, must have another name"
+            problem = f"is {object_name!r}, the name of {MOST_LOOKS} different objects already, must be another name"
             raise BadArgumentError("object", "", problem)
         numbered = (f"{object_name} #{number}" for number in itertools.count(2))
         name = next(each for each in itertools.chain([object_name], numbered) if each not in self.things)
@@ -161,7 +168,7 @@ class EvidenceSums:
         return name
 
     def _recognise(self, part: PartAppearance) -> int:
-        """Finds the material of a part by its colour, and adds one that was never met."""
+        """Finds the index of a part's material by its colour; a new material is added."""
         column = find_material(part, self.colours)
         if column is None:
             column = len(self.colours)
@@ -171,13 +178,13 @@ class EvidenceSums:
 
 
 def check_materials(number: int) -> None:
-    """Raises a BadArgumentError for more materials than a memory may have."""
+    """Raises a BadArgumentError if there are more materials than a memory may have."""
     if number > MOST_MATERIALS:
         raise BadArgumentError("colours", "", f"are of {number} materials, must be of at most {MOST_MATERIALS}")
 
 
 def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None:
-    """Finds the material of a part by its colour; None if no colour is recognised with certainty."""
+    """Finds the index of a part's material by its colour; None if no colour is recognised with certainty."""
     if part.colour_sd == 0.0:
         return find_colour_index(colours, part.colour)
     probabilities = compute_colour_probabilities(part.colour, part.colour_sd, colours, part.lightness_sd)
@@ -186,7 +193,10 @@ def find_material(part: PartAppearance, colours: Sequence[Colour]) -> int | None
 
 
 def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> Quadratic:
-    """Computes a trial's quadratic of the ten parameters, errors evaluated at the densities that fit it alone."""
+    """Computes a trial's quadratic log likelihood of the ten parameters.
+
+    Errors that grow with torque are evaluated at the densities that fit this trial alone.
+    """
     materials = sorted(set(columns))
     geometry = gather(trial.geometry, [materials.index(column) for column in columns], len(materials))
     broad = build_broad_belief(prior, len(materials))
@@ -197,7 +207,7 @@ def measure_body(trial: TrialEvidence, columns: Sequence[int], prior: Prior) -> 
 
 
 def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
-    """Sums the evidence of trials, which are in the order of their times."""
+    """Sums the evidence of trials, which must be in the order of their times."""
     sums = EvidenceSums(prior)
     for trial in trials:
         sums.add(trial)
@@ -206,12 +216,12 @@ def sum_trials(trials: Iterable[TrialEvidence], prior: Prior) -> EvidenceSums:
 
 @functools.lru_cache(maxsize=64)
 def build_broad_belief(prior: Prior, size: int) -> DensityBelief:
-    """Builds the belief about an object of a number of materials that were never felt."""
+    """Builds the belief about the densities of an object whose ``size`` materials were never felt."""
     return EMPTY_BELIEF.extend(prior, size).add_object_variation(prior.deviation_sd)
 
 
 def gather(geometry: Geometry, columns: Sequence[int], size: int) -> Geometry:
-    """Returns the geometry with a column for each material, given the material of each part."""
+    """Combines the columns of parts that share a material; ``columns`` is the material of each part."""
     selection = np.zeros((len(columns), size))
     selection[np.arange(len(columns)), list(columns)] = 1.0
     return Geometry(geometry.Phi @ selection, geometry.Phi_errors @ selection)

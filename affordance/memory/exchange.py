@@ -1,4 +1,4 @@
-"""Files of trials as JSON Lines, to carry a memory elsewhere, and memories of earlier versions."""
+"""Exports and imports trials as JSON Lines, and imports memories of earlier versions."""
 
 import hashlib
 import json
@@ -14,7 +14,7 @@ from affordance.exceptions import BadValueError, show_text
 from affordance.files.atomic import write_text
 from affordance.files.bounded import check_size, read_text
 from affordance.files.constraints import OneLine
-from affordance.memory.earlier_memory import find_taught, read_belief
+from affordance.memory.earlier_memory import read_belief, read_taught
 from affordance.memory.felt_models import MeanDensities
 from affordance.memory.ledger import Ledger, blame
 from affordance.memory.stored_trials import read_record, write_record
@@ -23,17 +23,17 @@ from affordance.memory.trial_evidence import TrialEvidence, show_time
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Version of the form of records, which is that of 0.3.0.
+# Version of the record format, which has not changed since 0.3.0.
 _SCHEMA = "2"
-# Most numbers of the records of an earlier version's memory, in which each run that taught it has a matrix of them.
+# Largest number of values in the records made from an earlier version's memory, which have a matrix for each run.
 _MOST_NUMBERS = 10_000_000
-# Share of the largest eigenvalue by which a precision may lie below that of the prior.
+# A precision may be below the prior's by rounding: by this fraction of its largest eigenvalue.
 _ROUNDING = 1e-9
 _EARLIER = "memory of an earlier version"
 
 
 def export_trials(ledger: Ledger, path: Path) -> int:
-    """Writes all trials to a file, one a line after a line about the file; returns their number."""
+    """Writes all trials to a file, one per line after a header line; returns their number."""
     trials = ledger.list_trials()
     lines = (json.dumps({"program": PROGRAM, "schema": _SCHEMA}), *map(write_record, trials))
     write_text(path, "".join(f"{line}\n" for line in lines))
@@ -41,11 +41,15 @@ def export_trials(ledger: Ledger, path: Path) -> int:
 
 
 def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
-    """Reads a file of trials, or an earlier version's memory, less its prior; raises a BadValueError for others."""
+    """Reads a file of trials, or an earlier version's memory, from which the prior is subtracted.
+
+    Raises:
+        BadValueError: If the file is neither, or cannot be read.
+    """
     lines = _read_lines(path)
     _, begin = next(lines, (0, ""))
     if not begin:
-        raise BadValueError(path, "", "is empty, must be a memory that was exported")
+        raise BadValueError(path, "", "is empty, must be an exported memory")
     try:
         first = json.loads(begin)
     except (ValueError, RecursionError):
@@ -62,11 +66,11 @@ def read_trials(path: Path, prior: Prior) -> list[TrialEvidence]:
 
 
 def _read_lines(path: Path) -> Generator[tuple[int, str]]:
-    """Reads the lines of a file that are not empty, with their numbers, one by one."""
+    """Yields the non-empty lines of a file with their numbers."""
     check_size(path, LARGEST_FILE)
     try:
         with path.open(encoding="utf-8") as file:
-            # A line that is too long is cut, which ``read_record`` refuses.
+            # A line that is too long is truncated here and then rejected by ``read_record``.
             for number, line in enumerate(iter(lambda: file.readline(LARGEST_RECORD + 2), ""), 1):
                 if line.strip():
                     yield number, line
@@ -77,16 +81,16 @@ def _read_lines(path: Path) -> Generator[tuple[int, str]]:
 
 
 def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
-    """Reads the memory of an earlier version as one trial, and each run that taught it as one without content."""
+    """Converts an earlier version's memory to one trial, and each run it has learned from to an empty trial."""
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not a memory: neither exported trials nor JSON: {error}") from error
-    (colours, belief), taught = read_belief(path, content), find_taught(path, content)
+    (colours, belief), taught = read_belief(path, content), read_taught(path, content)
     if not colours:
         return []
     if (numbers := len(taught) * len(colours) ** 2) > _MOST_NUMBERS:
-        problem = f"makes records of {numbers} numbers of runs and materials, must make at most {_MOST_NUMBERS}"
+        problem = f"would need {numbers} numbers for its runs and materials, must need at most {_MOST_NUMBERS}"
         raise BadValueError(path, "", problem)
     start = EMPTY_BELIEF.extend(prior, belief.size)
     precision = belief.precision - start.precision
@@ -101,7 +105,7 @@ def _read_earlier(path: Path, text: str, prior: Prior) -> list[TrialEvidence]:
     size = len(colours)
     parts = tuple(PartAppearance(colour, (1.0,), (0.0, 0.0, 0.0)) for colour in colours)
     Phi = np.zeros((NUM_PARAMETERS, size))
-    Phi[0] = 1.0  # volumes that nothing depends on
+    Phi[0] = 1.0  # arbitrary volumes, which have no effect
     nothing = np.zeros(size * (size + 1))
 
     def build(features: np.ndarray[Any, Any], source_hash: str) -> TrialEvidence:

@@ -1,4 +1,4 @@
-"""Models of evidence other than measured torques: identified payloads, and densities believed earlier."""
+"""Models of evidence other than measured torques: identified payloads, and densities from earlier versions."""
 
 from dataclasses import dataclass
 
@@ -13,38 +13,38 @@ from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 class PayloadQuadratic:
     """Quadratic log likelihood of an identified payload's ten parameters.
 
-    Its features are the precision H, row by row, and the information vector b.
+    The features are the precision H, row by row, followed by the information vector b.
     """
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the length of H and b, flattened."""
+        """Returns the number of entries of H and b."""
         return NUM_PARAMETERS * (NUM_PARAMETERS + 1)
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Computes the likelihood of densities, errors of the geometry evaluated at rho, (M,).
+        """Computes the likelihood of densities; errors of the geometry are evaluated at rho, (M,).
 
-        Its constant makes the log likelihood of the parameters that fit best zero.
+        The log likelihood of the best-fitting parameters is zero.
         """
         return unpack(features).widen(geometry.compute_covariance(rho)).restrict(geometry.Phi)
 
 
 @dataclass(frozen=True)
 class MeanDensities:
-    """Likelihood of materials' mean densities, one a part, as an earlier version of the program stored it.
+    """Likelihood of materials' mean densities, one per part, as an earlier version of the program stored it.
 
-    Its features are the precision, row by row, and the information vector.
+    The features are the precision, row by row, followed by the information vector.
     """
 
     def num_features(self, num_joints: int) -> int:
-        """Returns the length of precision and information vector of as many densities, flattened."""
+        """Returns the number of entries of precision and information vector for ``num_joints`` densities."""
         return num_joints * (num_joints + 1)
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Returns the likelihood of the densities, whatever the geometry; ``num_joints`` is their number."""
+        """Returns the likelihood of the densities, which ignores the geometry; ``num_joints`` is their number."""
         size = num_joints
         precision = features[: size * size].reshape(size, size)
         return Likelihood(precision, features[size * size :], 0.0, 0.0, size)

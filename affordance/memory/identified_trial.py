@@ -1,4 +1,4 @@
-"""Evidence of an identified payload, from a run of a real robot with an object that a camera saw."""
+"""Builds evidence from an identified payload: a run of a real robot with an object seen by a camera."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -26,14 +26,16 @@ def build_identified_trial(
 ) -> TrialEvidence:
     """Builds the evidence of a run with an object that a camera saw, in the object's frame.
 
-    The share is the standard deviation of the unseen mass divided by the total mass. A payload that was identified
-    without the object raises a BadArgumentError.
+    ``unseen_share`` is the standard deviation of the unseen mass divided by the total mass.
+
+    Raises:
+        BadArgumentError: If the payload was identified without a seen object.
     """
     if belief.felt is None:
-        raise BadArgumentError("belief", "", "is of a payload that no camera saw, must be of the seen object")
+        raise BadArgumentError("belief", "", "was identified without a seen object, must be identified with one")
     geometry = measure_geometry(seen.parts, range(len(seen.parts)), len(seen.parts))
     values, vectors = np.linalg.eigh(unseen_share**2 * seen.unseen)
-    roots = vectors * np.sqrt(np.maximum(values, 0.0))  # of 1 kg; each column is an error of its own
+    roots = vectors * np.sqrt(np.maximum(values, 0.0))  # for 1 kg; each column is an independent error
     unseen = roots.T[:, :, None] * geometry.Phi[0]
     felt = belief.felt.change_frame(build_transform_map(run.description.object_pose))
     return TrialEvidence(
@@ -61,10 +63,15 @@ def teach(
     known: str = "",
     same_colours: SameColours = (),
 ) -> tuple[MaterialMemory, bool]:
-    """Appends a trial to the lasting memory of a place; returns it as recalled, and True if the trial was new to it.
+    """Adds a trial to a lasting memory; returns the resulting belief, and True if the trial was new.
 
-    Another, known memory is merged into it first, if it exists. A memory that was written by an earlier version knows
-    a run by its former hash. Of the pairs of colours that count as one, the memory's second is read as the first.
+    Args:
+        place: Path of the memory that learns.
+        trial: Evidence of the run.
+        prior: Prior of materials that were never felt.
+        former_hash: Hash by which memories of earlier versions identify the run.
+        known: Path of another memory, which is merged into the first if it exists; may be empty.
+        same_colours: Pairs of colours to treat as one; the second of each is read as the first.
     """
     with open_memory(place) as ledger:
         if known and has_memory(known):

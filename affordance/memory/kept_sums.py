@@ -1,8 +1,8 @@
-"""Sums of evidence over the first trials of a large memory, kept in the user's cache folder.
+"""Cache of the evidence sums over the first trials of a large memory, in the user's cache folder.
 
-They are used for a memory that begins with the very rows that were summed, by the same program with the same prior,
-and for no other; the trials that follow are added to them. They decide nothing: without them, because they are
-missing, damaged or cannot be written, the same sums are computed and take longer.
+Cached sums are used only for a memory that begins with exactly the rows that were summed, by the same version of the
+program with the same prior; later trials are added to them. They change no result: if the cache is missing, damaged
+or not writable, the same sums are recomputed, which takes longer.
 """
 
 import hashlib
@@ -23,14 +23,14 @@ from affordance.memory.evidence_sums import EvidenceSums, FeltThing, ObjectSum
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Number of trials that are summed anew before the sums are kept, which is about a second's work.
+# Sums are cached once this many trials were summed anew, which takes about a second.
 WORTH_KEEPING = 1000
-# What a file that is missing, damaged or of another program raises.
+# Exceptions raised by a file that is missing, damaged or from another program.
 _DAMAGE = (AffordanceError, OSError, RuntimeError, ValueError, TypeError, LookupError, AttributeError)
 
 
 class KeptSums(NamedTuple):
-    """Sums over the first rows of a memory, with their number and a digest of them."""
+    """Sums over the first rows of a memory, with the number and a digest of these rows."""
 
     number: int
     digest: str
@@ -38,9 +38,9 @@ class KeptSums(NamedTuple):
 
 
 def load_sums(place: Path, prior: Prior) -> KeptSums | None:
-    """Loads the sums that are kept for a memory and a prior; None if there are none."""
+    """Loads the cached sums for a memory and a prior; None if there are none."""
     try:
-        head, text = read_text(_find_file(place, prior), RESULTS).split("\n", 1)
+        head, text = read_text(_get_file(place, prior), RESULTS).split("\n", 1)
         number, digest, seal = json.loads(head)
         if seal != _seal(text, prior):
             return None
@@ -53,27 +53,27 @@ def load_sums(place: Path, prior: Prior) -> KeptSums | None:
 
 
 def save_sums(place: Path, kept: KeptSums) -> None:
-    """Saves the sums of a memory, in place of those that were kept for it, if the cache folder can be written."""
+    """Caches the sums of a memory, replacing earlier ones; does nothing if the cache folder is not writable."""
     sums = kept.sums
     things = {name: _pack(thing, sums.prior) for name, thing in sums.things.items()}
     text = json.dumps({"colours": sums.colours, "names": sums.names, "things": things})
     head = json.dumps([kept.number, kept.digest, _seal(text, sums.prior)])
     if len(head) + 1 + len(text) <= RESULTS:
         with suppress(OSError, RuntimeError):
-            write_text(_find_file(place, sums.prior), f"{head}\n{text}")
+            write_text(_get_file(place, sums.prior), f"{head}\n{text}")
 
 
-def _find_file(place: Path, prior: Prior) -> Path:
-    """Finds the file of a memory's sums; a RuntimeError is raised for a user without a home."""
-    folder = Path(os.environ.get("XDG_CACHE_HOME", ""))  # relative ones are to be ignored
+def _get_file(place: Path, prior: Prior) -> Path:
+    """Returns the path of a memory's cached sums; raises a RuntimeError if the user has no home folder."""
+    folder = Path(os.environ.get("XDG_CACHE_HOME", ""))  # relative paths must be ignored
     folder = folder if folder.is_absolute() else Path.home() / ".cache"
     name = hashlib.sha256(f"{place.resolve()} {prior}".encode(errors="surrogateescape")).hexdigest()[:24]
     return folder / "affordance" / "memory" / f"{name}.json"
 
 
 def _seal(text: str, prior: Prior) -> str:
-    """Computes a digest of sums and of the program that computed them."""
-    from affordance.runs.repeats import compute_key  # here, as joblib takes long to import
+    """Computes a digest of the sums and of the program that computed them."""
+    from affordance.runs.repeats import compute_key  # imported here, because joblib takes long to import
 
     return hashlib.sha256(f"{compute_key(prior, ())} {text}".encode()).hexdigest()
 

@@ -1,8 +1,8 @@
-"""Ledger of evidence: what robots have felt, one record a trial, and the beliefs that follow from it.
+"""Ledger of evidence: one record per trial in which a robot felt an object, and the beliefs that follow.
 
-Trials are added and never changed. Beliefs are recalled from them in the order of their times, whatever the order in
-which they were added: for learners with kinds by replaying all trials, for learners with one density for each colour
-from sums over all trials.
+Trials are added and never changed. Beliefs are recomputed from them in the order of their times, regardless of the
+order in which they were added: learners with kinds replay all trials, learners with one density per colour use sums
+over all trials.
 """
 
 import hashlib
@@ -43,7 +43,7 @@ from affordance.proprioception.fixed_point import find_fixed_point
 
 
 class Ledger:
-    """Lasting memory of what robots have felt; see ``open_memory``.
+    """Lasting memory of evidence about objects that robots have felt; see ``open_memory``.
 
     Example:
         >>> from affordance import MODELS, Selection, TrialRunner, load_tools, open_memory
@@ -81,7 +81,7 @@ class Ledger:
             return int(self._connection.execute("SELECT count(*) FROM trials").fetchone()[0])
 
     def __contains__(self, trial_id: str) -> bool:
-        """Returns True if a trial with this id was appended."""
+        """Returns True if the ledger contains a trial with this id."""
         with self._reads():
             return bool(find_known(self._connection, [trial_id]))
 
@@ -93,7 +93,7 @@ class Ledger:
         self._connection.close()
 
     def append(self, trials: Sequence[TrialEvidence]) -> int:
-        """Adds trials, all or none; trials that it has already are skipped.
+        """Adds all trials or, if one is invalid, none; trials that the ledger already has are skipped.
 
         Args:
             trials: Evidence of the trials, in any order.
@@ -101,13 +101,13 @@ class Ledger:
         Returns: Number of trials that were new.
 
         Raises:
-            BadArgumentError: An argument is not evidence of a trial, or too large.
+            BadArgumentError: An argument is not the evidence of a trial, or is too large.
             BadValueError: The database cannot be written; nothing was changed.
         """
         return self.add(trials).new
 
     def add(self, trials: Sequence[TrialEvidence]) -> Appended:
-        """Appends trials, and counts also the records that an earlier one replaced; see ``append``."""
+        """Adds trials like ``append``, and also counts the records that an earlier one replaced."""
         for i, trial in enumerate(check_kind("trials", trials, Sequence, "a list of TrialEvidence")):
             check_kind(f"trials[{i}]", trial, TrialEvidence)
         unique = {trial.id: trial for trial in sorted(trials, key=get_precedence, reverse=True)}
@@ -127,17 +127,17 @@ class Ledger:
         seed: Seed = 0,
         same_colours: SameColours = (),
     ) -> MaterialMemory:
-        """Recalls what a learner believes after all trials.
+        """Computes what a learner believes after all trials.
 
         Args:
             learner: Learner, or its name.
             prior: Prior of materials that were never felt.
             seed: Seed of the learner's random draws, if it makes any.
-            same_colours: Pairs of colours that two cameras see differently; of each, the second, which must be in the
-                memory, is read as the first.
+            same_colours: Pairs of colours to treat as one, because two cameras see them differently. The second of
+                each, which must be in the memory, is read as the first.
 
         Raises:
-            BadArgumentError: An argument is of the wrong kind.
+            BadArgumentError: An argument has the wrong type.
             BadValueError: The database cannot be read, a record is invalid, or no part has a pair's second colour.
         """
         learner = check_learner("learner", learner)
@@ -162,7 +162,7 @@ class Ledger:
             return self._sum_rows(kept, prior)
 
     def list_trials(self, selection: Selection = ALL) -> list[TrialEvidence]:
-        """Lists trials in the order of their times, those of a selection or all.
+        """Lists the selected trials, or all, in the order of their times.
 
         Raises:
             BadArgumentError: A time of the selection is invalid, or the id of a trial is too short.
@@ -172,7 +172,7 @@ class Ledger:
             return list(read_trials(self._connection, self.place, selection))
 
     def list_names(self) -> tuple[list[str], list[str]]:
-        """Lists the names of robots and of objects."""
+        """Lists the names of all robots and of all objects."""
         with self._reads():
             robots, objects = (
                 [
@@ -184,16 +184,16 @@ class Ledger:
             return robots, objects
 
     def count_of_other_arms(self, robot: str, *fingerprints: str) -> int:
-        """Counts the trials of a robot of this name with an arm that is known, and of none of these fingerprints."""
+        """Counts a robot's trials with a known arm that has none of these fingerprints."""
         ours = ("", *fingerprints)
         query = f"SELECT count(*) FROM trials WHERE robot = ? AND fingerprint NOT IN ({','.join('?' * len(ours))})"
         with self._reads():
             return int(self._connection.execute(query, (robot, *ours)).fetchone()[0])
 
     def forget(self, selection: Selection) -> int:
-        """Forgets trials, as if they had never been appended.
+        """Deletes trials, as if they had never been added.
 
-        Returns: Number of trials that were forgotten.
+        Returns: Number of deleted trials.
 
         Raises:
             BadArgumentError: The selection is empty, a time is invalid, or the id of a trial is too short.
@@ -206,7 +206,7 @@ class Ledger:
             return int(self._connection.execute(f"DELETE FROM trials{condition}", values).rowcount)
 
     def merge(self, other: "Ledger") -> int:
-        """Adds the trials of another ledger that this one does not know; returns their number.
+        """Adds the trials of another ledger that this one does not have; returns their number.
 
         Raises:
             BadValueError: A database cannot be read or written, or a record is invalid; nothing was changed.
@@ -214,14 +214,14 @@ class Ledger:
         return self.append(other.list_trials())
 
     def verify(self) -> list[str]:
-        """Checks the database and every record; returns what is wrong, a line each."""
+        """Checks the database and every record; returns one line per fault."""
         with self._reads():
             if problem := check_integrity(self._connection):
                 return [f"{self.place}: the file is damaged: {problem}"]
             return check_trials(self._connection, self.place)
 
     def _sum_rows(self, kept: KeptSums | None, prior: Prior) -> EvidenceSums:
-        """Sums the evidence of all trials; begins with the sums that are kept if they are of the first trials."""
+        """Sums the evidence of all trials, starting from the cached sums if they cover the first trials."""
         digest = hashlib.sha256()
         rows = read_rows(self._connection, self.place)
         if kept is not None:
@@ -244,7 +244,7 @@ class Ledger:
         return sums
 
     def _add(self, sums: EvidenceSums, trials: Iterable[TrialEvidence]) -> EvidenceSums:
-        """Adds trials to sums; evidence that fits no densities raises a BadValueError."""
+        """Adds trials to sums; raises a BadValueError for evidence that no densities fit."""
         for trial in trials:
             with blame(self.place, f"trial {trial.id}"):
                 sums.add(trial)
@@ -255,7 +255,7 @@ class Ledger:
 
     @contextmanager
     def _read(self, same_colours: SameColours) -> Iterator[Iterable[TrialEvidence]]:
-        """Reads all trials within the context, in the order of their times, and translates the colours of pairs."""
+        """Context with all trials in the order of their times, in which pairs of colours are translated."""
         if same_colours:
             yield translate(self.list_trials(), same_colours, self.place)
         else:
@@ -264,28 +264,32 @@ class Ledger:
 
 
 def open_memory(place: str | Path, *, create: bool = True) -> Ledger:
-    """Opens a lasting memory: the ledger of what robots have felt.
+    """Opens a lasting memory: the ledger of evidence about objects that robots have felt.
 
     Args:
         place: Path of an SQLite file.
-        create: True to create a file that does not exist.
+        create: Whether to create the file if it does not exist.
 
     Raises:
-        BadArgumentError: The place is neither a path nor a text.
+        BadArgumentError: The place is neither a path nor a string.
         BadValueError: The file does not exist, is not a memory, or was written by another version.
     """
     return Ledger(place, create=create)
 
 
 def has_memory(place: str | Path) -> bool:
-    """Returns True for a file with a memory; another file, or no folder, raises a BadValueError."""
+    """Returns True if a file is a memory, and False if it does not exist.
+
+    Raises:
+        BadValueError: If it is another file, or in a folder that does not exist.
+    """
     path = check_place(place)
     check_file(path, create=True)
     return path.exists()
 
 
 def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior) -> MaterialMemory:
-    """Replays trials for a learner, one after the other, from a memory at the start."""
+    """Lets a learner, whose belief is in ``memory``, learn from trials one after the other."""
     for trial in trials:
         recollection = memory.recall(trial.parts, prior)
         geometry = gather(trial.geometry, recollection.columns, recollection.densities.size)
@@ -297,7 +301,7 @@ def replay(trials: Sequence[TrialEvidence], memory: MaterialMemory, prior: Prior
 
 @contextmanager
 def blame(place: Path, key: str = "") -> Iterator[None]:
-    """Converts failures of evidence that fits no densities to a BadValueError that names the memory and its trial."""
+    """Converts numerical errors, from evidence that no densities fit, to a BadValueError with memory and trial."""
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield

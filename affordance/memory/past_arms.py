@@ -1,4 +1,4 @@
-"""Trials of a memory that a robot made with another arm than it has now."""
+"""Counts the trials that a robot made with a different arm from its present one."""
 
 from collections.abc import Callable
 
@@ -6,9 +6,9 @@ from affordance.memory.ledger import has_memory, open_memory
 
 
 def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int:
-    """Counts a robot's trials with another arm than it has now; none without a memory.
+    """Counts a robot's trials with a different arm from its present one; 0 without a memory.
 
-    The fingerprint of its arm is computed by ``recognise`` only if there are trials.
+    ``recognise`` computes the fingerprint of its present arm; it is called only if there are trials.
     """
     if not (place and has_memory(place)):
         return 0
@@ -17,5 +17,5 @@ def count_past_arms(place: str, robot: str, recognise: Callable[[], str]) -> int
 
 
 def describe_past_arms(robot: str, number: int) -> str:
-    """Says of how many trials the arm was another; empty if of none."""
+    """Describes the number of trials with a different arm; empty if there are none."""
     return f"{robot} had another arm in {number} of its trials, which still count for materials" if number else ""

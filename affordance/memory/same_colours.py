@@ -1,4 +1,4 @@
-"""Colours that two cameras see differently: each record's look is translated to one of them when it is read."""
+"""Colours that two cameras see differently; records are translated to one of them when they are read."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -11,21 +11,24 @@ from affordance.memory.trial_evidence import TrialEvidence
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 
-# Pairs of colours that count as one; of each, the second is read as the first.
+# Pairs of colours to treat as one; the second of each is read as the first.
 type SameColours = Sequence[tuple[Colour, Colour]]
 
 
 def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None) -> list[tuple[Colour, Colour]]:
-    """Joins pairs, chains and circles of them too, to pairs of a colour that represents all and another one.
+    """Joins pairs that share colours into groups, and lists each group as pairs of its representative and another.
 
-    Colours of materials at hand, by name, represent what counts as one with them; otherwise the colour that is named
-    first does. A pair that looks the same, or two colours at hand that would count as one, raise a BadValueError.
+    A group is represented by the colour of a material at hand if it contains one, and otherwise by the colour that
+    was named first.
+
+    Raises:
+        BadValueError: If the two colours of a pair look the same, or two materials at hand would be in one group.
     """
     groups: list[list[Colour]] = []
     for pair in pairs:
         if is_same_colour(*pair):
             shown = " and ".join(map(show_colour, pair))
-            problem = f"counts {shown} as one, which are one material already, must be two that look unlike"
+            problem = f"joins {shown}, which already count as one material, must join two different colours"
             raise BadValueError("--same-colour", "", problem)
         joined = [group for group in groups if any(find_colour_index(group, each) is not None for each in pair)]
         groups = [group for group in groups if group not in joined]
@@ -36,9 +39,7 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
         first = next(iter(named.values()), group[0])
         for name, other in named.items():
             if find_colour_index([first], other) is None:
-                problem = (
-                    f"counts {next(iter(named))} and {name} as one, must be one material at hand and other colours"
-                )
+                problem = f"joins {next(iter(named))} and {name}, must join one material at hand and other colours"
                 raise BadValueError("--same-colour", "", problem)
         found += [(first, each) for each in group if find_colour_index([first], each) is None]
     return found
@@ -47,9 +48,11 @@ def join_colours(pairs: SameColours, at_hand: Mapping[str, Colour] | None = None
 def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place: Path | str) -> list[TrialEvidence]:
     """Renames colours in all trials of a memory: the second colour of each pair becomes the first.
 
-    Colours of the records that are of no pair are materials too, for which a part that is like a pair's may be taken.
-    A BadValueError, which names the memory's place, is raised if a pair's second colour is in no trial, or if there
-    are more materials than a memory may have.
+    Colours outside the pairs compete as materials: a part whose colour resembles one of a pair may belong to another.
+
+    Raises:
+        BadValueError: If no trial has the second colour of a pair, or there are more materials than a memory may
+            have. The message names ``place``, the path of the memory.
     """
     pairs = join_colours(same_colours)
     named = [*dict.fromkeys(one for one, _ in pairs), *(other for _, other in pairs)]
@@ -72,7 +75,7 @@ def translate(trials: Sequence[TrialEvidence], same_colours: SameColours, place:
 
 
 def _list_materials(seen: Sequence[PartAppearance], named: Sequence[Colour]) -> list[Colour]:
-    """Lists the named colours, and those of the parts' materials that are others."""
+    """Lists the named colours, followed by the other materials of the parts."""
     founders: dict[Colour, PartAppearance] = {}
     for part in seen:
         if find_material(part, list(founders)) is None:
@@ -88,7 +91,7 @@ def _list_materials(seen: Sequence[PartAppearance], named: Sequence[Colour]) -> 
 
 
 def _describe_unknown(colour: Colour, known: Sequence[Colour]) -> str:
-    """Describes a colour that no part has."""
+    """Describes a colour that no part in the memory has."""
     if not known:
         return f"name {show_colour(colour)}, which a memory without trials does not know"
     nearest = find_nearest_colour(colour, {show_colour(each): each for each in known})

@@ -1,4 +1,4 @@
-"""Evidence of simulated trials."""
+"""Builds evidence from simulated trials."""
 
 from affordance.memory.trial_evidence import FELT_MODELS, TrialEvidence
 from affordance.plant.arm import name_robot
@@ -9,7 +9,10 @@ from affordance.vision.systems import measure_geometry
 
 
 def describe_trial(record: TrialRecord) -> TrialEvidence | None:
-    """Describes a trial for a lasting memory; None if nothing was felt, or by a noise model of the user's own."""
+    """Builds the evidence of a trial for a lasting memory.
+
+    It is None if nothing was felt, or if the noise model is the user's own.
+    """
     percept = record.percept
     if percept is None or type(percept.noise) not in FELT_MODELS.values():
         return None

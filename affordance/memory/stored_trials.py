@@ -1,4 +1,4 @@
-"""Trials in the table of a ledger: reading, adding and deleting them."""
+"""Reads, adds and deletes trials in the table of a ledger."""
 
 import json
 import sqlite3
@@ -16,25 +16,25 @@ from affordance.memory.trial_evidence import FELT_MODELS, PLAIN, TrialEvidence, 
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 
-# Trials that are written or looked up at a time.
+# Number of trials that are looked up at a time.
 _BATCH = 500
 _SHORTEST_ID = 4
-# Columns of a trial: what is asked for by commands, as in the record, and last the record.
+# Columns of a trial: the values of its record by which commands search, and last the record itself.
 _COLUMNS = ("id", "time", "robot", "fingerprint", "object", "digest", "content")
 
-_TOO_LARGE = f"is a record of more than {LARGEST_RECORD / 1e6:g} MB, must be smaller"
+_TOO_LARGE = f"has a record of more than {LARGEST_RECORD / 1e6:g} MB, must be smaller"
 
 type Row = tuple[str, ...]
 
 
 class Selection(NamedTuple):
-    """Selection of trials; all that are given must hold.
+    """Selection of trials that meet all given conditions.
 
     Attributes:
         robot: Name of the robot.
         object_name: Name of the object.
-        since: First time that is selected, ISO 8601, UTC unless it says otherwise.
-        until: First time that is not selected any more.
+        since: Earliest selected time, ISO 8601, in UTC unless it has an offset.
+        until: Time before which trials are selected, likewise.
         trial: Beginning of the id of a trial, at least four digits.
 
     Example:
@@ -50,7 +50,7 @@ class Selection(NamedTuple):
     trial: str = ""
 
     def narrow(self) -> tuple[str, list[str]]:
-        """Returns the condition on trials for a query in SQL, empty if all are selected, and its values.
+        """Builds the SQL condition for the selection, empty if all trials are selected, and its values.
 
         Raises:
             BadArgumentError: A time is invalid, or the id of a trial is too short.
@@ -74,7 +74,7 @@ ALL = Selection()
 
 
 class _PartEntry(DataModel):
-    """Part in a record."""
+    """Part of an object in a record."""
 
     colour: list[float]
     sizes: list[float]
@@ -108,7 +108,11 @@ class _TrialEntry(DataModel):
     digest: str
 
     def build(self) -> TrialEvidence:
-        """Builds the evidence; raises a BadArgumentError for invalid values, or another id or digest than theirs."""
+        """Builds the evidence.
+
+        Raises:
+            BadArgumentError: If values are invalid, or the id or digest does not match the content.
+        """
         numbers = dict(self.model)
         name = numbers.pop("name", "")
         if name not in FELT_MODELS:
@@ -135,25 +139,25 @@ class _TrialEntry(DataModel):
         if trial.id != self.id:
             raise BadArgumentError("id", "", f"is {self.id!r}, must be {trial.id!r}, the digest of the content")
         if trial.digest != self.digest:
-            problem = f"is {self.digest!r}, must be {trial.digest!r}, that of the record; it was changed"
+            problem = f"is {self.digest!r}, must be {trial.digest!r}, the digest of the record, which was changed"
             raise BadArgumentError("digest", "", problem)
         return trial
 
 
 class Appended(NamedTuple):
-    """Numbers of appended trials: new ones, and records that an earlier one of the same recording replaced."""
+    """Numbers of new trials, and of stored records replaced by an earlier record of the same recording."""
 
     new: int
     replaced: int
 
 
 def get_precedence(trial: TrialEvidence) -> str:
-    """Returns the sort key of records of one id, of which the first is kept: the earlier, then the lesser digest."""
+    """Returns the key by which records of one id are sorted: time, then digest. The first record is kept."""
     return trial.time + trial.digest
 
 
 def find_known(connection: sqlite3.Connection, ids: Sequence[str]) -> dict[str, str]:
-    """Finds the given ids that are stored, with the precedence of each record."""
+    """Finds which of the given ids are stored, with the precedence of each record."""
     known: dict[str, str] = {}
     for start in range(0, len(ids), _BATCH):
         chosen = ids[start : start + _BATCH]
@@ -174,12 +178,14 @@ def delete_trials(connection: sqlite3.Connection, ids: Sequence[str]) -> None:
 
 
 def read_rows(connection: sqlite3.Connection, path: Path, selection: Selection = ALL) -> Iterator[Row]:
-    """Reads the rows of the selected trials in the order of their times, unchecked but for this order."""
+    """Reads the rows of the selected trials in the order of their times; only this order is checked."""
     condition, values = selection.narrow()
     before: Row = ()
     for row in connection.execute(f"SELECT {', '.join(_COLUMNS)} FROM trials{condition} ORDER BY time, id", values):
         if not all(isinstance(each, str) for each in row):
-            raise BadValueError(path, f"trial {show_value(row[0])}", "holds other than texts, must be a plain memory")
+            raise BadValueError(
+                path, f"trial {show_value(row[0])}", "has a column that is not text, must be written by this program"
+            )
         if row[1::-1] <= before:
             raise BadValueError(path, f"trial {row[0]}", "is stored twice or out of order: the file is damaged")
         before = row[1::-1]
@@ -192,7 +198,11 @@ def read_trials(connection: sqlite3.Connection, path: Path, selection: Selection
 
 
 def read_row(path: Path, row: Row) -> TrialEvidence:
-    """Reads a row; an invalid record, or a column that differs from it, raises a BadValueError."""
+    """Reads the trial in a row.
+
+    Raises:
+        BadValueError: If the record is invalid, or a column differs from it.
+    """
     trial = read_record(path, f"trial {row[0]}", row[-1])
     for column, value, wanted in zip(_COLUMNS, row, _build_row(trial, row[-1]), strict=True):
         if value != wanted:
@@ -202,7 +212,7 @@ def read_row(path: Path, row: Row) -> TrialEvidence:
 
 
 def check_trials(connection: sqlite3.Connection, path: Path) -> list[str]:
-    """Checks every row; returns what is wrong, a line each."""
+    """Checks every row; returns one line per fault."""
     faults = []
     for row in read_rows(connection, path):
         try:
@@ -213,7 +223,11 @@ def check_trials(connection: sqlite3.Connection, path: Path) -> list[str]:
 
 
 def read_record(path: Path, key: str, text: str) -> TrialEvidence:
-    """Reads the text of a record; an invalid one raises a BadValueError that says where and how."""
+    """Reads a record from its text.
+
+    Raises:
+        BadValueError: If the record is invalid; the message names ``path`` and ``key``.
+    """
     if len(text) > LARGEST_RECORD:
         raise BadValueError(path, key, _TOO_LARGE)
     try:
@@ -224,7 +238,11 @@ def read_record(path: Path, key: str, text: str) -> TrialEvidence:
 
 
 def write_record(trial: TrialEvidence) -> str:
-    """Writes the text of a record; one that is too large to be read again raises a BadArgumentError."""
+    """Formats a trial as the text of a record.
+
+    Raises:
+        BadArgumentError: If the text is too large to be read again.
+    """
     text = json.dumps(trial.to_dict())
     if len(text) > LARGEST_RECORD:
         raise BadArgumentError(f"trial {trial.id}", "", _TOO_LARGE)
@@ -232,7 +250,11 @@ def write_record(trial: TrialEvidence) -> str:
 
 
 def parse_trial(path: Path, key: str, content: Any) -> TrialEvidence:
-    """Builds the evidence of a record from JSON, at a key of a file or database, or raises a BadValueError."""
+    """Builds the evidence from the JSON content of a record.
+
+    Raises:
+        BadValueError: If the content is invalid; the message names the file or database, and the key.
+    """
     entry = check_content(path, key, content, _TrialEntry)
     try:
         return entry.build()

@@ -1,4 +1,4 @@
-"""Summary of a lasting memory: belief about each material and each thing, and the experience behind it."""
+"""Summary of a lasting memory: beliefs about its materials and objects, and the trials behind them."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,7 +20,7 @@ _FRACTIONS = (0.05, 0.5, 0.95)
 
 
 class ExperienceSummary(NamedTuple):
-    """Experience from which something is believed: trials, robots, and UTC time of the first trial, ISO 8601."""
+    """Experience behind a belief: number of trials, robots, and UTC time of the first trial, ISO 8601."""
 
     trials: int
     robots: tuple[str, ...]
@@ -28,7 +28,7 @@ class ExperienceSummary(NamedTuple):
 
 
 class KnownMaterial(NamedTuple):
-    """Belief about the mean density of a material, [kg/m^3]: median and interval of 90 %, and things that show it."""
+    """Belief about the mean density of a material: median and 90 % interval, [kg/m^3], and objects that show it."""
 
     colour: Colour
     median: float
@@ -38,7 +38,7 @@ class KnownMaterial(NamedTuple):
 
 
 class KnownThing(NamedTuple):
-    """Belief about a thing: mean and SD of its mass, [kg], and medians of its densities by material, [kg/m^3]."""
+    """Belief about an object: mean and SD of its mass, [kg], and median density of each material, [kg/m^3]."""
 
     name: str
     mass: float
@@ -48,14 +48,14 @@ class KnownThing(NamedTuple):
 
 
 class MemorySummary(NamedTuple):
-    """Materials and things of a memory, in the order they were first met."""
+    """Materials and objects of a memory, in the order in which they were first met."""
 
     materials: tuple[KnownMaterial, ...]
     things: tuple[KnownThing, ...]
 
 
 def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> MemorySummary:
-    """Summarises a memory for a learner with one density for each colour.
+    """Summarises a memory for a learner with one density per colour.
 
     Arguments and errors are those of ``Ledger.recall``.
     """
@@ -78,7 +78,7 @@ def summarise(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> M
 
 
 def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) -> dict[str, FeltObject]:
-    """Recalls by its name the evidence about each thing, with a density for each colour of its parts.
+    """Computes the evidence about each object, by its name, with one density per colour of its parts.
 
     Arguments and errors are those of ``Ledger.recall``.
     """
@@ -90,9 +90,9 @@ def recall_felt(ledger: Ledger, prior: Prior, same_colours: SameColours = ()) ->
 def recall_with_objects(
     ledger: Ledger, learner: Learner, prior: Prior, seed: Seed, same_colours: SameColours = ()
 ) -> MaterialMemory:
-    """Recalls what a learner believes, with the evidence about each object, so that none is learned from twice.
+    """Recalls a learner's belief together with the evidence about each object, so that none is counted twice.
 
-    Arguments and errors are those of ``Ledger.recall``, whose memory of one density for each colour has no objects.
+    Arguments and errors are those of ``Ledger.recall``, whose result for one density per colour has no objects.
     """
     memory = ledger.recall(learner, prior, seed=seed, same_colours=same_colours)
     if learner.name != "density":
@@ -102,7 +102,7 @@ def recall_with_objects(
 
 
 def _describe_felt(thing: FeltThing, sums: EvidenceSums, prior: Prior) -> FeltObject:
-    """Describes the evidence about a thing, its materials in the order of its parts."""
+    """Collects the evidence about an object, with its materials in the order of its parts."""
     evidence, shared = thing.evidence, thing.compute_likelihood(prior)
     columns = tuple(dict.fromkeys(evidence.columns))
     order = [evidence.materials.index(column) for column in columns]
@@ -119,14 +119,14 @@ def _describe_felt(thing: FeltThing, sums: EvidenceSums, prior: Prior) -> FeltOb
 
 
 def _describe_thing(name: str, thing: FeltThing, belief: DensityBelief, prior: Prior) -> KnownThing:
-    """Describes a thing: evidence of others about its materials, and its own evidence, counted once."""
+    """Summarises an object from the other objects' evidence about its materials, and its own, counted once."""
     chosen = thing.evidence.materials
     own, shared = thing.evidence.compute_own_likelihood(prior), thing.compute_likelihood(prior)
     told = shared.embed(chosen, belief.size)
     others = DensityBelief(belief.precision - told.precision, belief.information_vector - told.information_vector)
     before = others.select(chosen).add_object_variation(prior.deviation_sd)
     densities = before.condition(own)
-    # The mass is that of the whole, whatever of it was not seen: the body, given what was felt of it.
+    # The mass is that of the whole body given the evidence, including any parts that were not seen.
     geometry = thing.evidence.build_geometry()
     C = geometry.Phi @ before.covariance @ geometry.Phi.T + geometry.compute_covariance(densities.compute_mean())
     H, b = thing.evidence.body.precision, thing.evidence.body.information

@@ -1,8 +1,8 @@
 """SQLite file of a ledger: its tables, and transactions.
 
-A stranger's file calculates nothing and fills no memory: only tables and indices with the very definitions that this
-program writes are accepted, before anything else is read, and a page that is used twice is refused, as such a tree of
-pages can hold more rows than any reading would end with. What is derived from the records is not stored.
+A stranger's file can neither run code nor fill memory. Before anything else is read, only tables and indices with
+exactly the definitions that this program writes are accepted. A page that is used twice is rejected, because such a
+tree of pages can contain more rows than could ever be read. Nothing that can be derived from the records is stored.
 """
 
 import re
@@ -16,15 +16,15 @@ from affordance.exceptions import BadArgumentError, BadValueError, show_value
 from affordance.files.bounded import check_size
 
 PROGRAM = "visual-inertial-affordances"
-# Largest file, some 200 000 trials, and largest record, an object of some thirty parts, [bytes].
+# Largest file, about 200 000 trials, and largest record, an object with about thirty parts, [bytes].
 LARGEST_FILE, LARGEST_RECORD = 1_000_000_000, 1_000_000
-# Length of a row beyond its record, [bytes].
+# Largest length of a row without its record, [bytes].
 _ROW_HEAD = 10_000
-# Time that a writer waits for another, [s].
+# Time for which a writer waits for another one, [s].
 _PATIENCE = 30.0
 _SQLITE = b"SQLite format 3\x00"
-# In the first page of a file: place and value of the mark of a page without pages below, place of its number of
-# entries, and most of them: twice the number of tables and indices of any version.
+# First page of a file: position and value of the flag of a leaf page, position of its number of entries, and the
+# largest number allowed, twice the number of tables and indices of any version.
 _MARK, _IS_LEAF, _COUNT, _MOST_ENTRIES = 100, 0x0D, slice(103, 105), 24
 _URL = re.compile(r"([\w+.-]{2,}):/")
 
@@ -47,8 +47,8 @@ def _index(name: str, columns: str) -> _Entry:
 _ABOUT = _define("about", "name", "name VARCHAR(40)", "value TEXT")
 _HEAD = ("id VARCHAR(24)", "time VARCHAR(32)", "robot VARCHAR(200)", "fingerprint VARCHAR(64)", "object VARCHAR(200)")
 _TAIL = ("digest VARCHAR(24)", "content TEXT")
-# Tables and indices of each schema. Version 0.3.0 wrote the former, with what is derived: the thing of each trial and
-# sums of evidence. They are never read, and removed by the next transaction that writes.
+# Tables and indices of each schema. Version 0.3.0 wrote schema 2, which also had derived data: the object of each
+# trial, and sums of evidence. These are never read, and the next transaction that writes removes them.
 SCHEMA, _FORMER = "3", "2"
 _SCHEMAS = {
     SCHEMA: [*_ABOUT, *_define("trials", "id", *_HEAD, *_TAIL), _index("by_time", "time, id")],
@@ -68,11 +68,16 @@ _SCHEMAS = {
 
 
 def check_place(place: Path | str) -> Path:
-    """Returns the path of a memory; a URL, whose password is not shown, raises a BadValueError."""
+    """Returns the path of a memory.
+
+    Raises:
+        BadArgumentError: If the place is neither a path nor a string.
+        BadValueError: If it is a URL; the message does not show its password.
+    """
     if not isinstance(place, str | Path) or not str(place) or "\0" in str(place):
         raise BadArgumentError("place", "", f"is {place!r}, must be the path of an SQLite file")
     if found := _URL.match(str(place)):
-        advice = "robots share what they know by affordance memory merge"
+        advice = "to share memories between robots use affordance memory merge"
         raise BadValueError(f"{found[1]}://...", "", f"is a URL, must be the path of an SQLite file; {advice}")
     return Path(place)
 
@@ -97,15 +102,16 @@ def check_file(path: Path, *, create: bool) -> None:
         raise BadValueError(path, "", "is not an SQLite file, must be a memory that a command has written")
     if len(begin) == _COUNT.stop and (
         begin[_MARK] != _IS_LEAF or int.from_bytes(begin[_COUNT]) > _MOST_ENTRIES
-    ):  # SQLite would read all of them at once
+    ):  # SQLite would read all of them into memory at once
         raise BadValueError(path, "", f"has more than {_MOST_ENTRIES} tables and indices, must be a memory")
 
 
 def open_database(path: Path, *, create: bool) -> sqlite3.Connection:
-    """Opens the database of a ledger, and creates its tables if it is new; closing it is up to the caller.
+    """Opens the database of a ledger, and creates its tables if it is new; the caller must close it.
 
-    A file that does not exist and is not to be created, that is too large, of another program or version, or
-    anything but the tables of a ledger, or that cannot be read raises a BadValueError.
+    Raises:
+        BadValueError: If the file does not exist and must not be created, is too large, cannot be read, is from
+            another program or version, or contains anything but the tables of a ledger.
     """
     check_file(path, create=create)
     with _translate(path, "read"):
@@ -120,9 +126,9 @@ def open_database(path: Path, *, create: bool) -> sqlite3.Connection:
 
 @contextmanager
 def transact(connection: sqlite3.Connection, path: Path, *, writes: bool) -> Iterator[None]:
-    """Runs one transaction; if it fails nothing is changed, and errors of the database raise a BadValueError.
+    """Runs one transaction; if it fails, nothing is changed, and errors of the database raise a BadValueError.
 
-    One that writes waits for other writers at its beginning, as it could not later.
+    A transaction that writes waits for other writers at its start, because it could not wait later.
     """
     with _translate(path, "written" if writes else "read"):
         connection.execute("BEGIN IMMEDIATE" if writes else "BEGIN")
@@ -132,19 +138,19 @@ def transact(connection: sqlite3.Connection, path: Path, *, writes: bool) -> Ite
             yield
             connection.execute("COMMIT")
         except BaseException:
-            if connection.in_transaction:  # SQLite has ended it itself if the disk is full
+            if connection.in_transaction:  # if the disk is full, SQLite has ended it already
                 connection.execute("ROLLBACK")
             raise
 
 
 def check_integrity(connection: sqlite3.Connection, kind: str = "integrity_check") -> str:
-    """Asks SQLite whether the file is sound; returns its first complaint, empty if it has no complaint."""
+    """Lets SQLite check the file; returns the first fault, or an empty string."""
     found = str(connection.execute(f"PRAGMA {kind}(1)").fetchone()[0])
     return "" if found == "ok" else found
 
 
 def describe_schema(schema: object, wanted: str) -> str:
-    """Describes the schema of a memory of another version."""
+    """Describes the problem of a memory whose schema is that of another version."""
     return f"is {show_value(schema)}, must be {wanted!r}: another version of the program wrote the memory"
 
 
@@ -160,9 +166,9 @@ def _translate(path: Path, what: str) -> Iterator[None]:
 
 
 def _set_up(connection: sqlite3.Connection, path: Path, *, create: bool) -> None:
-    """Checks a database, creates its tables if it is new, and keeps it from growing beyond what can be opened."""
+    """Checks a database, creates its tables if it is new, and limits its size to what can be opened again."""
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_RECORD + _ROW_HEAD)
-    connection.execute("PRAGMA synchronous=FULL")  # what was committed is on the disk
+    connection.execute("PRAGMA synchronous=FULL")  # committed data are on the disk
     with transact(connection, path, writes=False):
         is_new = not _check_schema(connection, path)
         if problem := "" if is_new else check_integrity(connection, "quick_check"):
@@ -176,7 +182,11 @@ def _set_up(connection: sqlite3.Connection, path: Path, *, create: bool) -> None
 
 
 def _check_schema(connection: sqlite3.Connection, path: Path) -> bool:
-    """Returns False if a database has no tables; any that this program has not written raise a BadValueError."""
+    """Checks the tables of a database; returns False if there are none.
+
+    Raises:
+        BadValueError: If a table or index differs from what this program writes.
+    """
     rows = connection.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
     found = {(str(kind), str(name), None if sql is None else " ".join(sql.split())) for kind, name, sql in rows}
     if not found:
@@ -191,7 +201,11 @@ def _check_schema(connection: sqlite3.Connection, path: Path) -> bool:
     if schema not in _SCHEMAS:
         raise BadValueError(path, "schema", describe_schema(schema, SCHEMA))
     for kind, name, _ in sorted(found.symmetric_difference(_SCHEMAS[str(schema)]), key=str):
-        raise BadValueError(path, f"{kind} {name}", "is not as this program writes it, must be a plain memory")
+        raise BadValueError(
+            path,
+            f"{kind} {name}",
+            "differs from what this program writes, must be as in a memory that a command has written",
+        )
     return True
 
 
@@ -206,9 +220,9 @@ def _create_tables(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _set_journal(connection: sqlite3.Connection, path: Path) -> None:
-    """Sets the write-ahead log, which is kept in the file: readers and a writer do not wait for one another.
+    """Turns on the write-ahead log, with which readers and a writer do not block each other.
 
-    SQLite does not wait for other processes here, so this function does.
+    The setting is stored in the file. SQLite does not wait for other processes here, so this function does.
     """
     deadline = time.monotonic() + _PATIENCE
     while True:
@@ -222,7 +236,7 @@ def _set_journal(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def _upgrade(connection: sqlite3.Connection) -> None:
-    """Removes from a memory of version 0.3.0 what is derived from the trials."""
+    """Removes derived data from a memory that version 0.3.0 wrote."""
     if connection.execute("SELECT 1 FROM sqlite_schema WHERE name = 'things'").fetchone():
         for entry in ("TABLE things", "TABLE materials", "INDEX by_robot", "INDEX by_thing", "INDEX by_object"):
             connection.execute(f"DROP {entry}")

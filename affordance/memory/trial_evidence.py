@@ -1,6 +1,6 @@
 """Evidence of one trial, as a ledger stores it: observed features and measured torques, without beliefs.
 
-Frames: T the frame in which the object's parts are given, and about whose origin its ten parameters are.
+Frames: the object's parts are given in T, and its ten parameters are about the origin of T.
 """
 
 import hashlib
@@ -24,24 +24,25 @@ from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.version import __version__
 
-# Rounding that a precision may have below zero, as a share of its largest eigenvalue.
+# A precision may have an eigenvalue below zero by rounding: by this fraction of its largest eigenvalue.
 _ROUNDING = 1e-9
 _COUNTS = Whole(1, 1_000_000_000)
 _JOINTS = Whole(0, 1000)
 _MOST_PARTS = 1000
-# Bounds of lengths in records, [m]: shorter and longer ones are in other units.
+# Bounds of lengths in records, [m]; shorter or longer ones must be in another unit.
 _SIZES = 1e-4, 10.0
-# Bounds of volumes of such parts, [m^3], and of the moments of volumes that are as far away, [m^3, m^4, m^5].
+# Lower bound of the volume of such parts, [m^3], and upper bound of their volumes and volume moments at the largest
+# distance, [m^3, m^4, m^5].
 _VOLUME_MIN, _MOMENT_MAX = 1e-15, 1e7
-# Largest standard deviation of a part's measurement, whatever its unit, and log probability density of a trial.
+# Largest standard deviation of a part's measurement, in any unit, and largest magnitude of a trial's log evidence.
 _SD_MAX, _LOG_MAX = 1e3, 1e12
-# Texts of a record. A robot is named by a file and a link, whose names may have 255 and 200 letters.
+# Strings in a record. A robot's name consists of a file name and a link name, of up to 255 and 200 letters.
 _NAME, _LONG_NAME = OneLine(), OneLine(500)
 _FIRST_YEAR = 1970
 
 
 class FeltModel(Protocol):
-    """Model of what was felt: the likelihood of an object's densities given features of a trial."""
+    """Measurement model: the likelihood of an object's densities given the features of a trial."""
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of the feature vector."""
@@ -49,7 +50,7 @@ class FeltModel(Protocol):
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Computes the likelihood, errors evaluated at densities rho, (M,); see ``NoiseModel``."""
+        """Computes the likelihood; errors are evaluated at densities rho, (M,); see ``NoiseModel``."""
 
 
 FELT_MODELS: Mapping[str, type[FeltModel]] = {
@@ -58,8 +59,8 @@ FELT_MODELS: Mapping[str, type[FeltModel]] = {
     "payload": PayloadQuadratic,
     "mean_densities": MeanDensities,
 }
-# Largest magnitude of a feature of each model. Torques, in N m, and those of a payload's parameters; their products,
-# of a thousand joints; a payload known to a nanogram, times a ton; densities known to a millionth, times the largest.
+# Largest magnitude of the features of each model: torques, [N m]; their products, summed over a thousand joints; the
+# information vector of a mass of 1e3 kg known to 1e-9 kg; that of a density of 1e5 kg/m^3 known to 1e-6 kg/m^3.
 _FEATURE_MAX = {"weber": 1e6, "white": 1e15, "payload": 1e21, "mean_densities": 1e17}
 
 
@@ -70,18 +71,18 @@ class TrialEvidence:
     Attributes:
         object_name: Name of the object.
         parts: Appearance of each of its P parts, in T.
-        geometry: Geometry of the parts in T, a column for each: Phi (10, P), errors (G, 10, P).
-        model: Model of what was felt.
+        geometry: Geometry of the parts in T, one column per part: Phi (10, P), errors (G, 10, P).
+        model: Measurement model.
         features: Features of the model, averaged over the trial, shape (num_features,).
         num_samples: Number of samples in the average.
         num_joints: Number of joints.
         robot: Name of the robot.
-        fingerprint: Text by which the robot's arm is recognised; empty if unknown.
+        fingerprint: Fingerprint of the robot's arm; empty if unknown.
         time: UTC time of the trial, ISO 8601 with microseconds.
-        log_evidence: Log probability density of what was felt, given what was believed before.
-        p_value: Probability of evidence as low as this, given what was believed before.
+        log_evidence: Log probability density of the measurements under the belief before the trial.
+        p_value: Probability of evidence as low as this or lower under the belief before the trial.
         source: File of the recording, or description of the simulation.
-        source_hash: Text by which the recording is recognised; empty for a simulated trial.
+        source_hash: Fingerprint of the recording; empty for a simulated trial.
         program: Version of the program that wrote the record.
 
     Example:
@@ -111,9 +112,11 @@ class TrialEvidence:
     program: str = __version__
 
     def __post_init__(self) -> None:
-        """Raises a BadArgumentError for values that are not finite or out of bounds, or of another kind or shape.
+        """Checks all attributes.
 
-        A felt precision that is not symmetric and positive semidefinite raises a BadArgumentError, too.
+        Raises:
+            BadArgumentError: If a value is not finite, out of bounds, or of the wrong type or shape, or if the
+                precision of the measurement is not symmetric and positive semidefinite.
         """
         run_check("object_name", _NAME.check, self.object_name)
         run_check("robot", _LONG_NAME.check, self.robot)
@@ -139,14 +142,14 @@ class TrialEvidence:
             self._check_precision()
 
     def _check_precision(self) -> None:
-        """Raises a BadArgumentError unless what was felt of the ten parameters is a precision."""
+        """Raises a BadArgumentError unless the precision of the ten parameters is positive semidefinite."""
         try:
             precision = self.compute_likelihood(BODY, np.zeros(NUM_PARAMETERS)).precision
-            if isinstance(self.model, PayloadQuadratic):  # which widens it, and makes it symmetric thereby
+            if isinstance(self.model, PayloadQuadratic):  # its likelihood is symmetrised, so the features are checked
                 check_symmetry("features", unpack(self.features).precision)
             least, largest = np.linalg.eigvalsh(precision)[[0, -1]]
         except np.linalg.LinAlgError as error:
-            raise BadArgumentError("features", "", f"has no precision: {error}") from error
+            raise BadArgumentError("features", "", f"has no valid precision: {error}") from error
         if least < -_ROUNDING * max(largest, 0.0):
             problem = f"has a precision with the eigenvalue {least:.3g}, must be positive semidefinite"
             raise BadArgumentError("features", "", problem)
@@ -157,13 +160,13 @@ class TrialEvidence:
 
     @cached_property
     def id(self) -> str:
-        """Digest of what was recorded, by which a trial counts once: of the recording, else of what was felt."""
+        """Digest by which a trial is counted only once: of the recording or, without one, of the features."""
         digest = hashlib.sha256(self.source_hash.encode() or self._digest_content())
         return digest.hexdigest()[:24]
 
     @cached_property
     def digest(self) -> str:
-        """Digest of the whole record, by which a change of it is noticed."""
+        """Digest of the whole record, which reveals any change of it."""
         content = self._list_content()
         arrays = [content.pop(name).tobytes() for name in _ARRAYS]
         return hashlib.sha256(b"".join(arrays) + json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
@@ -174,11 +177,11 @@ class TrialEvidence:
         return b"".join(each.tobytes() for each in arrays) + named.encode()
 
     def compute_likelihood(self, geometry: Geometry, rho: Array) -> Likelihood:
-        """Computes the likelihood of densities for a geometry with M columns, errors evaluated at rho, (M,)."""
+        """Computes the likelihood of densities for a geometry with M columns; errors are evaluated at rho, (M,)."""
         return self.model.compute_likelihood(self.features, self.num_samples, self.num_joints, geometry, rho)
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the record as plain numbers and texts, for JSON; SI units."""
+        """Returns the record as plain numbers and strings for JSON, in SI units."""
         content = self._list_content()
         return {**content, **{name: content[name].tolist() for name in _ARRAYS}, "digest": self.digest}
 
@@ -198,16 +201,16 @@ class TrialEvidence:
         }
 
 
-# The geometry of a body whose "densities" are its ten parameters.
+# Geometry of a body whose "densities" are its ten parameters.
 BODY = Geometry(np.eye(NUM_PARAMETERS), np.zeros((0, NUM_PARAMETERS, NUM_PARAMETERS)))
 _ARRAYS = ("Phi", "Phi_errors", "features")
 _PART_SDS = ("colour_sd", "size_sd", "position_sd", "lightness_sd")
-# Keys of a record that are attributes of the same name.
+# Keys of a record whose values are the attributes of the same name.
 PLAIN = ("num_samples", "num_joints", "log_evidence", "p_value", "source", "source_hash", "program")
 
 
 def _check_part(name: str, part: PartAppearance) -> PartAppearance:
-    """Checks a part's appearance, and returns it in plain numbers."""
+    """Checks a part's appearance, and returns it as plain numbers."""
     check_kind(name, part, PartAppearance)
     sizes = check_array(f"{name}.sizes", part.sizes, (None,))
     if not len(sizes):
@@ -235,7 +238,7 @@ def _check_geometry(geometry: Geometry, num_parts: int) -> Geometry:
 
 
 def _check_bounded(name: str, values: Array, shape: Sequence[int | None], most: float) -> Array:
-    """Checks an array of numbers of at most a magnitude, and returns a read-only copy."""
+    """Checks that no number in an array has a larger magnitude than ``most``; returns a read-only copy."""
     array = check_array(name, values, shape).copy()
     if np.abs(array).max(initial=0.0) > most:
         place = np.argwhere(np.abs(array) > most)[0]
@@ -248,12 +251,16 @@ def _check_bounded(name: str, values: Array, shape: Sequence[int | None], most: 
 
 
 def show_time(moment: datetime) -> str:
-    """Formats a time in UTC, ISO 8601 with microseconds, so that texts sort by time."""
+    """Formats a time in UTC, ISO 8601 with microseconds, so that strings sort by time."""
     return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
 
 
 def read_time(name: str, text: str) -> str:
-    """Reads a date or a time, UTC unless it says otherwise, for ``show_time``; else raises a BadArgumentError."""
+    """Parses a date or a time, in UTC unless it has an offset, and formats it like ``show_time``.
+
+    Raises:
+        BadArgumentError: If it cannot be parsed, or is before the first allowed year.
+    """
     try:
         moment = datetime.fromisoformat(text)
         moment = (moment if moment.tzinfo else moment.replace(tzinfo=UTC)).astimezone(UTC)

@@ -1,4 +1,4 @@
-"""Evidence of tools that were weighed, as trials of a lasting memory."""
+"""Builds trials for a lasting memory from tools that were weighed."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -14,14 +14,15 @@ from affordance.objects.tool import Tool
 from affordance.vision.eye import measure_drawing
 from affordance.vision.systems import measure_geometry
 
-# Name in the place of a robot's.
+# Name that takes the place of a robot's.
 SCALE = "a scale"
 
 
 def list_weighed_trials(tools: Iterable[Tool], path: Path) -> Iterator[TrialEvidence]:
-    """Lists the evidence of each weighing of tools from a file: of a whole tool, or of parts as a thing of their own.
+    """Lists one trial for each weighing of tools from a file.
 
-    A weighing shows the first of the ten parameters, the mass, and counts once however often it is listed.
+    A weighing is of a whole tool, or of some of its parts, which then count as an object of their own. It measures
+    only the first of the ten parameters, the mass. A memory counts it once, however often it is added.
     """
     for tool in tools:
         features = measure_drawing(tool)

@@ -1,4 +1,4 @@
-"""Figures of advice: the costs and demands of options, with a tool in the hand, and the worth of objects to hold."""
+"""Figures of advice: costs and torque demands of options, pictures of the best, and the worth of objects to hold."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,20 +20,20 @@ from affordance.reporting.renderings import Image, Pose, render_poses
 _LABELS = {
     Criterion.WORK: "work (J)",
     Criterion.EFFORT: "effort (N² m² s)",
-    Criterion.MARGIN: "highest share of a torque limit (%)",
+    Criterion.MARGIN: "highest fraction of a torque limit (%)",
     Criterion.GRIP: "wrench at the grip as a force (N)",
 }
 # Size of the picture, [pixels].
 _WIDTH, _HEIGHT = 420, 480
 _NAME_WIDTH = 26
-# Options that are shown in the hand: the best, and the next best to compare it with.
+# Number of options rendered in the hand: the best, and the second best for comparison.
 _PICTURES = 2
-# Height of a row of a figure of holds, and of all else, [inch], and characters of a line of its title.
+# Figure of holds: height of a row and of everything else, [inch], and characters per line of its title.
 _ROW, _REST, _TITLE = 0.35, 1.6, 100
 
 
 def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> list[Image]:
-    """Renders the arm with the best options in its hand at the start of the task; nothing without a renderer."""
+    """Renders the arm holding each of the best options at the start of the task; empty if there is no renderer."""
     shown = advice.ranked[: min(advice.num_usable, _PICTURES)]
     gripped = [tools[each.option.object_name].list_gripped()[each.option.grip] for each in shown]
     poses = [Pose(tool, None, each.q_start) for tool, each in zip(gripped, shown, strict=True)]
@@ -44,7 +44,7 @@ def render_choice(directives: Path, advice: Ranking, tools: dict[str, Tool]) -> 
 
 
 def draw_advice(advice: Ranking, title: str, pictures: Sequence[Image]) -> Figure:
-    """Draws pictures of the best options in the hand, and bars of cost and torque share with 90 % intervals."""
+    """Draws a ranking: pictures of the best options, costs with 90 % intervals, and probabilities of being best."""
     shown = [each for each in advice.ranked if np.isfinite(each.amounts.cost.mean)]
     figure = Figure(figsize=(15.0, max(4.0, 1.6 + 0.45 * len(shown))))
     widths = (*[1.0] * _PICTURES, 1.3, 0.6)
@@ -88,10 +88,15 @@ def draw_holds(
     label: str,
     title: str,
 ) -> Figure:
-    """Draws worths, with standard errors, of K named objects, and the probability of being right before and after.
+    """Draws the worth of holding each of K objects, and how it changes the probability of the right choice.
 
-    The label names the worths, with their unit. Tasks have a name, the probability that their choice is right now,
-    and that after holding each object, (K,).
+    Args:
+        names: Names of the objects.
+        worths: Worth of holding each object, and its standard error.
+        tasks: For each task its name, the probability that its current choice is right, and that probability after
+            holding each object, (K,).
+        label: Axis label of the worths, with their unit.
+        title: Title of the figure.
     """
     rows = len(names)
     figure = Figure(figsize=(11.0, _REST + _ROW * max(rows, 3)), layout="constrained")
@@ -106,7 +111,7 @@ def draw_holds(
         right.axvline(now, color=colour, linestyle=":")
         right.plot(after, places, "o", color=colour, label=task)
     right.set_xlim(0.0, 1.05)
-    right.set_xlabel("probability that the choice is best, then (dotted: now)")
+    right.set_xlabel("probability that the choice is best after holding it (dotted: now)")
     right.legend(frameon=False)
     left.invert_yaxis()
     figure.suptitle(fill(title, _TITLE))

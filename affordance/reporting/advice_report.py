@@ -1,4 +1,4 @@
-"""Advice on tools as JSON: the ranking with its reasons, what would change it, and the choice."""
+"""Advice on tools as JSON: the choice, the ranking with its reasons, and what would change it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -19,25 +19,25 @@ from affordance.objects.tool import Tool
 
 
 class AdviceQuestion(NamedTuple):
-    """Question that an advice answers, with the names that its text uses."""
+    """Context of a ranking that its text needs: task, robot, sources of knowledge and names."""
 
     task: str
     robot: str
-    see: str  # source of the tools' form, "drawing", "features" or "pictures"
+    see: str  # source of the tools' shapes: "drawing", "features" or "pictures"
     memory: str  # name of the memory; empty without one
-    known: NamedBelief  # where the belief about the tools' materials comes from
+    known: NamedBelief  # belief about the tools' materials, with its sources
     names: Callable[[Colour], str]
-    num_other_arms: int = 0  # number of the memory's trials of this robot that were made with another arm
-    tilt: str = ""  # how the hand is turned from upright at home; empty if it is not
-    reasons: Reasons | None = None  # reasons of the choice; None if no other option is usable
+    num_other_arms: int = 0  # number of this robot's stored trials that were made with another version of the arm
+    tilt: str = ""  # how the hand is tilted at home; empty if it is upright
+    reasons: Reasons | None = None  # reasons for the choice; None if no other option is usable
     surprises: tuple[Surprise, ...] = ()  # weighings that contradict the belief
-    remarks: tuple[str, ...] = ()  # what is to be said of the tools' file
-    # Grips that cost the same as an option whatever the tool is made of, by the option's name; they are no options.
+    remarks: tuple[str, ...] = ()  # warnings about the tools file
+    # For the name of an option: grips that cost the same whatever the tool is made of, and are not ranked themselves.
     alike: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
 
 def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
-    """Returns a function that names materials by colour: those the tools show, else the nearest."""
+    """Returns a function that names the material of a colour: one that the tools show, or else the nearest."""
     shown: dict[Colour, str] = {
         part.looks_like.colour: part.looks_like.name for tool in tools for part in tool.components
     }
@@ -46,7 +46,7 @@ def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> 
 
 
 def build_content(advice: Ranking, question: AdviceQuestion, sentence: str) -> dict[str, Any]:
-    """Builds the JSON content of an advice with its first sentence; infinite numbers are null."""
+    """Builds the JSON content of a ranking; ``sentence`` is its summary, and infinite numbers become null."""
     criterion = advice.criterion
     options = [
         {
@@ -108,7 +108,10 @@ def _show_reasons(advice: Ranking, reasons: Reasons, question: AdviceQuestion) -
 
 
 def sum_shares(reasons: Reasons, question: AdviceQuestion) -> dict[str, float]:
-    """Sums the shares of colours that look like one material, as parts in pictures may; the largest first."""
+    """Sums each material's share of the uncertainty, largest first.
+
+    In pictures, parts of one material can have several colours; their shares are added.
+    """
     sums: dict[str, float] = {}
     for each in reasons.shares:
         name = question.names(each.colour)
@@ -117,7 +120,7 @@ def sum_shares(reasons: Reasons, question: AdviceQuestion) -> dict[str, float]:
 
 
 def list_turns(reasons: Reasons, question: AdviceQuestion) -> list[Turn]:
-    """Lists the most probable turn of each material in each direction."""
+    """Lists, for each material and direction, the most probable density change that would alter the choice."""
     first: dict[tuple[str, bool], Turn] = {}
     for turn in reasons.turns:
         first.setdefault((question.names(turn.colour), turn.above), turn)

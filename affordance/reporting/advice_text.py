@@ -1,4 +1,4 @@
-"""Advice on tools for a terminal: what to take and how sure that is first, then the table and the reasons."""
+"""Advice on tools for a terminal: first the choice and its certainty, then the table and the reasons."""
 
 import textwrap
 from collections.abc import Sequence
@@ -18,18 +18,21 @@ from affordance.memory.past_arms import describe_past_arms
 from affordance.reporting.advice_report import AdviceQuestion, list_turns, sum_shares
 from affordance.reporting.formatting import format_known, format_number, tabulate_within
 
-# Least share of a material in the uncertainty, and least probability of a change, that the text mentions; and the
-# least probability of a change that the first sentence mentions.
+# What the text mentions: a material with at least this share of the uncertainty, and a change of the choice with at
+# least this probability; in the first sentence, a change with at least the last of the three.
 _LEAST_SHARE, _LEAST_PROBABILITY, _NOTABLE = 0.05, 1e-3, 0.05
 _COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
-# Columns of the table in the order in which they are left out where it is too wide.
+# Columns of the table, and those to drop if it is too wide, in this order.
 _WORK, _COST, _BEST, _FEASIBLE, _SHARE, _FORCE, _MOMENT = range(1, 8)
 _LESS_IMPORTANT = (_MOMENT, _FORCE, _SHARE, _FEASIBLE, _WORK)
 
 
 def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -> str:
-    """Writes an advice for a terminal of a width, 0 for any; the first line is that of ``describe_choice_of``."""
-    by = f"compared by {_say_criterion(advice.criterion)}"
+    """Formats a ranking for a terminal; the first line is that of ``describe_choice_of``.
+
+    Lines are wrapped at ``width`` characters unless it is 0.
+    """
+    by = f"compared by {_describe_criterion(advice.criterion)}"
     title = f"{question.task} with {question.robot}, {by}; {describe_knowledge(question.known, question.memory)}"
     lines = [describe_choice_of(advice, question), title, *map(describe_surprise, question.surprises)]
     lines += [f"warning: {each}" for each in question.remarks]
@@ -41,34 +44,35 @@ def describe_advice(advice: Ranking, question: AdviceQuestion, width: int = 0) -
     lines += _tabulate(advice, question, width)
     if advice.p_none > 0.0:
         lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
-    for line in _say_why(advice, question):
+    for line in _describe_reasons(advice, question):
         lines += textwrap.wrap(line, width, subsequent_indent="  ") if width else [line]
     return "\n".join(lines)
 
 
 def describe_choice_of(advice: Ranking, question: AdviceQuestion) -> str:
-    """Describes the option to take, its cost, how sure the choice is, and what would change it, in one sentence.
+    """Describes the choice in one sentence: the option, its cost, how certain it is, and what would change it.
 
-    If no option can be used, an AffordanceError is raised.
+    Raises:
+        AffordanceError: If no option is usable.
     """
     best = advice.best
     parts = [
-        f"Take {_name(best.option, question)}: {_say_cost(best, advice.criterion)}, best with probability "
+        f"Take {_name(best.option, question)}: {_describe_cost(best, advice.criterion)}, best with probability "
         f"{best.p_best:.2f}"
     ]
     better = max(advice.ranked, key=lambda each: each.p_best)
     if better.p_best > best.p_best:
-        parts.append(_say_better(better, advice, question))
+        parts.append(_describe_better(better, advice, question))
     elif advice.num_usable == 1 and len(advice.ranked) > 1:
         parts.append(f"no other option is feasible with {100.0 * MIN_FEASIBILITY:g} %")
     if question.reasons is not None:
         turns = [turn for turn in list_turns(question.reasons, question) if turn.probability >= _NOTABLE]
-        parts += [_say_turn(turn, advice, question) for turn in turns[:1]]
+        parts += [_describe_turn(turn, advice, question) for turn in turns[:1]]
     return f"{'; '.join(parts)}."
 
 
-def _say_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
-    """Says which option is best more often than the one to take, and why it is not taken."""
+def _describe_better(better: RankedOption, advice: Ranking, question: AdviceQuestion) -> str:
+    """Explains why an option that is best more often than the chosen one is not chosen."""
     name, p = _name(better.option, question), f"{better.p_best:.2f}"
     if better.infeasible_reason:
         only = "the only one" if advice.num_usable == 1 else "one"
@@ -76,24 +80,24 @@ def _say_better(better: RankedOption, advice: Ranking, question: AdviceQuestion)
         return f"it is {only} that is feasible with {feasible}; {name} is best with {p}, but feasible with " + (
             f"{better.p_feasible:.2f} only"
         )
-    how = "demands more where it is heavy" if advice.criterion.is_peak else "costs more on average"
-    return f"{name} is best more often ({p}), but {how} ({_say_cost(better, advice.criterion)})"
+    how = "demands more if it is heavy" if advice.criterion.is_peak else "costs more on average"
+    return f"{name} is best more often ({p}), but {how} ({_describe_cost(better, advice.criterion)})"
 
 
-def _say_criterion(criterion: Criterion) -> str:
+def _describe_criterion(criterion: Criterion) -> str:
     return {
         Criterion.WORK: "the joints' expected work",
         Criterion.EFFORT: "the joints' expected effort",
-        Criterion.MARGIN: "the highest share of a joint's torque limit (95 % quantile)",
+        Criterion.MARGIN: "the highest fraction of a joint's torque limit (95 % quantile)",
         Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
     }[criterion]
 
 
 def describe_knowledge(known: NamedBelief, memory: str) -> str:
-    """Describes where the belief about materials comes from: their names, the memory of a name, or neither."""
+    """Describes the sources of the belief about materials: handbook densities, the named memory, or the prior."""
 
     def list_names(names: Sequence[str]) -> str:
-        return ", ".join(map(_say_material, names))
+        return ", ".join(map(_name_material, names))
 
     parts = []
     if known.by_name:
@@ -108,19 +112,19 @@ def describe_knowledge(known: NamedBelief, memory: str) -> str:
 
 
 def describe_surprise(surprise: Surprise) -> str:
-    """Warns of a weighing that contradicts drawing and materials."""
+    """Formats a warning about a weighing that contradicts the drawing and the materials."""
     return (
-        f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, and its drawing and materials say "
-        f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing counts"
+        f"warning: {surprise.name} weighs {format_number(surprise.mass)} kg, but its drawing and materials predict "
+        f"{format_number(surprise.expected)} ± {format_number(surprise.expected_sd, 2)} kg; the weighing is used"
     )
 
 
-def _say_material(name: str) -> str:
+def _name_material(name: str) -> str:
     return name.replace("_", " ")
 
 
 def _tabulate(advice: Ranking, question: AdviceQuestion, width: int) -> list[str]:
-    """Formats the options as a table within a width: intervals of 90 %, peaks by their 95 % quantile."""
+    """Formats the options as a table within a width; intervals are 90 %, peaks are 95 % quantiles."""
     of_cost = _COST_TITLES.get(advice.criterion)
     header = ["", "work (J)", of_cost or "", "P(best)", "P(feasible)", "torque share", "force (N)", "moment (N m)"]
     rows, notes = [header], []
@@ -142,7 +146,7 @@ def _tabulate(advice: Ranking, question: AdviceQuestion, width: int) -> list[str
     return [f"  {line}" for line in (*lines, *wrapped)]
 
 
-def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
+def _describe_reasons(advice: Ranking, question: AdviceQuestion) -> list[str]:
     reasons = question.reasons
     if reasons is None:
         return ["Why: no other option can do the task with the required probability."]
@@ -152,17 +156,17 @@ def _say_why(advice: Ranking, question: AdviceQuestion) -> list[str]:
     if not shares:
         lines = [f"{against} no material's density affects the difference."]
     else:
-        parts = [f"{_say_material(name)} ({_percent(share)})" for name, share in shares.items()]
+        parts = [f"{_name_material(name)} ({_percent(share)})" for name, share in shares.items()]
         lines = [f"{against} the uncertainty of their difference is due to the density of {' and '.join(parts)}."]
     told = [turn for turn in list_turns(reasons, question) if turn.probability >= _LEAST_PROBABILITY]
-    lines += [f"  {_capitalise(_say_turn(turn, advice, question))}." for turn in told]
+    lines += [f"  {_capitalise(_describe_turn(turn, advice, question))}." for turn in told]
     return lines if told else [*lines, "  No plausible density would change the choice by itself."]
 
 
-def _say_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
+def _describe_turn(turn: Turn, advice: Ranking, question: AdviceQuestion) -> str:
     side = "heavier" if turn.above else "lighter"
     other = _name(advice.ranked[turn.option].option, question)
-    material = _say_material(question.names(turn.colour))
+    material = _name_material(question.names(turn.colour))
     return (
         f"if {material} were known to be {side} than {format_number(turn.density)} kg/m³ "
         f"(probability {turn.probability:.2g}), {other} would be better"
@@ -173,12 +177,12 @@ def _capitalise(sentence: str) -> str:
     return f"{sentence[:1].upper()}{sentence[1:]}"
 
 
-def _say_cost(best: RankedOption, criterion: Criterion) -> str:
+def _describe_cost(best: RankedOption, criterion: Criterion) -> str:
     amounts, cost = best.amounts, best.amounts.cost
     if criterion is Criterion.MARGIN:
-        return f"{_percent(cost.p95)} of the torque limit of {amounts.joint} at most"
+        return f"at most {_percent(cost.p95)} of the torque limit of {amounts.joint}"
     if criterion is Criterion.GRIP:
-        return f"{_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at most to be held by the grip"
+        return f"at most {_number(amounts.force.p95)} N and {_number(amounts.moment.p95)} N m at the grip"
     unit = "J" if criterion is Criterion.WORK else "N²m²s"
     half = 0.5 * (cost.p95 - cost.p05)
     return f"{format_known(cost.mean, half)} ± {format_known(half, half)} {unit}"
@@ -197,7 +201,7 @@ def _name(option: Option, question: AdviceQuestion) -> str:
 
 
 def _list_ends(option: Option, question: AdviceQuestion) -> str:
-    """Lists the grip of an option, with those that are like it."""
+    """Lists the grip of an option and its equivalent grips."""
     return " or ".join([option.grip, *question.alike.get(option.name, ())])
 
 

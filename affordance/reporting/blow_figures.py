@@ -1,4 +1,4 @@
-"""Figures of blows at a nail: renderings of each grip, forces and travel."""
+"""Figures of blows on a nail: renderings of each grip, forces and travel."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,7 +17,12 @@ _MILLI = 1e3
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: for each grip, by its label, a row of pictures, (height, width, 3), equal within a column."""
+    """Draws figure 9: a row of pictures for each grip.
+
+    Args:
+        rows: Pictures, (height, width, 3), by the label of the grip; the pictures of a column have one size.
+        titles: Titles of the columns.
+    """
     shapes = [picture.shape for picture in next(iter(rows.values()))]
     ratios = [width / height for height, width, _ in shapes]
     height = (12.0 - 0.4) / sum(ratios)
@@ -36,7 +41,7 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Draws the forces on a nail around the strike, with the demanded peak, [N], and its travel, by grip."""
+    """Draws the force on the nail and its travel around the strike for each grip, with the required peak, [N]."""
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0
@@ -51,9 +56,9 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
             times, record.contact, line, color=mix_colour(colour, 0.0, 0.5), linewidth=0.8, label=name, zorder=3.0
         )
         below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
-    above.axhline(force_demanded, color="#000000", linestyle=":", label=f"demanded peak ({force_demanded:.0f} N)")
+    above.axhline(force_demanded, color="#000000", linestyle=":", label=f"required peak ({force_demanded:.0f} N)")
     above.set_xlim(-0.1 * last, 1.5 * last)
-    # For some microseconds, while it starts the nail, the contact takes several times the resistance.
+    # While the nail starts to move, the contact force is several times the resistance for some microseconds.
     above.set(ylim=(0.0, 1.9 * force_demanded), ylabel="force (N)")
     below.set(ylabel="travel (mm)", ylim=(0.0, None), xlabel="time from the first touch (ms)")
     cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())

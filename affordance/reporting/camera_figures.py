@@ -16,13 +16,13 @@ from affordance.vision.pixels.pipeline import Detection, draw_outline
 from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import DEFAULT_RIG
 
-# Margin of the picture shown around the object, [pixels].
+# Margin around the object in the part of the picture that is shown, [pixels].
 _ROOM = 25
 _TITLE_WIDTH = 150  # [characters]
 
 
 class CameraView(NamedTuple):
-    """Observation of an object by the camera, with a remark on what was detected, if anything."""
+    """Observation of an object by the camera, with the detection, if any, and a remark about it."""
 
     title: str
     picture: Picture
@@ -31,8 +31,8 @@ class CameraView(NamedTuple):
 
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
-    """Draws observations, one per row: picture, depth, parts, and fitted outlines over the picture."""
-    heights = [2.4, *[2.1] * (len(views) - 1)]  # headings stand in the first row
+    """Draws one row per observation: picture, depth, parts, and fitted outlines over the picture."""
+    heights = [2.4, *[2.1] * (len(views) - 1)]  # the first row has the headings
     figure = Figure(figsize=(12.0, sum(heights)))
     rows = figure.subfigures(len(views), 1, squeeze=False, height_ratios=heights)[:, 0]
     for row, view in zip(rows, views, strict=True):
@@ -69,7 +69,10 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Finds the rows and columns around the object, at least 4:3; the whole picture if it was not detected."""
+    """Finds the rows and columns to show: a window around the object, or the whole picture without a detection.
+
+    The aspect ratio of the window is at least 4:3.
+    """
     height, width = view.picture.depth.shape
     if view.detection is None:
         return slice(0, height), slice(0, width)
@@ -87,8 +90,10 @@ def _find_window(view: CameraView) -> tuple[slice, slice]:
 def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
     """Draws errors of detected features, and the calibration of their stated uncertainty.
 
-    Errors are absolute relative ones, and targets their largest admissible medians, by feature; claimed are errors of
-    predicted masses, in their stated standard deviations.
+    Args:
+        errors: Absolute relative errors, by feature.
+        targets: Largest allowed median of these errors, by feature.
+        claimed: Errors of predicted masses, in units of their stated standard deviations.
     """
     figure = Figure(figsize=(11.0, 4.4))
     left, right = figure.subplots(1, 2)
@@ -97,9 +102,13 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
         left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
         left.plot(100.0 * targets[label], 0.5, MARKERS[k % len(MARKERS)], color=colour)
     left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
-    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="bound of the median")
+    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="largest allowed median")
     left.set(
-        xscale="log", xlim=(0.01, 100.0), ylim=(0.0, 1.02), xlabel="error at most (%)", ylabel="proportion of cases"
+        xscale="log",
+        xlim=(0.01, 100.0),
+        ylim=(0.0, 1.02),
+        xlabel="error (%)",
+        ylabel="proportion of cases with at most this error",
     )
     left.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
     levels = np.linspace(0.0, 1.0, 101)[1:-1]
@@ -107,9 +116,7 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
     right.plot(levels, levels, ":", color="#000000", label="exact")
     right.plot(levels, covered, color=OBJECT_COLOURS[0], label=f"predicted mass, {len(claimed)} objects")
     right.plot([0.9, 0.9], [0.85, 0.95], color=OBJECT_COLOURS[2], linewidth=3.0, label="target")
-    right.set(
-        xlabel="interval claimed to hold the truth with probability", ylabel="proportion of intervals that hold it"
-    )
+    right.set(xlabel="stated probability of the interval", ylabel="proportion of intervals with the true value")
     right.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
     tidy(left, right)
     return figure

@@ -1,4 +1,4 @@
-"""Claims of a report: criteria on numbers, each met or not, with the values and bounds as text."""
+"""Claims of a report: criteria on numbers, each met or not, with values and bounds as text."""
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
@@ -11,10 +11,10 @@ from pydantic import Field
 from affordance.reporting.formatting import format_beside
 from affordance.reporting.statistics import estimate_mean
 
-# Most entries of a value that are shown.
+# Largest number of a value's entries that are shown.
 _SHOWN = 100
 
-# Comparisons of a value with its bound, each with its wording.
+# Comparisons of a value with its bound, and their wording.
 COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
     "above": (operator.gt, "above"),
     "at_least": (operator.ge, "at least"),
@@ -36,7 +36,10 @@ CM, MM, PERCENT = Unit("cm", 100.0), Unit("mm", 1000.0), Unit("%", 100.0, 1)
 
 
 class Criterion(NamedTuple):
-    """Value of which every entry must meet bounds, each a comparison with a number or with as many numbers."""
+    """Value whose entries must all satisfy bounds.
+
+    Each bound is a number, or an array of the value's shape, by the name of its comparison.
+    """
 
     name: str
     value: Any
@@ -45,7 +48,7 @@ class Criterion(NamedTuple):
 
 
 class CriterionResult(NamedTuple):
-    """Criterion with the value found and its bound as text, and whether it is met."""
+    """Result of a criterion: its value and bound as text, and whether it is met."""
 
     name: str
     value: str
@@ -54,7 +57,7 @@ class CriterionResult(NamedTuple):
 
 
 class ClaimResult(NamedTuple):
-    """Claim with the results of its criteria, the first being the headline; it is met if all of them are."""
+    """Claim with the results of its criteria. It is met if all of them are; the first is the headline."""
 
     key: str
     source: str
@@ -67,24 +70,27 @@ def check(name: str, value: Any, unit: Unit = NONE, **bounds: Any) -> Criterion:
     """States a criterion: ``check("last drop over the first", drop[-1] / drop[0], at_most=0.25)``.
 
     Args:
-        name: What the value is, in words.
+        name: Description of the value in words.
         value: Number or array of numbers, all of which must meet the bounds.
         unit: Unit in which value and bounds are shown; both are in SI units.
         bounds: ``above``, ``at_least``, ``at_most`` or ``below``, each a number or an array of the value's shape.
     """
     unknown = [name for name in bounds if name not in COMPARISONS]
     if unknown or not bounds:
-        raise TypeError(f"bounds are {', '.join(bounds) or 'missing'}, must be of {', '.join(COMPARISONS)}")
+        raise TypeError(f"bounds are {', '.join(bounds) or 'missing'}, must be among {', '.join(COMPARISONS)}")
     return Criterion(name, value, unit, bounds)
 
 
 def confirm(name: str, value: bool) -> Criterion:
-    """States a criterion that is met if the value is true; it is shown as yes or no."""
+    """States a criterion that is met if a value is true; the value is shown as yes or no."""
     return Criterion(name, value, NONE, {"is": True})
 
 
 def claim(key: str, source: str, text: str, *criteria: Criterion) -> ClaimResult:
-    """Judges a claim: it is met if all criteria are. A value that is infinite, undefined or empty meets none."""
+    """Judges a claim, which is met if all its criteria are.
+
+    A value that is infinite, undefined or empty meets no criterion.
+    """
     judged = tuple(_judge(each) for each in criteria)
     return ClaimResult(key, source, text, all(each.met for each in judged), judged)
 
@@ -103,7 +109,7 @@ def _judge(criterion: Criterion) -> CriterionResult:
 
 
 def _show(unit: Unit, value: Any, bound: Any) -> str:
-    """Formats a value in its unit, with decimals that show on which side of the bound it lies."""
+    """Formats a value in its unit, with enough decimals to show on which side of the bound it is."""
     if not value.size:
         return "none"
     entries = np.ravel(value) * unit.scale
@@ -115,7 +121,7 @@ def _show(unit: Unit, value: Any, bound: Any) -> str:
 
 
 def _show_bound(unit: Unit, bound: Any) -> str:
-    """Formats a bound in the unit of its value; a plain number keeps the digits that it was written with."""
+    """Formats a bound in the unit of its value; a literal number keeps the digits with which it was written."""
     entries = np.unique(np.atleast_1d(bound) * unit.scale)
     is_computed = isinstance(bound, np.ndarray | np.generic | xr.DataArray)
     shown = [f"{entry:.{unit.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
@@ -128,6 +134,6 @@ def _join(shown: Sequence[str], unit: Unit, count: int) -> str:
 
 
 def with_interval(name: str, values: Any) -> dict[str, Any]:
-    """Returns the mean over observers (the first axis), and its 95 % interval under ``NAME_ci95``."""
+    """Computes the mean over observers (the first axis), and its 95 % interval under ``NAME_ci95``."""
     estimate = estimate_mean(np.asarray(values))
     return {name: estimate.mean, f"{name}_ci95": estimate.ci95}

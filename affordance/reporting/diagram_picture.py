@@ -1,7 +1,7 @@
-"""Block diagram of a Diagram as it is run, laid out like the paper's figure 2.
+"""Draws the block diagram of a Drake Diagram, laid out like the paper's figure 2.
 
-Systems, ports and connections are read from the Diagram; only grouping and style are added. Unconnected ports, of
-which a plant has dozens, are omitted.
+Systems, ports and connections are read from the Diagram itself; only grouping and style are added. Unconnected ports
+are omitted, because a plant has dozens.
 """
 
 import html
@@ -23,12 +23,12 @@ _GROUPS = {
 }
 # The teaching signal: posteriors become priors, from trial to trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
-# Connections against the flow from vision over control to proprioception; they are ignored in the layout.
+# Connections against the flow from vision through control to proprioception; the layout ignores them.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
 
 
 def describe_diagram(diagram: Diagram) -> str:
-    """Describes a Diagram in the DOT language; the text is deterministic."""
+    """Describes a Diagram in the DOT language; the output is deterministic."""
     systems = sorted(diagram.GetSystems(), key=lambda system: str(system.get_name()))
     inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
     outputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
@@ -70,7 +70,11 @@ def describe_diagram(diagram: Diagram) -> str:
 
 
 def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
-    """Writes NAME.dot, then NAME.svg, each atomically; without graphviz an UnavailableError is raised then."""
+    """Writes NAME.dot and NAME.svg, each atomically.
+
+    Raises:
+        UnavailableError: If graphviz is missing; NAME.dot has been written then.
+    """
     text = describe_diagram(diagram)
     write_text(folder / f"{name}.dot", text)
     try:
@@ -82,7 +86,7 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
 
 
 def _escape(name: str) -> str:
-    """Escapes a name for a quoted DOT string; ports of a plant carry names of models, which come from files."""
+    """Escapes a name for a quoted DOT string, because port names contain model names, which come from files."""
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 

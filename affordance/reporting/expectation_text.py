@@ -1,4 +1,4 @@
-"""What things look like they weigh, as text and as JSON."""
+"""Formats the expected inertia of objects that have not been held, as text and as JSON."""
 
 import textwrap
 from collections.abc import Sequence
@@ -8,17 +8,19 @@ from affordance.choice.expected_inertia import Expectation, ExpectedBody
 from affordance.choice.pricing import Amount
 from affordance.reporting.formatting import format_number, tabulate_within
 
-# Columns that are left out where the table is too wide, in this order: moments, then y and z.
+# Columns to drop if the table is too wide, in this order: moments, then y, z and x.
 _LESS_IMPORTANT = (7, 6, 5, 3, 4, 2)
 _HEADER = ("", "mass (kg)", "x (mm)", "y (mm)", "z (mm)", "Ixx (kg cm²)", "Iyy", "Izz")
-# Intervals narrower than this share of the mean, or than this length, [m], are not shown: drawings err by as much.
+# Intervals narrower than this fraction of the mean, or than this length, [m], are not shown, because drawings
+# themselves are no more precise.
 _EXACT, _EXACT_LENGTH = 0.02, 1e-3
 
 
 def describe_expectations(expected: Sequence[Expectation], width: int = 0, *, by_part: bool = False) -> list[str]:
-    """Formats what is expected of things, a line for each, and if asked for one for each part: means, 90 % intervals.
+    """Formats expected masses, centres of mass and moments of inertia, with 90 % intervals, one line per object.
 
-    Centres of mass and moments of inertia about them are in the axes of the thing's own frame.
+    With ``by_part`` each part has a line too. Centres of mass, and moments of inertia about them, are in the axes of
+    the object's own frame.
     """
     rows = [list(_HEADER)]
     for each in expected:
@@ -32,7 +34,7 @@ def describe_expectations(expected: Sequence[Expectation], width: int = 0, *, by
 
 
 def build_expectations(expected: Sequence[Expectation]) -> list[dict[str, Any]]:
-    """Builds the JSON content of what is expected of things and their parts, in SI units."""
+    """Builds the JSON content of the expected inertia of objects and their parts, in SI units."""
     return [
         {**_build(each.whole), "parts": [_build(part) for part in each.parts]}  # the order is that of the tools file
         for each in expected

@@ -1,4 +1,4 @@
-"""Figures of results, in the colour-blind safe palette of Okabe & Ito; heights are in cm."""
+"""Figures of results, in the colour-blind safe palette of Okabe & Ito; heights are drawn in cm."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,18 +15,18 @@ from affordance.files.atomic import write_atomic
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import Estimate
 
-# Blue, green, red, cyan in the order of the paper's figure 4; the decoy is magenta.
+# Blue, green, red and cyan, in the order of the paper's figure 4; the decoy is magenta.
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
-# Markers and lines that distinguish objects where there are more of them than colours.
+# Markers and line styles that distinguish objects if there are more objects than colours.
 MARKERS = ("o", "s", "^")
 LINE_STYLES = ("-", "--", "-.", ":")
 FONT_SIZE = 10
-# Most objects with words or units at every tick.
+# Largest number of objects for which every tick has words or a unit.
 _MOST_WIDE_TICKS = 6
-# Characters across a legend below a figure, and those that each entry takes for its line.
+# Characters that fit across a legend below a figure, and those that the line of each entry takes.
 _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
-# Characters across a legend below a panel, and per line of one within half a figure.
+# Characters that fit across a legend below a panel.
 _PANEL_WIDTH = 66
 _NARROW = 22
 _METRES_TO_CM = 100.0
@@ -41,14 +41,14 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
 
 
 def prepare_figure(figure: Figure) -> None:
-    """Has a figure laid out when it is drawn, and dollar signs in its texts drawn as they are."""
+    """Turns on automatic layout of a figure, and makes dollar signs in its texts literal."""
     figure.set_layout_engine("constrained")
-    for text in figure.findobj(Text):  # Tick labels are set when drawn; those of powers remain formulae.
+    for text in figure.findobj(Text):  # Tick labels are set at drawing time, so powers of ten remain formulae.
         text.set_parse_math("$" not in text.get_text())
 
 
 def count_columns(labels: Sequence[str]) -> int:
-    """Counts the labels that fit side by side in a legend below a figure of 12 inches, 6 at most."""
+    """Counts how many labels fit side by side in a legend below a 12-inch figure, at most 6."""
     longest = max(len(line) for each in labels for line in each.split("\n"))
     return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
@@ -60,7 +60,7 @@ def tidy(*all_axes: Axes) -> None:
 
 
 def mix_colour(colour: str, grey: float, share: float) -> tuple[float, float, float]:
-    """Mixes a colour with a share of black (grey = 0) or white (grey = 1)."""
+    """Mixes a colour with black (grey = 0) or white (grey = 1), whose fraction is ``share``."""
     red, green, blue = ((1.0 - share) * part + share * grey for part in to_rgb(colour))
     return red, green, blue
 
@@ -68,10 +68,15 @@ def mix_colour(colour: str, grey: float, share: float) -> tuple[float, float, fl
 def draw_density_and_drop(
     *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
 ) -> Figure:
-    """Draws figure 3: the density belief after each trial, and the drop of the arm in each, in two scales.
+    """Draws figure 3: the density belief after each of K trials, and the drop of the arm in each, at two scales.
 
-    Quartiles, (K + 1, 3), and mode, which control uses, (K + 1,), are those before the first and after each trial,
-    [kg/m^3]. Drop, [m], and masses, [kg], are of the K trials.
+    Args:
+        quartiles: Quartiles of the belief before the first and after each trial, (K + 1, 3), [kg/m^3].
+        mode: Mode of the belief, which control uses, at the same times, (K + 1,), [kg/m^3].
+        density_true: True density, [kg/m^3].
+        drop: Drop of the arm in each trial, (K,), [m].
+        masses: Mass of the object in each trial, (K,), [kg].
+        num_repeats: Number of observers.
     """
     figure = Figure(figsize=(12.0, 3.8))
     left, right, near = figure.subplots(1, 3, width_ratios=(1.25, 1.0, 1.0))
@@ -89,11 +94,11 @@ def draw_density_and_drop(
         ylim=(0.0, 1.2 * max(density_true, quartiles.max())),
     )
     left.legend(frameon=False, loc="lower right")
-    left.set_title(f"Density believed, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
+    left.set_title(f"Believed density, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
 
     _draw_drops(right, drop, masses, crowded=crowded)
     right.set_title(f"Drop, mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
-    if len(masses) > 1:  # beside the first object, of which nothing is known, the others would hardly be seen
+    if len(masses) > 1:  # the first object is unknown, so its drop dwarfs the others
         _draw_drops(near, drop, masses, crowded=crowded, first=1)
         near.set_title("The same after the first trial, enlarged", fontsize=FONT_SIZE)
     else:
@@ -103,7 +108,7 @@ def draw_density_and_drop(
 
 
 def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, first: int = 0) -> None:
-    """Draws the mean drop in each trial from a first one on, [m], by the mass of its object, [kg]."""
+    """Draws the mean drop, [m], in each trial from the first given one on, labelled with its object's mass, [kg]."""
     positions = np.arange(first, len(masses)) + 1
     height, low, high = (_METRES_TO_CM * each[first:] for each in drop)
     colours = [_style(k)[0] for k in range(first, len(masses))]
@@ -122,9 +127,15 @@ def _draw_drops(axes: Axes, drop: Estimate, masses: Array, *, crowded: bool, fir
 def draw_heights(
     *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
 ) -> Figure:
-    """Draws figure 4: the height of each object over time; the last object is the decoy.
+    """Draws figure 4: the height of each of K objects over time; the last one is the decoy.
 
-    Heights, (K, N), [m], at times, (N,), [s], are those in one run (shown), and over repeats (mean).
+    Args:
+        times: Times, (N,), [s].
+        shown: Heights for one observer, (K, N), [m].
+        mean: Mean heights over all observers, (K, N), [m].
+        labels: Labels of the objects.
+        shown_label: Name of that observer.
+        num_repeats: Number of observers.
     """
     figure = Figure(figsize=(12.0, 3.8))
     one, every, near = figure.subplots(1, 3, sharex=True)
@@ -136,9 +147,9 @@ def draw_heights(
             _plot_mean(axes, times, Estimate(*(each[k] for each in mean)), line, colour)
     every.sharey(one)
     _mark_times(times, one, every, near)
-    # The limits follow the curves: with few observers the intervals reach beyond the region to be enlarged.
+    # Limits follow the curves, because with few observers the intervals exceed the region to enlarge.
     low, high = every.get_ylim()
-    if len(labels) > 2:  # between the first, still unknown, and the decoy
+    if len(labels) > 2:  # without the first object, which is still unknown, and the decoy
         learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
         near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height above the goal (cm)")
@@ -161,10 +172,16 @@ def draw_heights_of_points(
     shown_label: str,
     num_repeats: int,
 ) -> Figure:
-    """Draws figure 6: the height of each object over time, and of several points of the last, the decoy.
+    """Draws figure 6: the heights of K objects over time, and of several points of the last one, the decoy.
 
-    Heights of centres, (K, N), [m], at times, (N,), [s], are those in one run (shown), and over repeats (mean); those
-    of points of the decoy, (N,) each, [m], have labels.
+    Args:
+        times: Times, (N,), [s].
+        shown: Heights of the objects' centres for one observer, (K, N), [m].
+        mean: Mean heights of the centres over all observers, (K, N), [m].
+        decoy: Mean heights of points of the decoy, (N,) each, [m], by the label of the point.
+        labels: Labels of the objects.
+        shown_label: Name of that observer.
+        num_repeats: Number of observers.
     """
     figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
@@ -175,7 +192,7 @@ def draw_heights_of_points(
         one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
         _plot_mean(every, times, Estimate(*(each[k] for each in mean)), "-", colour, labels[k])
     for k, (point, heights) in enumerate(decoy.items()):
-        # All in the decoy's colour, as long as line styles suffice to distinguish them.
+        # All points have the decoy's colour as long as there are enough line styles to distinguish them.
         line = LINE_STYLES[k % len(LINE_STYLES)]
         colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
         _plot_mean(points, times, heights, line, colour, point)
@@ -184,7 +201,7 @@ def draw_heights_of_points(
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
-    # The first legend serves two of the three plots.
+    # The first legend is for two of the three plots.
     figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
     figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
@@ -192,17 +209,22 @@ def draw_heights_of_points(
 
 
 def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) -> Figure:
-    """Draws figures 8 and 10: proportions of correct choices over trials, (K + 1,), by title of panel and label."""
+    """Draws figures 8 and 10: the proportion of correct choices over trials.
+
+    Args:
+        panels: For each panel title, proportions before the first and after each of K trials, (K + 1,), by label.
+        title: Title of the figure.
+    """
     figure = Figure(figsize=(1.2 + 5.2 * len(panels), 4.9))
     all_axes = figure.subplots(1, len(panels), squeeze=False, sharey=True)[0]
-    spread = 0.06  # offset that keeps intervals from hiding each other
+    spread = 0.06  # horizontal offset, so that intervals do not hide each other
     for axes, (about, curves) in zip(all_axes, panels.items(), strict=True):
         for k, (name, curve) in enumerate(curves.items()):
             trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
             error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
             style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
             axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
-        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
+        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="one half")
         axes.set(ylim=(0.0, 1.04), xlabel="trials of experience with other objects")
         axes.set_title(about, fontsize=FONT_SIZE)
         ncols = max(1, min(3, _PANEL_WIDTH // (_LEGEND_LINE + max(len(label(name)) for name in curves))))
@@ -214,7 +236,12 @@ def draw_choices(panels: Mapping[str, Mapping[str, Estimate]], *, title: str) ->
 
 
 def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
-    """Draws the demanded path and those taken, by label, (N, 3) each, [m], from above and from behind."""
+    """Draws the demanded path and the executed paths from above and from behind.
+
+    Args:
+        reference: Points of the demanded path, (N, 3), [m].
+        paths: Points of each executed path, (N, 3), [m], by label.
+    """
     figure = Figure(figsize=(9.0, 4.2))
     above, aside = figure.subplots(1, 2)
     for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):
@@ -225,7 +252,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
                 _METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label(name, _NARROW)
             )
         asked = _METRES_TO_CM * reference
-        axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
+        axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="demanded")
         axes.plot(asked[0, i], asked[0, j], "o", color="#000000", markersize=5.0, label="start")
         axes.set(xlabel=f"{'xyz'[i]} (cm)", ylabel=f"{'xyz'[j]} (cm)", aspect="equal")
     above.set_title("From above (x forward, y to the left)", fontsize=FONT_SIZE)
@@ -237,20 +264,20 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Labels the time axis, and draws the goal, which is named in the first plot."""
+    """Labels the time axes and draws the goal height, with a legend in the first plot only."""
     for axes in all_axes:
         goal = axes.axhline(0.0, color="#000000", linewidth=1.2, linestyle=":")
         axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
-    all_axes[0].legend([goal], ["goal: the height when given"], frameon=False, loc="best")
+    all_axes[0].legend([goal], ["goal: the height at the start"], frameon=False, loc="best")
 
 
 def _plot_mean(axes: Axes, times: Array, heights: Estimate, line: str, colour: str, name: str = "") -> None:
-    """Draws mean heights, [m], with their interval; a name is for the legend."""
+    """Draws mean heights, [m], with their interval; ``name`` appears in the legend if given."""
     mean, low, high = (_METRES_TO_CM * each for each in heights)
     axes.plot(times, mean, line, color=colour, label=label(name) if name else None, linewidth=1.6)
     axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)
 
 
 def _style(k: int) -> tuple[str, str]:
-    """Returns colour and line style of the k-th object."""
+    """Returns the colour and line style of the k-th object."""
     return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], LINE_STYLES[k // len(OBJECT_COLOURS) % len(LINE_STYLES)]

@@ -1,4 +1,4 @@
-"""Films of an arm with objects, side by side, by Drake's renderer and matplotlib."""
+"""Films of an arm with several objects side by side, made with Drake's renderer and matplotlib."""
 
 from functools import partial
 from pathlib import Path
@@ -20,13 +20,13 @@ from affordance.reporting.replay import Replay, find_held_height, slow_down
 # Codecs of films that FFmpeg writes, by suffix; a GIF needs none.
 _CODECS = {".webm": "libvpx-vp9", ".mp4": "libx264"}
 _RATE, _PAUSE = 12, 1.5  # pictures per second, and the pause before the film begins again, [s]
-_PIXELS, _DPI = (290, 150), 100  # of the picture of an arm
+_PIXELS, _DPI = (290, 150), 100  # of each picture of the arm
 _TITLE, _CLOCK = 0.42, 0.3  # heights, [inches]
-_WIDTH = 42  # of the title of a picture, [characters]
+_WIDTH = 42  # of a picture's title, [characters]
 
 
 def check_film(path: Path) -> None:
-    """Checks that a film of this suffix can be written; raises a BadValueError if it cannot."""
+    """Raises a BadValueError if no film with this suffix can be written."""
     if path.suffix not in (".gif", *_CODECS):
         raise BadValueError("FILE", "suffix", describe_choice(path.suffix, (".gif", *_CODECS)))
     if path.suffix in _CODECS:
@@ -34,9 +34,13 @@ def check_film(path: Path) -> None:
 
 
 def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> None:
-    """Writes a film of all scenes at the same time: their first seconds, slowed down by a factor.
+    """Writes a film that shows all scenes side by side.
 
-    The suffix says whether it is a GIF, WebM or MP4 (H.264).
+    Args:
+        path: File to write; its suffix selects GIF, WebM or MP4 (H.264).
+        replay: Scenes to show.
+        seconds: Duration of the part of each scene that is shown, from its start, [s].
+        slower: Factor of the slow motion.
     """
     scenes = [slow_down(scene) for scene in replay.scenes]
     seconds = min(seconds, max(float(scene.times[-1]) for scene in scenes))
@@ -47,7 +51,7 @@ def write_film(path: Path, replay: Replay, *, seconds: float, slower: float) -> 
             travel = 0.0 if scene.travel is None else float(scene.travel[row])
             poses.append(Pose(scene.tool, scene.placement, scene.q[row], travel))
     has_nail = any(scene.placement is not None for scene in scenes)
-    p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _find_height(replay.directives)
+    p_WG = replay.p_WG if has_nail or replay.p_WG is not None else _compute_height_line(replay.directives)
     images = render_poses(replay.directives, poses, width=_PIXELS[0], height=_PIXELS[1], p_WG=p_WG)
     columns = len(scenes) if len(scenes) < 4 else (len(scenes) + 1) // 2
     rows = -(-len(scenes) // columns)
@@ -89,13 +93,13 @@ def _find_ffmpeg(path: Path) -> str:
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
     except ImportError as error:
-        problem = f"is {path}, which needs FFmpeg: pip install imageio-ffmpeg (a .gif needs nothing)"
+        problem = f"is {path}, which needs FFmpeg: pip install imageio-ffmpeg (a .gif does not need it)"
         raise BadValueError("FILE", "", problem) from error
     return str(get_ffmpeg_exe())
 
 
-def _find_height(directives: Path) -> Array:
-    """Finds the line at the height to hold."""
+def _compute_height_line(directives: Path) -> Array:
+    """Computes the end points of the line at the height to hold."""
     arm = load_arm(directives)
     context = arm.plant.CreateDefaultContext()
     arm.set_posture(context, arm.home)

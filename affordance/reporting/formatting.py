@@ -1,4 +1,4 @@
-"""Formatting of numbers and names, shared by report and figures."""
+"""Formatting of numbers, names and tables, shared by report, figures and commands."""
 
 import itertools
 import math
@@ -8,17 +8,17 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from affordance.exceptions import show_text
 
-# Number of observers below which chance alone decides many of the claims.
+# With fewer observers, chance alone decides whether many claims are met.
 ENOUGH_OBSERVERS = 20
-# Characters per line of a name at an axis.
+# Characters per line of a name on an axis.
 AXIS_WIDTH = 14
 _MAX_DIGITS = 9
 
 
 def format_number(value: float, digits: int = 3) -> str:
-    """Formats a number with the given number of significant digits; without an exponent where that is readable.
+    """Formats a number with the given number of significant digits, without an exponent from 1e-4 to 1e6.
 
-    Zero, infinity and NaN are "0", "infinite" and "undefined".
+    Zero, infinity and NaN become "0", "infinite" and "undefined".
     """
     if value != value:
         return "undefined"
@@ -37,7 +37,7 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with at least ``digits`` decimals, enough to show on which side of a bound it lies."""
+    """Formats a number with at least ``digits`` decimals, enough to show on which side of a bound it is."""
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):
@@ -53,15 +53,15 @@ def format_list(values: Iterable[float], digits: int = 2) -> str:
 
 
 def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> str:
-    """Formats a quantity with the name of each value: 9.70 J (wood) and 13.70 J (steel)."""
+    """Formats several values of a quantity with their names: "9.70 J (wood) and 13.70 J (steel)"."""
     return " and ".join(f"{value:.{digits}f} {unit} ({name})" for name, value in values.items())
 
 
 def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: int = 0) -> list[str]:
-    """Formats rows of cells as lines; columns are two spaces apart, and those in ``right`` are aligned to the right.
+    """Formats rows of cells as lines of a table, with two spaces between columns.
 
-    If the lines are wider than ``width`` (0 for any width), cells of the widest columns are broken between words.
-    Invisible characters, and line ends within a cell, are replaced.
+    Columns in ``right`` are right-aligned. If the lines are wider than ``width`` (0 for any width), cells of the
+    widest columns are wrapped between words. Invisible characters, and line breaks within a cell, are replaced.
     """
     rows = [[show_text(cell) for cell in row] for row in rows]
     columns = list(zip(*rows, strict=True))
@@ -82,7 +82,7 @@ def tabulate(rows: Sequence[Sequence[str]], right: Collection[int] = (), width: 
 
 
 def _break_cell(cell: str, width: int) -> list[str]:
-    """Breaks a cell between words into lines of at most a width, if it is wider."""
+    """Wraps a cell between words into lines of at most ``width`` characters."""
     if len(cell) <= width:
         return [cell]
     return textwrap.wrap(cell, width, break_long_words=False, break_on_hyphens=False)
@@ -95,10 +95,10 @@ def tabulate_within(
     left_out: Collection[int] = (),
     right: Collection[int] = (),
 ) -> list[str]:
-    """Formats rows as ``tabulate`` does, without the less important columns if lines are wider than ``width``.
+    """Formats rows as ``tabulate`` does, dropping less important columns if lines are wider than ``width``.
 
-    Columns in ``left_out`` are always left out; those of ``order`` follow until the lines fit. If that is not
-    enough, cells are broken.
+    Columns in ``left_out`` are always dropped; then those of ``order``, one by one, until the lines fit. If that is
+    not enough, cells are wrapped.
     """
     omitted = set(left_out)
     waiting = list(order)
@@ -112,7 +112,7 @@ def tabulate_within(
 
 
 def break_line(line: str, width: int) -> list[str]:
-    """Breaks a line between words at a width (0 for any), with a deeper indent from the second line on."""
+    """Wraps a line between words at ``width`` characters (0 for any width); continuation lines are indented."""
     if not width or len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -120,7 +120,11 @@ def break_line(line: str, width: int) -> list[str]:
 
 
 def format_known(value: float, uncertainty: float) -> str:
-    """Formats a number with the digits that are known: two of the uncertainty, but no more than three of its own."""
+    """Formats a number with the digits that its uncertainty allows.
+
+    The last digit shown is the second significant digit of the uncertainty, but at most three significant digits of
+    the number are shown.
+    """
     if not (math.isfinite(value) and math.isfinite(uncertainty)) or uncertainty <= 0.0 or value == 0.0:
         return format_number(value)
     of_uncertainty = 1 - math.floor(math.log10(uncertainty))
@@ -132,19 +136,19 @@ def format_known(value: float, uncertainty: float) -> str:
 
 
 def format_duration(seconds: float) -> str:
-    """Formats a duration in seconds, minutes or hours, whichever is readable."""
+    """Formats a duration in seconds, minutes or hours, whichever is most readable."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 100.0 * 60.0 else f"{seconds / 3600.0:.1f} h"
 
 
 def count_observers(num: int) -> str:
-    """Formats a number of observers: 1 observer, 2 observers."""
+    """Formats a number of observers: "1 observer", "2 observers"."""
     return f"{num} observer{'' if num == 1 else 's'}"
 
 
 def fold(text: str, width: int = AXIS_WIDTH) -> str:
-    """Breaks a text into lines at spaces, hyphens and underscores, or anywhere if it has none."""
+    """Wraps a text at spaces, hyphens and underscores, or within a piece that is wider than a line."""
     lines = [""]
     for piece in re.findall(r"[^\s_-]*[\s_-]?", text):
         if len((lines[-1] + piece).rstrip()) > width:
@@ -157,5 +161,5 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 
 
 def label(text: str, width: int = 44) -> str:
-    """Folds a text into a legend label, without underscores, of which a leading one would hide it."""
+    """Wraps a text as a legend label; replaces underscores, as matplotlib hides labels that begin with one."""
     return fold(text.replace("_", " "), width)

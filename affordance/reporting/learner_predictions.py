@@ -1,4 +1,4 @@
-"""Predictions of learners for people who have not done an experiment, and how measures separate learners."""
+"""Predictions of learners for an experiment without human data, and how well its measures separate learners."""
 
 import itertools
 import math
@@ -12,20 +12,20 @@ from affordance.arrays import Array
 from affordance.reporting.formatting import break_line, tabulate
 from affordance.reporting.statistics import Estimate, estimate_mean
 
-# Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
+# Smallest difference reported, in between-person standard deviations ("small" in Cohen 1988).
 _SMALL = 0.2
-# Power of a test of two groups, unless another is asked for, and its significance level, two-sided.
+# Default power of a test between two groups, and its two-sided significance level.
 POWER, _SIGNIFICANCE = 0.9, 0.05
-# Number of participants beyond which it does not matter how many there would have to be.
+# Largest number of participants that is reported exactly.
 _MANY = 100_000
 # Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
-# Central range of the observers that is shown as their spread.
+# Quantiles of the observers that are shown as their spread.
 _SPREAD = (0.05, 0.95)
 
 
 class Prediction(NamedTuple):
-    """Prediction of a measure by a learner: mean with interval, SD, 5th and 95th percentile, and values, (R,)."""
+    """Prediction of a measure by a learner: mean with interval, SD, 5th and 95th percentile, and all values, (R,)."""
 
     mean: Estimate
     sd: float
@@ -35,7 +35,7 @@ class Prediction(NamedTuple):
 
 
 class PeopleSpread(NamedTuple):
-    """Standard deviation of a number between people, and its source."""
+    """Between-person standard deviation of a measure, and its source."""
 
     sd: float
     source: str
@@ -47,11 +47,11 @@ class Contrast(NamedTuple):
     measure: str
     learners: tuple[str, str]
     difference: float  # mean of the second learner minus that of the first
-    # Cohen's d: difference over the standard deviation between people or, where that is unknown, between observers.
+    # Cohen's d: difference divided by the standard deviation between people or, if unknown, between observers.
     effect: float
-    # Probability that of two people, one of each learner, the second's value is larger; ties count half.
+    # Probability that a person with the second learner has a larger value than one with the first; ties count half.
     superiority: float
-    num_people: float  # size of each of two groups for a test of significance 0.05 and that power; at least 2
+    num_people: float  # size of each of two groups for a test with significance 0.05 and that power; at least 2
     is_of_people: bool = False  # True if the spread between people is known
     power: float = POWER
 
@@ -69,11 +69,11 @@ def contrast_learners(
     *,
     power: float = POWER,
 ) -> list[Contrast]:
-    """Compares all pairs of learners by all measures; the best measure for a pair comes first.
+    """Compares all pairs of learners on all measures; the measure that separates a pair best comes first.
 
-    Simulated observers vary less than people, whose push strength also varies. Where the spread between people is
-    known, from an experiment with the same measure, it is added to that of the observers; such measures come before
-    those without data of people.
+    Simulated observers vary less than people, whose push strength also varies. If the spread between people is known
+    from an experiment with the same measure, it is added to the spread of the observers. Measures with human data
+    come before those without.
     """
     contrasts = []
     for measure, by_learner in predictions.items():
@@ -99,7 +99,13 @@ def contrast_learners(
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
-    """Computes the probability that the second value exceeds the first after normal noise is added to each."""
+    """Computes the probability that a second value exceeds a first one after normal noise is added to both.
+
+    Args:
+        first: Values of the first group, (M,).
+        second: Values of the second group, (N,).
+        extra_sd: Standard deviation of the added noise; without noise, ties count half.
+    """
     differences = second[:, None] - first
     if extra_sd > 0.0:
         return float(norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())
@@ -107,7 +113,7 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
 
 
 def count_people(effect: float, power: float = POWER) -> float:
-    """Computes the size of each of two groups for a two-sided test of means (normal approximation), at least 2."""
+    """Computes the group size that a two-sided test between two means needs (normal approximation), at least 2."""
     if effect == 0.0:
         return math.inf
     quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(power)
@@ -121,9 +127,9 @@ def format_predictions(
     spreads: Mapping[str, PeopleSpread] | None = None,
     width: int = 0,
 ) -> str:
-    """Formats predictions with spreads between people, and the measure that best separates each pair of learners.
+    """Formats predictions, spreads between people, and the measure that best separates each pair of learners.
 
-    Lines are broken at ``width`` if it is not 0.
+    Lines are wrapped at ``width`` characters unless it is 0.
     """
     lines = []
     for name, by_learner in predictions.items():
@@ -145,7 +151,7 @@ def format_predictions(
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Describes how well a measure separates two learners, in people or, without data of people, in observers."""
+    """Describes how well a measure separates two learners, among people or, without human data, observers."""
     pair = " and ".join(contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not distinguished by any of these"

@@ -1,4 +1,4 @@
-"""Figures of learners: forces lift by lift, with human data."""
+"""Figures of learners: forces in successive lifts, with human data."""
 
 import math
 from collections.abc import Sequence
@@ -16,13 +16,16 @@ from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import estimate_mean
 
 _BLACK = "#000000"
-# Most observers that are drawn one by one, and most objects that have a row of panels.
+# Largest number of observers drawn individually, and of objects with a row of panels.
 _MOST_DRAWN, _MOST_OBJECTS = 30, 8
 _MOST_COLUMNS = 3  # of panels side by side, so that text is readable on a slide
 
 
 class LiftCurve(NamedTuple):
-    """Forces of R observers of a learner in C lifts, (R, C), [N], and if given those predicted from other objects."""
+    """Forces of R observers of a learner in C lifts, (R, C), [N].
+
+    If given, ``predicted`` are the forces that would follow from the other objects alone, (R, C), [N].
+    """
 
     label: str
     forces: Array
@@ -36,7 +39,7 @@ class LiftCurve(NamedTuple):
 
 
 class PeopleMark(NamedTuple):
-    """Mean of people with its 95 % interval, [N], for some of the lifts, from first to last, from 1."""
+    """Mean of people with its 95 % interval, [N], for the lifts from first to last, counted from 1."""
 
     label: str
     value: float
@@ -54,10 +57,14 @@ def draw_lifts(
     title: str,
     people_lifts: Array | None = None,
 ) -> Figure:
-    """Draws forces lift by lift: one panel per learner, single observers thin, human intervals in each.
+    """Draws forces in successive lifts: one panel per learner, with individual observers and human intervals.
 
-    True weights in each lift, (C,), [N], are None if forces were divided by them. Forces of P people lift by lift,
-    (P, C), [N], NaN where missing, are drawn behind.
+    Args:
+        curves: Forces of each learner's observers.
+        weights: True weight in each of C lifts, (C,), [N]; None if forces were divided by it.
+        people: Means of people, drawn in every panel.
+        title: Title of the figure.
+        people_lifts: Forces of P people, (P, C), [N], NaN where missing, drawn in the background.
     """
     columns = min(len(curves), _MOST_COLUMNS)
     rows = math.ceil(len(curves) / columns)
@@ -109,7 +116,7 @@ def draw_lifts(
 
 
 def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
-    """Draws human lifts in grey behind the observers': each person thin, and their mean with its interval."""
+    """Draws human lifts in grey behind the observers' curves: each person thin, and their mean with its interval."""
     for row in forces[:_MOST_DRAWN]:
         axes.plot(lifts, row, color=_BLACK, linewidth=0.4, alpha=0.25, zorder=0.5)
     there = np.isfinite(forces).all(axis=0)
@@ -120,9 +127,9 @@ def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
 
 
 def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
-    """Draws a column of lifts trial by trial: a row of panels for each object, a panel for each learner.
+    """Draws a column of a lift table over trials: one row of panels per object, one panel per learner.
 
-    Groups have a colour each. Of many objects the first are drawn.
+    Each group has its own colour. If there are many objects, only the first are drawn.
     """
     lifts = lifts[lifts[column].notna()]
     objects = list(dict.fromkeys(lifts["object"]))[:_MOST_OBJECTS]
@@ -149,7 +156,7 @@ def draw_by_object(lifts: pd.DataFrame, column: str, title: str) -> Figure:
 
 
 def _draw_group(axes: Axes, lifts: pd.DataFrame, column: str, colour: str, name: str) -> None:
-    """Draws a group's trials with an object: observers thin, their mean with its interval, the weight dotted."""
+    """Draws a group's trials with one object: observers (thin), their mean with its interval, the weight (dotted)."""
     if lifts.empty:
         return
     number = lifts.groupby("observer").cumcount() + 1

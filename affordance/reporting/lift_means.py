@@ -1,4 +1,4 @@
-"""Means of lifts over observers and people, as a table, as numbers, and by observer."""
+"""Means of lifts over observers and people: as numbers, as a table, and for each observer."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -11,9 +11,9 @@ from affordance.reporting.formatting import format_number, tabulate
 from affordance.reporting.learner_predictions import PeopleSpread
 from affordance.reporting.statistics import estimate_mean
 
-# Name of people among the learners.
+# Value of the column ``learner`` for people.
 PEOPLE = "people"
-# What is averaged, with its unit and its name in tables; and by what.
+# Columns that are averaged, with their units and titles in tables; and the columns that form the groups.
 AVERAGED = {
     "force": ("N", "force (N)"),
     "expected": ("kg", "expected (kg)"),
@@ -24,9 +24,10 @@ BY = ("learner", "group", "phase", "object")
 
 
 def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
-    """Averages the measured rows over observers or people, by learner, group, phase and object.
+    """Averages the measured rows over observers or people for each learner, group, phase and object.
 
-    Each observer counts once, with the mean of its rows; intervals are of 95 %. What no row has is left out.
+    Each observer counts once, with the mean of its rows. Intervals are 95 % intervals. Quantities that no row has
+    are left out.
     """
     found = []
     for key, rows in lifts[lifts["measured"]].groupby([*BY], sort=False):
@@ -46,10 +47,10 @@ def average(lifts: pd.DataFrame) -> list[dict[str, Any]]:
 def list_numbers(
     lifts: pd.DataFrame, people_sd: float | None
 ) -> tuple[dict[str, dict[str, Array]], dict[str, PeopleSpread]]:
-    """Lists the mean of each observer by learner and by what was measured of which group, phase and object.
+    """Lists the mean of each observer for each learner and measure (quantity, group, phase and object).
 
-    Returns: Means, (observers,), and the standard deviations between people: those of the people among the lifts, or
-        the given one of forces, [N].
+    Returns: Means, (observers,), by learner and measure; and by measure, the standard deviation between the people in
+        the table, or for forces the given one, [N].
     """
     values: dict[str, dict[str, Array]] = {}
     spreads: dict[str, PeopleSpread] = {}
@@ -68,7 +69,7 @@ def list_numbers(
 
 
 def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
-    """Tabulates means as texts; columns that are empty everywhere, or all of one group or phase, are left out."""
+    """Formats means as a table of strings, without columns that are empty or have only one group or phase."""
     rows = [
         {
             **{name: str(mean[name]) for name in BY},
@@ -85,7 +86,7 @@ def tabulate_means(means: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
 
 
 def describe_means(means: Sequence[Mapping[str, Any]], width: int = 0) -> str:
-    """Formats the table of means as text, within a width if it is not 0."""
+    """Formats the table of means as text, within ``width`` characters unless it is 0."""
     table = tabulate_means(means).reset_index()
     rows = [[str(name) for name in table], *table.to_numpy(str).tolist()]
     left = [number for number, name in enumerate(table) if name in (*BY, "chosen")]
@@ -100,6 +101,6 @@ def _show(mean: Mapping[str, Any], name: str) -> str:
 
 
 def _name_place(where: Sequence[Any], lifts: pd.DataFrame) -> str:
-    """Names group, phase and object; a group or phase that all rows have is left out."""
+    """Names group, phase and object, without a group or phase that all rows share."""
     pairs = zip(BY[1:], where, strict=True)
     return ", ".join(str(value) for name, value in pairs if name == "object" or lifts[name].nunique() > 1)

@@ -1,4 +1,4 @@
-"""Figure of what a lasting memory believes of materials and things."""
+"""Figure of a lasting memory's beliefs about materials and objects."""
 
 from collections.abc import Mapping
 
@@ -9,18 +9,18 @@ from affordance.memory.summary import ExperienceSummary, MemorySummary
 from affordance.objects.colour import Colour
 from affordance.reporting.figures import tidy
 
-# Height of a row, and of all else, [inch].
+# Height of a row, and of everything else, [inch].
 _ROW, _REST = 0.3, 1.2
-# Most materials and things that are drawn, those that were met first.
+# Largest number of materials and of objects drawn; those met first are drawn.
 _MOST = 100
-# Densities at the axis, and the least that is shown, [kg/m^3].
+# Ticks of the density axis, and its lower limit, [kg/m^3].
 _TICKS, _LIGHTEST = (20, 50, 100, 200, 500, 1000, 2000, 5000, 10_000, 20_000), 10.0
 # Half of the standard normal's 90 % interval.
 _HALF90 = 1.645
 
 
 def draw_memory(summary: MemorySummary, names: Mapping[Colour, str]) -> Figure:
-    """Draws densities of materials and masses of things with 90 % intervals, and the number of trials of each."""
+    """Draws densities of materials and masses of objects, with 90 % intervals and numbers of trials."""
     left_out = [max(len(each) - _MOST, 0) for each in summary]
     summary = MemorySummary(summary.materials[:_MOST], summary.things[:_MOST])
     rows = max(len(summary.materials), len(summary.things), 1)

@@ -1,4 +1,4 @@
-"""Drawings of objects seen from the side, made from the tools themselves."""
+"""Side-view drawings of objects, made from their tools file."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,10 +25,11 @@ _TITLE_WIDTH = 60  # of one object, [characters]
 _TITLE = 0.35  # height of a title, [inches]
 _HAND = 0.022  # radius of the drawn hand, [m]
 _LINE = 0.8  # width of outlines
-# Directions in which the outline of a convex solid is sampled; the offset keeps them off the edges of a straight box.
+# Number of directions in which the outline of a convex solid is sampled, and an offset, [rad], so that none is
+# normal to a face of an axis-aligned box.
 _DIRECTIONS, _OFF_AXIS = 256, 1e-3
-_MANY = 5000  # triangles above which they are rasterised
-_APART = 1e-3  # distance from which the expected centre of mass is drawn beside the true one, [m]
+_MANY = 5000  # a mesh with more triangles is rasterised
+_APART = 1e-3  # the expected centre of mass is drawn if it is this far from the true one, [m]
 _EXPECTED: dict[str, Any] = {
     **{"marker": "o", "linestyle": "none", "markersize": 10.0, "markeredgewidth": 2.2},
     **{"markerfacecolor": "none", "markeredgecolor": "#000000"},
@@ -36,9 +37,10 @@ _EXPECTED: dict[str, Any] = {
 
 
 class Drawing(NamedTuple):
-    """Object in a drawing, as it is held, in the colours of its appearance or, as made, of its true materials.
+    """Object to draw as it is held, in the colours it shows or (``as_made``) those of its true materials.
 
-    A decoy also shows its expected centre of mass, which is where it would be if the object were what it looks like.
+    For a decoy, the expected centre of mass is drawn too: the one the object would have if it were made of what it
+    looks like.
     """
 
     tool: Tool
@@ -47,13 +49,13 @@ class Drawing(NamedTuple):
 
 
 def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
-    """Draws objects at one scale, each with its hand and its true centre of mass."""
+    """Draws objects at a common scale, each with the hand and its true centre of mass."""
     rows = [drawings[first : first + columns] for first in range(0, len(drawings), columns)]
-    limits = [find_limits([drawing.tool for drawing in row]) for row in rows]
-    limits[-1][0][1] -= 2.0  # room for the scale
+    limits = [compute_limits([drawing.tool for drawing in row]) for row in rows]
+    limits[-1][0][1] -= 2.0  # room for the scale bar
     left, right = min(low[0] for low, _ in limits), max(high[0] for _, high in limits)
     tall = np.array([high[1] - low[1] for low, high in limits])
-    # Objects about 4.5 inches wide, lower if they are tall; titles need 3.6.
+    # Objects are about 4.5 inches wide, or smaller if they are tall; titles need 3.6 inches.
     scale = min(4.5 / (right - left), 2.5 / tall.max())
     width = max(3.6, scale * (right - left))
     figure = Figure(figsize=(width * columns, float(np.sum(scale * tall + _TITLE)) + 0.5))
@@ -69,7 +71,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
         f"{_SCALE_BAR:.0f} cm", (right - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
     )
     handles = last.plot([], [], "x", color="#000000", markersize=9.0, markeredgewidth=2.0, label="centre of mass")
-    if any(_find_expected_centre(drawing.tool) is not None for drawing in drawings):
+    if any(_compute_expected_centre(drawing.tool) is not None for drawing in drawings):
         handles += last.plot([], [], **_EXPECTED, label="expected centre")
     colours = {}
     for drawing in drawings:
@@ -88,8 +90,8 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     return figure
 
 
-def find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
-    """Finds the least and largest x and y of tools and hands, with a margin, [cm]."""
+def compute_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
+    """Computes the smallest and largest x and y of tools and hands, with a margin, [cm]."""
     corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
     for tool in tools:
         for part in tool.components:
@@ -101,7 +103,7 @@ def find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
 
 
 def _outline_ellipsoid(part: Component) -> Patch:
-    """Computes the outline of an ellipsoid along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
+    """Computes the outline of an ellipsoid seen along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
     R_TE = part.X_TE[:3, :3]
     shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
     squares, directions = np.linalg.eigh(shadow[:2, :2])
@@ -112,7 +114,7 @@ def _outline_ellipsoid(part: Component) -> Patch:
 
 
 def _outline_solid(part: Component) -> Patch:
-    """Computes the outline of a convex solid along Tz: the hull of its support points in all directions."""
+    """Computes the outline of a convex solid seen along Tz: the convex hull of its support points."""
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
     points = [
@@ -123,7 +125,7 @@ def _outline_solid(part: Component) -> Patch:
 
 
 def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
-    """Draws the projection of a mesh along Tz, including dents and holes, and its silhouette edges."""
+    """Draws the projection of a mesh along Tz, with its dents and holes, and its silhouette edges."""
     corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
     triangles = corners[mesh.faces]
     many = len(triangles) > _MANY
@@ -139,15 +141,15 @@ def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> N
         axes.add_collection(collection, autolim=False)
 
 
-def _find_expected_centre(tool: Tool) -> Array | None:
-    """Finds the centre of mass that a tool seems to have; None if the true centre is there."""
+def _compute_expected_centre(tool: Tool) -> Array | None:
+    """Computes the centre of mass that a tool appears to have; None if it is close to the true one."""
     parts = tuple(replace(part, material=part.looks_like) for part in tool.components)
     seeming = replace(tool, components=parts)
     return None if np.linalg.norm(seeming.p_TTcm - tool.p_TTcm) < _APART else seeming.p_TTcm
 
 
 def draw_object(axes: Axes, drawing: Drawing) -> None:
-    """Draws an object as projected along Tz, in centimetres, with its hand and its true centre of mass."""
+    """Draws an object projected along Tz, in centimetres, with the hand and its true centre of mass."""
     tool = drawing.tool
     for part in tool.components:
         colour = (part.material if drawing.as_made else part.looks_like).colour
@@ -160,7 +162,7 @@ def draw_object(axes: Axes, drawing: Drawing) -> None:
     hand = _METRES_TO_CM * _HAND
     axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
     x, y, _ = _METRES_TO_CM * tool.p_TTcm
-    if (expected := _find_expected_centre(tool)) is not None:
+    if (expected := _compute_expected_centre(tool)) is not None:
         axes.plot(
             *(_METRES_TO_CM * expected[:2]), **_EXPECTED | {"markeredgewidth": 5.0, "markeredgecolor": "#FFFFFF"}
         )

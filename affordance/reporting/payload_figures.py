@@ -1,4 +1,4 @@
-"""Figures of an identified payload: fit of a run, posterior, and autocorrelation of errors."""
+"""Figures of an identified payload: fit, posterior, and autocorrelation of the residual."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -25,12 +25,12 @@ _LABELS = (
     "I yz (kg cm²)",
 )
 _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
-# Longest lag of autocorrelations, [s].
+# Longest lag of the autocorrelation, [s].
 _LONGEST_LAG = 3.0
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Draws the load's contribution to each channel, the fit, and the residual over time, or posture by posture."""
+    """Draws the load's contribution to each channel, the fit, and the residual, over time or by posture."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 26)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
@@ -40,7 +40,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
     axes = figure.subplots(num, 2, sharex=True, squeeze=False, width_ratios=(2, 1))
     times, along = evidence.prepared.times - evidence.prepared.times[0], "time (s)"
     line, mark = "-", ""
-    if evidence.is_at_rest:  # a posture is one sample, and they have no time between them
+    if evidence.is_at_rest:  # each posture is one sample, so there is no time axis
         times, along, line, mark = np.arange(1.0, len(times) + 1.0), "posture", "", "o"
     for j, name in enumerate(evidence.channel_names):
         used = evidence.samples.used[:, j]
@@ -62,15 +62,15 @@ def draw_fit(fit: PayloadFit) -> Figure:
             linestyle=line,
             marker=mark and "x",
             linewidth=1.0,
-            label="payload fitted",
+            label="fitted payload",
         )
         right.plot(times, gaps * residual[:, j], color=_RESIDUAL, linestyle=line, marker=mark, linewidth=0.8)
         right.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
         left.set_ylabel(f"{label(name)}\n({evidence.kind.unit})", fontsize=8)
         right.set_ylim(*(np.array([-1.1, 1.1]) * max(np.abs(residual[used, j]).max(initial=0.0), 1e-9)))
     figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
-    axes[0, 0].set_title("What the load adds to the signal, and the fit", fontsize=FONT_SIZE)
-    axes[0, 1].set_title("What is left", fontsize=FONT_SIZE)
+    axes[0, 0].set_title("Contribution of the load to the signal, and the fit", fontsize=FONT_SIZE)
+    axes[0, 1].set_title("Residual", fontsize=FONT_SIZE)
     for column in axes[-1]:
         column.set_xlabel(along)
     tidy(*axes.ravel())
@@ -78,7 +78,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
 
 
 def draw_posteriors(belief: PayloadBelief) -> Figure:
-    """Draws the marginals of mass, centre of mass and moments, the prior's, and the reference mass, if any."""
+    """Plots posterior and prior marginals of mass, centre of mass and moments, and the reference mass if given."""
     figure = Figure(figsize=(12.0, 5.2))
     axes = figure.subplots(2, 5).ravel()
     after = describe_bodies(belief.bodies.pi) * _SCALES
@@ -87,7 +87,7 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
         interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
         margin = np.ptp(interval) + 1e-12
         edges = np.linspace(interval[0] - margin, interval[1] + margin, 41)
-        # Normalised by the whole prior, so that the height shows the prior's mass in this range.
+        # Normalised by the whole prior, so that the height shows how much of the prior is in this range.
         share = np.full(len(before), 1.0 / (len(before) * (edges[1] - edges[0])))
         axis.hist(before[:, i], edges, weights=share, color="#cccccc", label="before the run")
         axis.hist(
@@ -113,7 +113,7 @@ def draw_posteriors(belief: PayloadBelief) -> Figure:
 
 
 def draw_whiteness(fit: PayloadFit) -> Figure:
-    """Draws the autocorrelation of each channel's errors; white noise would fall to zero at once."""
+    """Plots the autocorrelation of each channel's residual; that of white noise would drop to zero at once."""
     evidence = fit.evidence
     residual = np.einsum("cni,ci->cn", evidence.samples.build_columns(), fit.weights)
     num = len(evidence.channel_names)
@@ -125,7 +125,7 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
         agreement = fit.long_run_variance[j] / max(single[j], 1e-300) / evidence.rate
         axis.plot(lags, correlation, color=OBJECT_COLOURS[0])
         axis.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
-        axis.set_title(f"{name}\nerrors agree over {agreement:.2f} s", fontsize=8)
+        axis.set_title(f"{name}\ncorrelation time {agreement:.2f} s", fontsize=8)
         axis.set_xlabel("lag (s)", fontsize=9)
         axis.tick_params(labelsize=8)
     axes[0].set(ylabel="autocorrelation", ylim=(-0.6, 1.05))
@@ -134,7 +134,10 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
 
 
 def _autocorrelate(residual: Array, used: Mask, rate: float) -> tuple[Array, Array]:
-    """Computes the autocorrelation of a residual with gaps, from pairs of used samples."""
+    """Computes the autocorrelation of a residual with gaps, using only pairs of samples that are both used.
+
+    Returns: Lags, (L,), [s], and autocorrelation, (L,).
+    """
     num_lags = min(int(_LONGEST_LAG * rate), len(residual) - 1)
     size = 2 * len(residual)
     spectrum, mask = np.fft.rfft(residual, size), np.fft.rfft(used.astype(float), size)

@@ -1,7 +1,7 @@
-"""Renderings of arm, tool and nail by Drake's own renderer, which needs no screen.
+"""Renderings of arm, tool and nail with Drake's own renderer, which needs no display.
 
-Frames: W the world, C the camera (Cz the viewing direction, Cy down). The camera looks from the arm's right, where a
-right arm hides nothing of what it holds, and a little from above and ahead.
+Frames: world W, camera C (Cz is the viewing direction, Cy points down). The camera is to the right of the arm,
+slightly above and in front of it; from there a right arm does not hide the object in its hand.
 """
 
 import itertools
@@ -37,19 +37,19 @@ from affordance.plant.nail import NailPlacement
 Image = NDArray[np.uint8]
 
 _RENDERER = "camera"
-_FIELD_OF_VIEW = np.radians(20.0)  # vertical; a long lens keeps near and far comparable
-# Viewpoint of the camera: angle about the vertical from the arm's right to its front, and above the horizon, [rad].
+_FIELD_OF_VIEW = np.radians(20.0)  # vertical; with a long lens, near and far objects have a similar scale
+# Viewpoint of the camera: azimuth from the arm's right towards its front, and elevation above the horizon, [rad].
 _AZIMUTH, _ELEVATION = np.radians(20.0), np.radians(10.0)
 # Margin at each edge, as a fraction of half a picture.
 _MARGIN = 0.04
-# Pictures are rendered this many times larger, then averaged: the renderer leaves edges ragged.
+# Pictures are rendered this many times larger and then averaged, because the renderer does not smooth edges.
 _OVERSAMPLING = 3
-# Radius and colour of the line that is asked for, [m].
+# Radius, [m], and colour of the demanded path.
 _LINE, _RED = 0.0015, Rgba(0.8, 0.2, 0.1, 1.0)
 # Extent of close-ups above and below the highest point of the nail's head, along the nail, [m].
 _ABOVE, _BELOW = 0.045, 0.06
-# A key light from above the camera's left, one from the camera itself, and one from below its right, so that nothing
-# is black. No shadows: the renderer's are ragged.
+# One light from above and to the left of the camera, one from the camera itself, and one from below and to the right,
+# so that nothing is black. There are no shadows, because the renderer draws them with ragged edges.
 _LIGHTS = [
     LightParameter(type="directional", frame="camera", intensity=intensity, direction=np.array(direction))
     for intensity, direction in ((0.75, (0.5, 0.9, 0.6)), (0.4, (0.0, 0.0, 1.0)), (0.4, (-0.8, -0.7, 0.3)))
@@ -57,7 +57,7 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """Arm at joint angles, [rad], with a tool and, if any, a nail after its travel since it was set, [m]."""
+    """Joint angles of an arm, [rad], with a tool and perhaps a nail, which has travelled since it was set, [m]."""
 
     tool: Tool
     placement: NailPlacement | None
@@ -68,28 +68,29 @@ class Pose(NamedTuple):
 def render_poses(
     directives: Path, poses: Sequence[Pose], *, width: int, height: int, p_WG: Array | None = None
 ) -> list[Image]:
-    """Renders the whole arm with tool and nail, all poses by one camera that sees everything of every pose.
+    """Renders the whole arm with tool and nail, using one camera that sees all of every pose.
 
-    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is red, green and blue,
-    (height, width, 3).
+    Points of a demanded path, (N, 3), [m], are drawn as a red line. Each picture is RGB, (height, width, 3).
     """
     kinds = {(id(pose.tool), id(pose.placement)): pose for pose in poses}
-    scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}  # each for all of its poses
+    # Each scene serves all poses of its kind.
+    scenes = {kind: _Scene(directives, pose, p_WG) for kind, pose in kinds.items()}
     R_WC = _turn_camera(_ELEVATION)
-    corners = [scenes[id(pose.tool), id(pose.placement)].find_corners(pose) for pose in poses]
+    corners = [scenes[id(pose.tool), id(pose.placement)].compute_corners(pose) for pose in poses]
     X_WC = RigidTransform(R_WC, _step_back(np.concatenate(corners), R_WC, width / height))
     return [scenes[id(pose.tool), id(pose.placement)].render(pose, X_WC, width, height) for pose in poses]
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Renders close-ups of nails and tools at one scale, as ``render_poses``.
+    """Renders close-ups of nails and tools at a common scale; pictures are those of ``render_poses``.
 
-    A pose without a nail raises a ValueError.
+    Raises:
+        ValueError: If a pose has no nail.
     """
     pictures = []
     for pose in poses:
         if pose.placement is None:
-            raise ValueError(f"no close-up without a nail: {pose.tool.name}")
+            raise ValueError(f"a close-up needs a nail, but the pose with {pose.tool.name} has none")
         R_WC = _turn_camera(0.5 * _ELEVATION)
         along = pose.placement.direction_W
         ends = pose.placement.p_WNo + np.outer([-_ABOVE, _BELOW], along)
@@ -99,10 +100,10 @@ def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, hei
 
 
 class _Scene:
-    """Diagram of an arm with a tool and a nail, whose poses can be rendered."""
+    """Diagram of an arm with a tool and a nail, which renders poses."""
 
     def __init__(self, directives: Path, pose: Pose, p_WG: Array | None = None) -> None:
-        """Builds the Diagram for the tool and the nail of a pose, with a line through points, (N, 3), [m]."""
+        """Builds the Diagram for the tool and nail of a pose, with a line through given points, (N, 3), [m]."""
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)
         scene_graph = builder.GetSubsystemByName("scene_graph")
@@ -112,21 +113,21 @@ class _Scene:
         if p_WG is not None:
             _add_line(scene_graph, p_WG)
         diagram = builder.Build()
-        self._context = diagram.CreateDefaultContext()  # kept, for the query refers to it
+        self._context = diagram.CreateDefaultContext()  # kept alive, because the query object refers to it
         self._plant, self._has_nail = arm.plant, arm.nail is not None
         self._plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)
         self._world = scene_graph.world_frame_id()
         self._port = scene_graph.get_query_output_port()
         self._graph_context = scene_graph.GetMyContextFromRoot(self._context)
 
-    def _take(self, pose: Pose) -> Any:
-        """Takes a pose; returns the query object of the scene graph."""
+    def _set_pose(self, pose: Pose) -> Any:
+        """Sets the pose and returns the query object of the scene graph."""
         self._plant.SetPositions(self._plant_context, np.append(pose.q, [pose.travel] if self._has_nail else []))
         return self._port.Eval(self._graph_context)
 
-    def find_corners(self, pose: Pose) -> Array:
-        """Returns corners of boxes that contain all visible geometry in a pose, in W, (N, 3), [m]."""
-        query = self._take(pose)
+    def compute_corners(self, pose: Pose) -> Array:
+        """Computes the corners of boxes that contain all visible geometry in a pose, in W, (N, 3), [m]."""
+        query = self._set_pose(pose)
         inspector = query.inspector()
         corners = []
         signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
@@ -149,7 +150,7 @@ class _Scene:
                 RigidTransform(),
             )
         )
-        image = self._take(pose).RenderColorImage(camera, self._world, X_WC)
+        image = self._set_pose(pose).RenderColorImage(camera, self._world, X_WC)
         colours = image.data[:, :, :3].reshape(height, n, width, n, 3).mean(axis=(1, 3))
         picture: Image = np.rint(colours).astype(np.uint8)
         return picture
@@ -170,7 +171,7 @@ def _add_line(scene_graph: SceneGraph, p_WG: Array) -> None:
 
 
 def _turn_camera(elevation: float) -> RotationMatrix:
-    """Computes the axes R_WC of a camera that looks from the arm's right (-Wy), turned to its front (Wx)."""
+    """Computes the axes R_WC of a camera to the right of the arm (-Wy), turned towards its front (Wx)."""
     looks = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), -np.tan(elevation)])
     looks /= np.linalg.norm(looks)
     right = np.cross(looks, [0.0, 0.0, 1.0])
@@ -179,10 +180,10 @@ def _turn_camera(elevation: float) -> RotationMatrix:
 
 
 def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
-    """Finds the camera position from which all points are in the picture and centred, by moving back along Cz.
+    """Computes the nearest camera position from which all points are centred and in the picture.
 
-    A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), with k the
-    tangent of half the field of view; y is treated alike.
+    A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), where k is the
+    tangent of half the field of view; likewise for y.
     """
     axes = R_WC.matrix()
     p_C = points @ axes

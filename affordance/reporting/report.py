@@ -1,6 +1,6 @@
-"""Report page: our figures and the paper's claims, each met or not, with the numbers.
+"""Report page: figures of the experiments, and the paper's claims, each met or not, with numbers.
 
-Every experiment keeps its section with its figures; the page is made from the sections in a folder.
+Each experiment stores a section next to its figures; the page is built from all sections in a results folder.
 """
 
 import base64
@@ -23,20 +23,20 @@ from affordance.reporting.section import Section
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
-# Requested experiments that could not be run, with the reason for each.
+# File that lists requested experiments that could not be run, with reasons.
 _LEFT_OUT = "left_out.json"
 _SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 # The paper's simulations.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
-# Name of the program's own models in a setup; their arm is the paper's.
+# Name of the package's own models in a setup; their arm is the paper's.
 OWN_MODELS = "those of the program"
-# Page that lists what was chosen after an outcome was seen, in a clone.
+# Page that lists the constants chosen after an outcome was seen; it exists only in a clone.
 _TRUST = MODELS.parent / "docs" / "trust.md"
-# Result of the study of robustness, in a clone.
+# Result of the robustness study; it exists only in a clone.
 _ROBUSTNESS = MODELS.parent / "docs" / "robustness.json"
-# Space between a number and its unit, at which no line may break.
+# Space between a number and its unit, where a line must not break.
 _UNIT = re.compile(r"(?<=\d) (?=%|(?:[cmk]?m|k?g|m?s|N|J)\b)")
-# Further files of an experiment that are linked where they exist.
+# Other files of an experiment, linked if they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
     "metrics.json": "all numbers",
@@ -46,17 +46,17 @@ _LINKS = {
 
 
 def write_section(folder: Path, section: Section) -> None:
-    """Writes an experiment's section into the folder of its figures."""
+    """Writes an experiment's section to the folder of its figures."""
     write_json(folder / _SECTION, section._asdict())
 
 
 def remove_section(folder: Path) -> None:
-    """Removes an outdated section from the report, if there is one."""
+    """Removes an experiment's outdated section, if there is one."""
     (folder / _SECTION).unlink(missing_ok=True)
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Records why experiments are left out of a folder of results, by name; completed ones leave the record."""
+    """Records why experiments were left out of a results folder, and removes completed ones from the record."""
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
         write_json(folder / _LEFT_OUT, kept)
@@ -65,9 +65,9 @@ def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders, with the experiments that were left out.
+    """Writes FOLDER/report.html from the sections in its subfolders, and lists the experiments left out.
 
-    An invalid section is logged and quarantined; one with unreadable figures is logged and left out.
+    An invalid section is logged and quarantined; a section with unreadable figures is logged and left out.
     """
     sections, (shares, num_settings) = [], _read_shares()
     for path in folder.glob(f"*/{_SECTION}"):
@@ -86,7 +86,7 @@ def write_report(folder: Path) -> Path:
         "report.html.j2",
         escapes=True,
         sections=sections,
-        heading=_find_heading(sections),
+        heading=_choose_heading(sections),
         left_out=_read_left_out(folder),
         num_claims=len(claims),
         num_met=sum(claim.met for claim in claims),
@@ -101,9 +101,9 @@ def write_report(folder: Path) -> Path:
 
 
 def _read_shares() -> tuple[dict[str, float], int]:
-    """Reads the share of settings in which each claim holds, by section and key, and how many settings there are.
+    """Reads the fraction of settings in which each claim holds, by section and key, and the number of settings.
 
-    Outside of a clone there are none.
+    Both are empty outside a clone.
     """
     try:
         kept = json.loads(_ROBUSTNESS.read_text(encoding="utf-8"))
@@ -113,26 +113,27 @@ def _read_shares() -> tuple[dict[str, float], int]:
 
 
 def _find_trust(folder: Path) -> str:
-    """Finds the page about trust, relative to a folder of results in the same clone; empty if there is none."""
+    """Finds the path to docs/trust.md relative to a results folder; empty unless both are in the same clone."""
     folder, clone = folder.resolve(), _TRUST.parents[1]
     return os.path.relpath(_TRUST, folder) if folder.is_relative_to(clone) and _TRUST.is_file() else ""
 
 
 class _Run(NamedTuple):
-    """Description of a run: setup; number of repeats, seed, versions and date."""
+    """Description of a run: its setup, and its number of repeats, seed, versions and date."""
 
     setup: str
     done: str
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
-    """Groups the names of folders by their run; those with incomplete metrics are left out."""
+    """Groups the names of folders by run; folders with incomplete metrics are left out."""
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
-            times = "repeat" if numbers["repeats"] == 1 else "repeats"  # observers, of vision objects
+            # Repeats are observers or, in the experiment vision, objects.
+            times = "repeat" if numbers["repeats"] == 1 else "repeats"
             done = (
                 f"{numbers['repeats']} {times}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
@@ -152,8 +153,8 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
     return f"{arm}; {learners}; {f'changed settings: {changed}' if changed else 'no setting changed'}"
 
 
-def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
-    """Finds the heading: the paper's if one of its simulations is there, else that of a single section."""
+def _choose_heading(sections: Sequence[Mapping[str, Any]]) -> str:
+    """Chooses the heading: the paper's if one of its simulations is present, else that of a single section."""
     if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"
     return str(sections[0]["title"]) if len(sections) == 1 else "results"
@@ -166,13 +167,13 @@ def _read_left_out(folder: Path) -> dict[str, str]:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError) as error:
-        problem = f"is left out of the report: it does not say what was left out ({_describe(error)})"
+        problem = f"is left out of the report: it is not a list of left-out experiments ({_describe(error)})"
         quarantine(path, problem)
         return {}
 
 
 def _describe(error: Exception) -> str:
-    """Describes an error; of pydantic's, the first in one line."""
+    """Describes an error in one line; for a validation error, only its first problem."""
     if not isinstance(error, ValidationError):
         return str(error)
     first = error.errors()[0]
@@ -180,7 +181,7 @@ def _describe(error: Exception) -> str:
 
 
 def _prepare(section: Section, home: Path, shares: Mapping[str, float]) -> dict[str, Any]:
-    """Prepares a section for the template: embedded figures, links to the files in its folder, shares of settings."""
+    """Prepares a section for the template: embeds figures, links its files, and adds the robustness of its claims."""
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [

@@ -1,4 +1,4 @@
-"""Section of the report: figures, claims, tables and words of an experiment."""
+"""Section of the report: figures, claims, tables and text of an experiment."""
 
 from collections.abc import Sequence
 from typing import Annotated, NamedTuple
@@ -13,12 +13,12 @@ from affordance.reporting.claims import ClaimResult
 class ReportFigure(DataModel):
     """Figure of the report with its caption."""
 
-    file: Annotated[str, FileName(), Field(description="File name in the folder of results, as 'heights.png'.")]
+    file: Annotated[str, FileName(), Field(description="File name in the results folder, for example 'heights.png'.")]
     caption: Annotated[str, Text(), Field(description="Text below the figure.")]
 
 
 class Table(NamedTuple):
-    """Table of the report: cells row by row, below the titles of the columns."""
+    """Table of the report: column titles, and rows of cells."""
 
     caption: str
     header: Sequence[str]
@@ -26,10 +26,18 @@ class Table(NamedTuple):
 
 
 class Section(NamedTuple):
-    """Report of an experiment; tables are of numbers, remarks on differences from the paper with their reasons.
+    """Section of one experiment in the report.
 
-    The order is its position among the sections. The finding is the outcome in one sentence, for visitors; the
-    caution next to it warns of few observers. Either may be empty.
+    Attributes:
+        order: Position among the sections.
+        title: Title.
+        summary: Description of the experiment.
+        figures: Figures with captions.
+        claims: Claims, each met or not.
+        tables: Tables of numbers.
+        remarks: Differences from the paper, with reasons.
+        finding: Outcome in one sentence; may be empty.
+        caution: Warning next to the finding if there are few observers; may be empty.
     """
 
     order: int

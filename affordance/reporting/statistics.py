@@ -11,7 +11,7 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """Mean over repeats with its 95 % interval, each of the shape of one repeat's value."""
+    """Mean over repeats with its 95 % interval; all arrays have the shape of one repeat's value."""
 
     mean: Array
     low: Array
@@ -19,22 +19,22 @@ class Estimate(NamedTuple):
 
     @property
     def ci95(self) -> Array:
-        """Pairs [low, high] along the last axis, as in metrics.json."""
+        """Interval as [low, high] along a new last axis, as in metrics.json."""
         return np.stack([self.low, self.high], axis=-1)
 
 
 def compute_drop(heights: Array) -> Array:
-    """Computes the drop below zero of a height over time (last axis), max(0, -lowest), [m]."""
+    """Computes how far a height falls below zero over time (last axis): max(0, -lowest), [m]."""
     return np.maximum(0.0, -heights.min(axis=-1))
 
 
 def compute_lift(heights: Array) -> Array:
-    """Computes the rise above zero of a height over time (last axis), max(0, highest), [m]."""
+    """Computes how far a height rises above zero over time (last axis): max(0, highest), [m]."""
     return np.maximum(0.0, heights.max(axis=-1))
 
 
 def compute_excursion(heights: Array) -> Array:
-    """Computes the height of largest magnitude over time (last axis), with its sign, [m]."""
+    """Computes the height of largest magnitude over time (last axis), with sign, [m]."""
     peaks = np.abs(heights).argmax(axis=-1)
     return np.take_along_axis(heights, peaks[..., None], axis=-1)[..., 0]
 
@@ -52,7 +52,7 @@ def estimate_proportion(hits: Array, count: int) -> Estimate:
 
 
 def estimate_mean(values: Array) -> Estimate:
-    """Estimates the mean over repeats (first axis) with Student's 95 % interval, of zero width for one repeat."""
+    """Estimates the mean over repeats (first axis) with Student's 95 % interval, which has zero width for one."""
     count = len(values)
     mean = values.mean(axis=0)
     if count == 1:

@@ -16,7 +16,7 @@ from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
-from affordance.reporting.object_drawings import Drawing, draw_object, find_limits
+from affordance.reporting.object_drawings import Drawing, compute_limits, draw_object
 from affordance.reporting.renderings import Pose, render_poses
 
 _WIDTH, _HEIGHT = 720, 540
@@ -84,7 +84,7 @@ def _draw_hand_frame(axes: Axes, R_WH: Array) -> None:
             away = "away from" if direction[2] < 0.0 else "towards"
             axes.annotate(f"{name} points {away} you", (0.0, -1.1 * _ARROW), color="#AA3377", fontsize=9)
     axes.set_title(f"the hand's frame at home, from the right,\nwith the {_HAMMER} by its {held.grip}", fontsize=10)
-    low, high = find_limits([shown])
+    low, high = compute_limits([shown])
     around = 1.3 * _ARROW * np.ones(2)
     low, high = np.minimum(low, -around), np.maximum(high, around)
     axes.set(aspect="equal", xlim=(low[0], high[0]), ylim=(low[1], high[1]))

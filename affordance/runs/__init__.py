@@ -1,1 +1,1 @@
-"""Execution of repeats, in processes or on a cluster, and storage of their results."""
+"""Runs repeats in processes or on a cluster, and stores their results."""

@@ -1,7 +1,7 @@
-"""Execution of repeats on a running Dask cluster, through joblib; otherwise they run in processes of this machine.
+"""Runs repeats on a Dask cluster through joblib, instead of in processes of this machine.
 
-Every worker must run one thread, as the internal models are not thread-safe, and the same program with the same
-versions and models, on which results depend.
+Every worker must have one thread, because the internal models are not thread-safe. It must run the same version of
+the program with the same libraries and models, because results depend on them.
 """
 
 import re
@@ -15,7 +15,7 @@ from affordance.exceptions import BadValueError
 from affordance.runs.repeats import compute_key
 
 _OPTION = "--cluster"
-# Host by name or number (an IPv6 address in brackets), and port.
+# Host name or IP address (IPv6 in brackets), and port.
 _ADDRESS = re.compile(r"(tcp|tls)://([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):[0-9]{1,5}")
 # Timeout for the scheduler to answer, and for workers to appear, [s].
 _PATIENCE = 10.0
@@ -23,9 +23,11 @@ _PATIENCE = 10.0
 
 @contextmanager
 def use_cluster(address: str, models: Path) -> Iterator[None]:
-    """Makes joblib run its tasks on the cluster of a scheduler, such as tcp://host:8786, within the context.
+    """Context in which joblib runs its tasks on the cluster of a scheduler, such as tcp://host:8786.
 
-    Without Dask, an answer or workers, or if workers have other models, a BadValueError is raised.
+    Raises:
+        BadValueError: If Dask is not installed, no scheduler answers, it has no workers, a worker has several
+            threads, or a worker has another program, other libraries or other models.
     """
     try:
         from distributed import Client
@@ -36,7 +38,7 @@ def use_cluster(address: str, models: Path) -> Iterator[None]:
         raise BadValueError(_OPTION, "", f"is {address!r}, must be an address such as tcp://host:8786")
     try:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:  # no host, or no such port
+    except (OSError, ValueError) as error:  # the host or the port does not exist
         raise BadValueError(_OPTION, "", f"is {address!r}, where no Dask scheduler answers") from error
     with client:
         try:
@@ -50,12 +52,12 @@ def use_cluster(address: str, models: Path) -> Iterator[None]:
         ours = _identify(models)
         for worker, theirs in client.run(_identify, models, on_error="return").items():
             if theirs != ours:
-                problem = f"has the worker {worker}, which differs in this program, its models or its libraries"
+                problem = f"has the worker {worker}, whose program, models or libraries differ from those here"
                 raise BadValueError(_OPTION, "", problem)
         with joblib.parallel_config(backend="dask", client=client):
             yield
 
 
 def _identify(models: Path) -> str:
-    """Computes a digest of program, models and libraries; runs on the workers too."""
+    """Computes a digest of program, models and libraries; also called on the workers."""
     return compute_key("", models)

@@ -1,18 +1,18 @@
-"""The commit of the program that runs."""
+"""Finds the git commit of the running program."""
 
 import functools
 import shutil
 import subprocess
 from pathlib import Path
 
-_TIMEOUT = 10.0  # of a call of git, [s]
+_TIMEOUT = 10.0  # for a call of git, [s]
 
 
 @functools.cache
 def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
-    """Finds the git commit of a folder of sources: 40 digits, and ``-dirty`` if files were changed since.
+    """Finds the git commit of a source folder: 40 digits, and ``-dirty`` if files have changed since.
 
-    It is None if no repository contains the folder, as for an installed program, or if git is missing.
+    It is None if the folder is not in a repository, as for an installed program, or if git is missing.
     """
     git = shutil.which("git")
     if git is None or _ask(git, folder, "ls-files", "--error-unmatch", ".") is None:
@@ -21,7 +21,7 @@ def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
 
 
 def _ask(git: str, folder: Path, *arguments: str) -> str | None:
-    """Runs git in a folder, and returns its output; None if it fails."""
+    """Runs git in a folder and returns its output; None if it fails."""
     try:
         done = subprocess.run(
             [git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=True

@@ -1,4 +1,4 @@
-"""Mistakes in a user's program, named by the line of its file at which they stopped it."""
+"""Reports errors in a user's program with the file and line where they occurred."""
 
 import re
 import traceback
@@ -11,9 +11,10 @@ from affordance.exceptions import AffordanceError, BadValueError
 
 @contextmanager
 def blame_program(path: Path) -> Iterator[None]:
-    """Translates mistakes in a user's file, in this or another process, to a BadValueError that names its line.
+    """Converts errors in a user's file, in this or another process, to a BadValueError that names its line.
 
-    One that surfaces outside of the file, as of an argument that it gave, is named with the place where it does.
+    If the error was raised outside the file, for example because of an argument that the file passed, the message
+    also names that place.
     """
     try:
         yield
@@ -29,7 +30,7 @@ def blame_program(path: Path) -> Iterator[None]:
 
 @contextmanager
 def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
-    """Translates mistakes that went through one of a user's files to a BadValueError that names file and line."""
+    """Converts errors that passed through one of several user's files to a BadValueError with file and line."""
     try:
         yield
     except (AffordanceError, MemoryError):
@@ -42,13 +43,13 @@ def blame_programs(paths: Sequence[Path]) -> Iterator[None]:
 
 
 def _find_line(path: Path, error: BaseException) -> str:
-    """Finds the innermost line of a file that an error went through; empty if there is none."""
+    """Finds the innermost line of a file in an error's traceback; empty if there is none."""
     frames = [
         (frame.lineno, frame.name)
         for frame in traceback.extract_tb(error.__traceback__)
         if frame.filename == str(path)
     ]
-    if error.__cause__ is not None:  # of another process, whose traceback comes as a text
+    if error.__cause__ is not None:  # from another process, whose traceback is a string
         pattern = rf'File "{re.escape(str(path))}", line (\d+), in (\S+)'
         frames += [(int(line), name) for line, name in re.findall(pattern, str(error.__cause__))]
     if not frames:

@@ -1,6 +1,6 @@
-"""Program files that are named on the command line: the only code written by a user that is loaded.
+"""Loads program files named on the command line, the only user-written code that is ever run.
 
-Only the options that say so load one (SECURITY.md); no table, memory or cache ever does.
+Only options documented to do so load one (SECURITY.md); no table, memory or cache ever does.
 """
 
 import hashlib
@@ -12,15 +12,15 @@ from types import ModuleType
 
 from affordance.exceptions import BadValueError, show_value
 
-# Modules by which functions and classes are sent to other processes, ours and those of a cluster.
+# Modules that send functions and classes to other processes, on this machine and on a cluster.
 _PICKLERS = ("joblib.externals.cloudpickle", "cloudpickle")
 
 
 def load_program(path: Path, option: str) -> ModuleType:
     """Runs a Python file that an option names, and returns its module.
 
-    What it defines is sent to other processes as it is, also to those of a cluster, which need no such file; so are
-    modules of its folder that it imports. The same file is run once.
+    Its definitions, and the modules that it imports from its folder, are sent to other processes by value, so that
+    the workers of a cluster do not need the file. A file with the same content is run only once.
 
     Raises:
         BadValueError: The path is not a Python file, or running it fails.
@@ -28,7 +28,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     if path.suffix != ".py" or not path.is_file():
         raise BadValueError(option, "", f"is {show_value(str(path))}, which is not a Python file")
     source, file = path.read_bytes(), path.resolve()
-    # Named by its content, so that no process takes it for an earlier version.
+    # The name contains a digest of the content, so that no process mistakes it for an earlier version.
     name = f"{re.sub(r'\W', '_', path.stem)}_{hashlib.sha256(source).hexdigest()[:8]}"
     known = sys.modules.get(name)
     if known is not None and known.__file__ == str(file):
@@ -37,7 +37,7 @@ def load_program(path: Path, option: str) -> ModuleType:
     module.__file__ = str(file)
     sys.modules[name] = module
     if str(file.parent) not in sys.path:
-        sys.path.append(str(file.parent))  # last, so that no file of the folder hides a library
+        sys.path.append(str(file.parent))  # at the end, so that no file in the folder hides a library
     try:
         exec(compile(source, str(file), "exec"), vars(module))
     except (Exception, SystemExit) as error:
@@ -51,7 +51,7 @@ def load_program(path: Path, option: str) -> ModuleType:
 
 
 def _describe(error: BaseException, file: Path) -> tuple[str, str]:
-    """Describes an error of a program by the last line of the file that it comes from, and in words."""
+    """Describes a program's error: the last line of the file in its traceback, and its message."""
     line, trace = getattr(error, "lineno", None) if isinstance(error, SyntaxError) else None, error.__traceback__
     while trace is not None:
         line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(file) else line
@@ -64,6 +64,6 @@ def _send_by_value(module: ModuleType) -> None:
     for name in _PICKLERS:
         try:
             pickler = import_module(name)
-        except ImportError:  # there is no cluster here
+        except ImportError:  # Dask is not installed
             continue
         pickler.register_pickle_by_value(module)

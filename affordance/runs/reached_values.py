@@ -1,6 +1,6 @@
-"""Digest of everything that functions compute with: values, functions and classes that they reach by name.
+"""Computes a digest of everything that functions use: the values, functions and classes that they reach by name.
 
-Values in memory count as they are, whatever their type, because a knob may be changed after its module was imported.
+Values are read from memory, whatever their type, because a parameter may be changed after its module was imported.
 """
 
 import hashlib
@@ -21,14 +21,14 @@ type Named = FunctionType | type
 def read_reached(
     values: Sequence[Any], is_foreign: Callable[[ModuleType | None], bool]
 ) -> tuple[str, list[ModuleType]]:
-    """Reads values, and all that the functions and classes in them reach by the names in their code.
+    """Computes a digest of values and of everything that the functions and classes in them reach by name.
 
-    A value that cannot be taken apart, such as a lock or a Diagram, counts by its type alone.
+    A value that cannot be taken apart, such as a lock or a Diagram, is represented by its type alone.
 
     Args:
         values: Functions that are run, and their arguments.
-        is_foreign: Function that says of a module, None for one that is not loaded, whether its functions and classes
-            count by their names alone, as those of installed libraries do.
+        is_foreign: Function that returns True if the functions and classes of a module, or of None if it is not
+            loaded, are represented by their names alone, like those of installed libraries.
 
     Returns: Digest, and the modules of the functions and classes that are not foreign.
     """
@@ -42,7 +42,7 @@ def _digest(parts: Sequence[str]) -> str:
 
 
 class _Reader:
-    """Reads values into digests, and notes functions and classes, each of which is read once."""
+    """Reader that computes digests of values and queues functions and classes, each of which is read once."""
 
     def __init__(self, is_foreign: Callable[[ModuleType | None], bool]) -> None:
         self.modules: dict[str, ModuleType] = {}
@@ -52,8 +52,8 @@ class _Reader:
         self._open: list[int] = []
 
     def read(self, value: Any) -> str:
-        """Reads a value into a digest, the same for equal values of one type."""
-        if id(value) in self._open:  # it holds itself
+        """Computes the digest of a value, which is the same for equal values of one type."""
+        if id(value) in self._open:  # the value contains itself
             return f"{len(self._open) - self._open.index(id(value))} above"
         self._open.append(id(value))
         try:
@@ -62,14 +62,14 @@ class _Reader:
             self._open.pop()
 
     def read_waiting(self) -> Iterator[str]:
-        """Reads the contents of all functions and classes that were noted, and of those that these reach."""
+        """Yields the digests of all queued functions and classes, and of those that they reach."""
         while self._waiting:
             each = self._waiting.pop()
             listed = self._list_function(each) if isinstance(each, FunctionType) else self._list_class(each)
             yield _digest([_name(each), *listed])
 
     def _note(self, each: Named) -> str:
-        """Notes a function or class, to be read later unless it is foreign; returns its name."""
+        """Queues a function or class to be read later, unless it is foreign; returns its name."""
         if id(each) not in self._noted:
             self._noted[id(each)] = each
             module = sys.modules.get(each.__module__)
@@ -80,7 +80,7 @@ class _Reader:
         return _name(each)
 
     def _list(self, value: Any) -> Iterator[str]:
-        """Lists texts that together are the same for equal values."""
+        """Lists strings that together are the same for equal values."""
         if isinstance(value, FunctionType | type):
             yield self._note(value)
         elif isinstance(value, Path | Enum):
@@ -98,13 +98,13 @@ class _Reader:
             yield from map(self.read, _take_apart(value))
 
     def _is_of_library(self, value: Any) -> bool:
-        """Says whether a value is an object of a library, as a distribution of SciPy, which may hold random state."""
+        """Returns True for an object of a library, such as a SciPy distribution, which may hold random state."""
         module = sys.modules.get(type(value).__module__)
         names = vars(module) if module is not None and self._is_foreign(module) else {}
         return any(each is value for each in names.values())
 
     def _list_function(self, function: FunctionType) -> Iterator[str]:
-        """Lists code, defaults and closure of a function, and the globals that its code names."""
+        """Lists a function's code, defaults and closure, and the globals that its code names."""
         yield from self._list_code(function.__code__)
         yield from map(self.read, (function.__defaults__, function.__kwdefaults__))
         yield from (self.read(_get_content(cell)) for cell in function.__closure__ or ())
@@ -119,7 +119,7 @@ class _Reader:
                 yield self.read(constant)
 
     def _list_named(self, get: Callable[[str, Any], Any], names: set[str], seen: set[str]) -> Iterator[str]:
-        """Lists values by their names; of modules, those values that bear any of the names."""
+        """Lists the values that have these names; from a module, only the members with any of these names."""
         missing = object()
         for name in sorted(names):
             value = get(name, missing)
@@ -140,12 +140,12 @@ class _Reader:
 
 
 def _name(each: Named) -> str:
-    line = f":{each.__code__.co_firstlineno}" if isinstance(each, FunctionType) else ""  # tells lambdas apart
+    line = f":{each.__code__.co_firstlineno}" if isinstance(each, FunctionType) else ""  # distinguishes lambdas
     return f"{each.__module__}.{each.__qualname__}{line}"
 
 
 def _list_names(code: CodeType) -> Iterator[str]:
-    """Lists the names of globals and attributes in code, and in the functions inside of it."""
+    """Lists the names of globals and attributes in code, and in the functions inside it."""
     yield from code.co_names
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -153,7 +153,7 @@ def _list_names(code: CodeType) -> Iterator[str]:
 
 
 def _take_apart(value: Any) -> Iterable[Any]:
-    """Returns the parts of a value, which together with its type make it up."""
+    """Splits a value into parts that, together with its type, determine it."""
     if isinstance(value, dict):
         return list(value.items())
     if isinstance(value, list | tuple):
@@ -166,17 +166,17 @@ def _take_apart(value: Any) -> Iterable[Any]:
         return value.fget, value.fset, value.fdel
     if isinstance(value, cached_property):
         return (value.func,)
-    if callable(getattr(value, "__wrapped__", None)):  # class methods, static methods, functions with a cache
+    if callable(getattr(value, "__wrapped__", None)):  # class methods, static methods and cached functions
         return (value.__wrapped__,)
     try:
         reduced = value.__reduce_ex__(4)
-    except Exception:  # whatever its author raises
+    except Exception:  # its author's code may raise anything
         return ()
     return (reduced,) if isinstance(reduced, str) else [list(p) if isinstance(p, Iterator) else p for p in reduced]
 
 
 def _get_content(cell: CellType) -> Any:
-    """Returns what a cell of a closure holds; None if it is still empty."""
+    """Returns the content of a closure's cell; None if it is still empty."""
     try:
         return cell.cell_contents
     except ValueError:

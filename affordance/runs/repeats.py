@@ -1,4 +1,4 @@
-"""Execution of repeats and other tasks in processes; completed repeats survive an interruption."""
+"""Runs repeats and other tasks in processes; completed repeats survive an interruption."""
 
 import functools
 import hashlib
@@ -49,26 +49,26 @@ _DAMAGE = (
     zipfile.BadZipFile,
 )
 _PACKAGE = Path(__file__).parents[1]
-# Folders of the package that affect no number of a repeat: they only report.
+# Folders of the package that cannot affect the numbers of a repeat, because they only report.
 _DECIDE_NOTHING = {"commands", "reporting"}
-# Version of an installed library, whose folder of facts is read once, as that takes milliseconds.
+# Version of an installed library. It is cached, because reading its metadata takes milliseconds.
 _find_version = functools.cache(importlib.metadata.version)
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
 def check_folder(path: Path) -> None:
-    """Raises a BadValueError for a folder that is a file, or is below one; it is not created."""
+    """Raises a BadValueError if a folder's path is a file, or is inside a file; does not create the folder."""
     if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
-        raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder")
+        raise BadValueError("--out", "", f"is {str(path)!r}, which is a file or is inside one, must be a folder")
 
 
 def prepare_folder(path: Path) -> Path:
-    """Creates a folder for results; raises a BadValueError if it is below a file, or not writable."""
+    """Creates a results folder; raises a BadValueError if it cannot be created or is not writable."""
     check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be made: {error.strerror}") from error
+        raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be created: {error.strerror}") from error
     if not os.access(path, os.W_OK | os.X_OK):
         raise BadValueError("--out", "", f"is {str(path)!r}, which is not writable")
     return path
@@ -89,11 +89,10 @@ def compute_key(
 ) -> str:
     """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
-    It covers the program, except the folders that are used only for reporting; for a folder of models, the files
-    that the program reads; for a configuration that is defined elsewhere, its package or the folder of its module;
-    and any further folders of sources. Of a function that is run with given values, all counts that it reaches
-    (``describe_run``). A change of
-    anything else keeps the repeats.
+    It covers this program except the folders that only report; the files of a model folder that the program reads;
+    for a configuration defined elsewhere, its package or the folder of its module; any further source folders
+    (``programs``); and everything that a function run with given values reaches (``describe_run``). A change of
+    anything else leaves stored repeats valid.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True, default=joblib.hash).encode())
     digest.update(json.dumps(list_versions()).encode())
@@ -121,7 +120,7 @@ def compute_key(
 
 
 def _find_home(kind: type) -> Path:
-    """Finds the folder of a class: that of its outermost package, or of its module if that is in none."""
+    """Finds the folder of a class: that of its outermost package, or else of its module."""
     outermost = sys.modules[kind.__module__.partition(".")[0]]
     return Path(getattr(outermost, "__file__", None) or inspect.getfile(kind)).parent
 
@@ -135,7 +134,7 @@ def run_repeats(
     description: str,
     unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that a folder lacks, each on its own; see ``run_batches``."""
+    """Runs the repeats that are missing in a folder, one at a time; see ``run_batches``."""
     run_batch = functools.partial(_run_each, run_repeat)
     return run_batches(folder, run_batch, repeats=repeats, jobs=jobs, description=description, unit=unit)
 
@@ -150,15 +149,21 @@ def run_batches(
     unit: str = "observer",
     at_once: int = 1,
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that a folder lacks in parallel processes, and returns all, stacked along the first axis.
+    """Runs the repeats that are missing in a folder, in parallel, and returns all, stacked along the first axis.
 
-    The folder, with one file per repeat, must belong to one configuration, and be named after its key. The function
-    from the numbers of repeats, at most ``at_once``, to the named arrays of each must be picklable, and shapes the
-    same for all repeats.
+    Args:
+        folder: Folder with one file per repeat; it must belong to one configuration and be named after its key.
+        run_batch: Picklable function from repeat numbers, at most ``at_once``, to the named arrays of each repeat,
+            whose shapes are the same for all repeats.
+        repeats: Number of repeats.
+        jobs: Number of processes.
+        description: Label of the progress bar.
+        unit: Name of one repeat in the progress bar.
+        at_once: Largest number of repeats in a batch.
 
     Raises:
-        AffordanceError: A repeat failed; the others are run and kept first, unless a part of the program cannot work
-            on this machine.
+        AffordanceError: If a repeat failed. All others are run and stored first, unless a part of the program cannot
+            work on this machine.
     """
     kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
@@ -174,7 +179,7 @@ def run_batches(
             if isinstance(arrays, AffordanceError):
                 failed[repeat] = arrays
                 continue
-            # Here, not where it was run: another machine may not share this folder.
+            # Stored by this process, not by the worker, which may be on a machine without this folder.
             _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
@@ -195,9 +200,9 @@ def run_batches(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs tasks, picklable functions, in parallel processes, with a temporary progress bar on a terminal.
+    """Runs picklable functions in parallel processes, with a temporary progress bar on a terminal.
 
-    Tasks run before anything is written, so that invalid input leaves nothing but a one-line error.
+    All tasks run before anything is written, so that invalid input leaves only a one-line error.
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
     results = _report_ended(parallel(joblib.delayed(task)() for task in tasks))
@@ -205,18 +210,18 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
 
 
 def _report_ended[T](results: Iterator[T]) -> Iterator[T]:
-    """Yields the results of processes; if one ended before its task did, an AffordanceError says so in one line."""
+    """Yields the results of processes; raises an AffordanceError if a process ended before its task."""
     try:
         yield from results
     except BrokenExecutor as error:
-        problem = "a process ended unexpectedly, as happens when memory runs out; fewer --jobs take less"
+        problem = "a process ended unexpectedly, perhaps for lack of memory; fewer --jobs need less"
         raise AffordanceError(problem) from error
 
 
 def end_processes() -> None:
-    """Ends the worker processes, which joblib would keep for later repeats.
+    """Ends the worker processes, which joblib would reuse for later repeats.
 
-    They grow during another experiment; joblib takes that for a leak, replaces them, and warns.
+    Their memory grows in the next experiment; joblib would take that for a leak, replace them and warn.
     """
     get_reusable_executor().shutdown(wait=True)
 
@@ -230,7 +235,7 @@ def _run_each(
 def _run(
     run_batch: Callable[[Sequence[int]], Sequence[Mapping[str, NDArray[Any]]]], repeats: Sequence[int]
 ) -> list[tuple[int, dict[str, NDArray[Any]] | AffordanceError]]:
-    """Runs a batch of repeats, one by one if it failed; returns the error of a failed repeat."""
+    """Runs a batch of repeats, or one by one if the batch fails; returns results, or the error of a failed repeat."""
     try:
         return [(repeat, dict(arrays)) for repeat, arrays in zip(repeats, run_batch(repeats), strict=True)]
     except AffordanceError as error:
@@ -245,7 +250,7 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Reads a kept repeat; None if it is missing, or if it is unreadable or foreign and was quarantined."""
+    """Loads a stored repeat; None if it is missing, or was quarantined because it is unreadable or foreign."""
     path = _path_of(folder, repeat)
     try:
         with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:
@@ -263,7 +268,7 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:
-    """Builds the stamp of a kept repeat, by which one from another folder is recognised."""
+    """Builds the stamp of a stored repeat, which reveals a file from another folder."""
     return f"repeat {repeat} of {folder.name}"
 
 

@@ -1,1 +1,1 @@
-"""Simulation: the Diagram, its trials, and the cost of a task when the motion is simulated."""
+"""Simulation: the Diagram, its trials, and the costs of simulated motions."""

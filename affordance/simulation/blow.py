@@ -1,6 +1,6 @@
-"""Simulation of a blow with contact: the arm strikes a nail in Drake and comes back to rest.
+"""Simulates a blow with contact: the arm strikes a nail in Drake and returns to rest.
 
-This is the brute-force check of a blow that was planned by inner simulation.
+This is the brute-force check of a blow that was planned with inner simulation.
 """
 
 import dataclasses
@@ -30,11 +30,11 @@ from affordance.simulation.diagram import END_MARGIN, TrialDiagram
 from affordance.simulation.trial import TrialRunner, finish, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
-# Relative error of the peak resistance up to which a blow counts as done: the formula by which blows are planned
-# neglects the losses in nail and contact (docs/decisions/0013-nail.md).
+# Largest relative error of the peak resistance at which a blow counts as successful: the formula that plans blows
+# neglects losses in nail and contact (docs/decisions/0013-nail.md).
 FORCE_TOLERANCE = 0.15
-# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times that number, in
-# a minute or two, the integrator has stalled.
+# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, which
+# take a minute or two, the integrator is considered stalled.
 _MAX_STEPS = 200_000
 
 
@@ -42,7 +42,7 @@ _MAX_STEPS = 200_000
 class Blow:
     """Outcome of a simulated blow and its cost."""
 
-    strike: Strike  # as planned
+    strike: Strike  # planned strike
     record: TrialRecord  # record of the arm's motion, one row per control period
     nail: NailRecord  # record of the nail's motion and forces
     work: float  # absolute work of the joints, from rest to the strike, [J]
@@ -61,12 +61,12 @@ class Blow:
         return float(self.nail.travel[-1])
 
     def describe_force_error(self, force: float, arm: Arm) -> str:
-        """Describes the error of the peak resistance, [N], and possible remedies; empty within the tolerance."""
+        """Describes the error of the peak resistance, [N], with possible remedies; empty within the tolerance."""
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         ways = []
-        # If damping brings a light wrist to rest within a control period, the wrist does not yield to the nail.
+        # If damping stops a light wrist within a control period, the wrist does not yield to the nail.
         if any(rotor.joint().default_damping_vector().any() for rotor in rotors):
             ways.append("an arm without damping (import-arm --damping none)")
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
@@ -86,10 +86,12 @@ def simulate_blow(
     force: float | None = None,
     nail: Nail | None = None,
 ) -> Blow:
-    """Plans and simulates a blow with a gripped tool whose densities are known, [kg/m^3].
+    """Plans and simulates a blow with a gripped tool of known densities, [kg/m^3], logging every control period.
 
-    The peak of resistance, [N], is the demanded one, and the nail that of the plan, unless others are given. Every
-    control period is logged. If no swing is fast enough, an AffordanceError is raised.
+    ``force`` is the peak resistance, [N], and ``nail`` the simulated nail; by default they are those of the task.
+
+    Raises:
+        AffordanceError: If no swing is fast enough.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
@@ -111,7 +113,7 @@ def simulate_blow(
 
 
 def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: Settings) -> str:
-    """Describes why a planned blow fails in simulation with contact, densities being known; empty if it does not."""
+    """Describes why a planned blow fails when it is simulated with known densities; empty if it succeeds."""
     try:
         blow = simulate_blow(tool, task, planned, list_densities([tool]), settings)
     except AffordanceError as error:
@@ -123,7 +125,7 @@ def describe_blow_fault(tool: Tool, task: Hammer, planned: BlowCost, settings: S
 def run_blow(
     runner: TrialRunner, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
-    """Runs the trial of a blow, from rest to rest, as ``TrialRunner.run``; a stall raises a StallError."""
+    """Runs the trial of a blow, from rest to rest, like ``TrialRunner.run``; raises a StallError if it stalls."""
     settings = runner.settings
     duration = strike.compute_duration(settings.mpc.horizon)
     trial = runner.get_diagram(duration, tool, strike.placement)
@@ -133,7 +135,7 @@ def run_blow(
     touch, leave = strike.contact
     _advance(simulator, settings.integrator.free, touch)
     _advance(simulator, settings.integrator.contact, leave)
-    # A tool that catches on the nail on its way back stalls the integrator of an undamped arm (0013).
+    # If the tool catches on the nail on its way back, the integrator of an undamped arm stalls (0013).
     monitor.stops_at_touch = True
     if not _advance(simulator, settings.integrator.free, duration + END_MARGIN):
         monitor.stops_at_touch = False
@@ -143,17 +145,17 @@ def run_blow(
 
 
 class BlowMonitor:
-    """Monitor of a blow: ends it if it stalls, and stops at any contact while ``stops_at_touch`` is set."""
+    """Monitor that aborts a stalled blow, and stops at any contact while ``stops_at_touch`` is set."""
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
-        """Stores the simulated plant and the tool's name for messages."""
+        """Stores the simulated plant, and the tool's name for messages."""
         self.stops_at_touch = False
         self._plant = plant
         self._tool_name = tool_name
         self._num_steps = 0
 
     def __call__(self, context: Context) -> EventStatus:
-        """Counts a step of the integrator; raises a StallError beyond the limit."""
+        """Counts a step of the integrator; raises a StallError above the limit."""
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
             raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
@@ -165,7 +167,7 @@ class BlowMonitor:
         return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
 
     def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Lists the names of the bodies in contact, in pairs."""
+        """Lists the names of the pairs of bodies in contact."""
         contacts, get_body = self._get_contacts(context), self._plant.get_body
         pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
         return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
@@ -184,7 +186,7 @@ def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlace
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and advances to a time; returns whether it was reached without a monitor ending it."""
-    config.start_time = simulator.get_context().get_time()  # or the clock would be set back
+    """Changes the integrator and advances to a time; returns True unless a monitor stopped the simulation before."""
+    config.start_time = simulator.get_context().get_time()  # otherwise the clock would be reset
     ApplySimulatorConfig(config, simulator)
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -1,8 +1,8 @@
 """Trial in which the hand pushes against a clamp, which then opens and hands over the object.
 
-The force has a closed form (``control.hold``). The hand's motion after release has none for the outstretched arm:
-with a believed weight a seventh too small, the arm is unstable, to first order, against turning its forearm, and
-higher orders determine how far it sinks.
+The force has a closed form (``control.hold``). The hand's motion after release has none if the arm is outstretched:
+if the believed weight is a seventh too small, rotating the forearm is unstable to first order, and higher-order terms
+determine how far the arm sinks.
 """
 
 from typing import NamedTuple
@@ -18,17 +18,17 @@ from affordance.objects.tool import Tool
 from affordance.simulation.trial import TrialRunner, finish
 from affordance.simulation.trial_record import TrialRecord
 
-# Duration of the push; the force settles within a third of it, [s].
+# Duration of the push, [s]; the force settles within a third of it.
 CLAMPED = 1.0
-# The force is averaged over this time before release (Cesanek et al. 2021), [s], with this number of readings.
+# Time before release over which the force is averaged (Cesanek et al. 2021), [s], and number of readings.
 _AVERAGED = 0.01
 _NUM_READINGS = 10
-# Times of logged rows are rounded, [s].
+# Rounding error of the times of logged rows, [s].
 _ROUNDING = 1e-9
 
 
 class ClampRecord(NamedTuple):
-    """Force at a clamp, and the hand's motion after release."""
+    """Force on a clamp, and the hand's motion after release."""
 
     force: float  # upward force of the hand on the clamp, averaged over the last 10 ms before release, [N]
     release_time: float  # time of the release, [s]
@@ -40,12 +40,12 @@ def run_clamp_and_release(
 ) -> tuple[TrialRecord, ClampRecord]:
     """Pushes against a clamp with the believed weight of an object, then holds the object for a duration, [s].
 
-    The hand is clamped in its home pose, and empty: the object is handed over at release, and only the measurements
-    from then on are learned from.
+    The hand is clamped in its home pose, and empty. The object is handed over at release, and only measurements after
+    that are used for learning.
     """
     trial = runner.get_diagram(CLAMPED + duration, has_clamp=True)
     arm = trial.arm
-    assert arm.clamp is not None  # the Diagram was built with one
+    assert arm.clamp is not None  # the Diagram was built with a clamp
     task = ClampAndRelease(arm.home, CLAMPED)
     simulator = runner.prepare(trial, tool, task, memory, seed)
     context = simulator.get_mutable_context()
@@ -61,7 +61,7 @@ def run_clamp_and_release(
     arm.set_payload(plant_context, tool.parameters)
     trial.estimator.forget(trial.estimator.GetMyMutableContextFromRoot(context))
     config = runner.settings.integrator.free
-    config.start_time = context.get_time()  # or the clock would be set back
+    config.start_time = context.get_time()  # otherwise the clock would be reset
     ApplySimulatorConfig(config, simulator)
     record = finish(trial, simulator, tool)
     height = record.height_grip[record.times >= CLAMPED - _ROUNDING]

@@ -1,13 +1,14 @@
-"""Diagram of a presentation: the paper's figure 2, and the only module that connects ports.
+"""Builds the Diagram of a presentation, the paper's figure 2; no other module connects ports.
 
 feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
                              ^    `-----prior--> density_estimator <--measurement-----'
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-The Diagram's outputs are features, measurement and posterior, so that a larger Diagram may hold it next to systems of
-its own. The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is
-a scene graph only if a tool is given. A nail is part of the plant; the resistance of the wood is a system.
+The Diagram's outputs are features, measurement and posterior, so that it can be part of a larger Diagram with other
+systems. The posterior is logged during the trial if the settings give it a log period. Contact needs shapes, so there
+is a scene graph only if a tool is given. A nail is part of the plant; the resistance of the wood is a separate
+system.
 """
 
 from collections.abc import Callable
@@ -36,17 +37,17 @@ from affordance.simulation.posterior_log import PosteriorLog
 from affordance.vision.eye import Eye, observe
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
-# Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
-# (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns, [s].
+# Presentations end a nanosecond late, [s]: Drake rounds the times of periodic events, sometimes to after the end
+# (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns.
 END_MARGIN = 1e-9
 
 
-# Function that adds systems that show the plant, with the port of the belief, to a Diagram.
+# Function that adds systems to a Diagram that show the plant and the belief, given the belief's port.
 type Display = Callable[[DiagramBuilder, MultibodyPlant, OutputPort], None]
 
 
 class NailLogs(NamedTuple):
-    """Logs of a nail at every step of the integrator."""
+    """Logs of a nail for every step of the integrator."""
 
     state: VectorLogSink
     acceleration: VectorLogSink
@@ -55,11 +56,11 @@ class NailLogs(NamedTuple):
 
 @dataclass(frozen=True)
 class TrialDiagram:
-    """Built Diagram of a presentation, with the handles for setting it up and reading it out.
+    """Diagram of a presentation, with handles to set it up and to read its results.
 
-    One instance serves any number of presentations, whose changes live in the Context. ``posterior_log`` is None
-    unless the settings give it a period, ``nail_logs`` unless there is a nail. The arm is stiff if damping brings a
-    joint to rest within a control period.
+    One instance serves any number of presentations, whose state is in the Context. ``posterior_log`` is None unless
+    the settings give it a log period, ``nail_logs`` unless there is a nail. The arm is stiff if damping stops a joint
+    within a control period.
     """
 
     diagram: Diagram
@@ -98,11 +99,20 @@ def build_trial_diagram(
     eye: Eye | None = None,
     display: Display | None = None,
 ) -> TrialDiagram:
-    """Builds the Diagram of presentations of a duration, [s], at the end of which the memory learns.
+    """Builds the Diagram for presentations of a duration, [s], at the end of which the memory learns.
 
-    Without a tool's shapes nothing is in contact, as when an object is only held; the clamp for the hand is open. The
-    eye is that of the settings if None, and a display adds systems that show the plant. An unsuitable arm raises a
-    ModelFileError, a fault of a joint that it has not a BadValueError.
+    Args:
+        settings: Settings of the simulation.
+        duration: Duration of a presentation, [s].
+        tool: Tool whose shapes can touch a nail; None if nothing is in contact, as when an object is only held.
+        nail: Nail and its placement, if any.
+        has_clamp: True to add a clamp for the hand, which is open at first.
+        eye: Function that gives the features of an object; None for that of the settings.
+        display: Function that adds systems that show the plant, if any.
+
+    Raises:
+        ModelFileError: If the arm is unsuitable.
+        BadValueError: If a fault is that of a joint which the arm does not have.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
@@ -168,7 +178,7 @@ def build_trial_diagram(
     builder.Connect(vdot, proprioception.GetInputPort("vdot"))
     connect(proprioception, "measurement", estimator, "measurement")
     for source, output in ((sensor, "features"), (proprioception, "measurement"), (estimator, "posterior")):
-        builder.ExportOutput(source.GetOutputPort(output), output)  # for systems of a user's own
+        builder.ExportOutput(source.GetOutputPort(output), output)  # for user-defined systems
 
     posterior_log = None
     if settings.posterior_log_period is not None:
@@ -207,7 +217,10 @@ def build_trial_diagram(
 def _select_arm(
     builder: DiagramBuilder, name: str, plant: MultibodyPlant, output: str, *, num_joints: int, parts: int
 ) -> OutputPort:
-    """Selects the arm's entries of a port of the plant; the nail's are at the end of each of its equal parts."""
+    """Selects the arm's entries from a port of the plant that consists of ``parts`` equal parts.
+
+    The nail's entries are at the end of each part.
+    """
     port: OutputPort = plant.GetOutputPort(output)
     if plant.num_velocities() == num_joints:
         return port
@@ -218,9 +231,9 @@ def _select_arm(
 
 
 def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement) -> NailLogs:
-    """Adds the resistance of the wood, and logs of the nail."""
+    """Adds the resistance of the wood, and the logs of the nail."""
     plant = arm.plant
-    assert arm.nail is not None  # add_arm was given one
+    assert arm.nail is not None  # add_arm was given a nail
     resistance = NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start())
     builder.AddNamedSystem("nail_resistance", resistance)
     builder.Connect(plant.GetOutputPort("nail_state"), resistance.GetInputPort("state"))

@@ -1,4 +1,4 @@
-"""Brute-force check of inner simulation: the motion is simulated with densities that the controller knows."""
+"""Brute-force check of inner simulation: simulates the motion with densities that the controller knows."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -52,7 +52,7 @@ def follow_path(tool: Tool, task: Reach, memory: MaterialMemory, settings: Setti
 
 
 def describe_path_fault(tool: Tool, path: TimedPath, settings: Settings) -> str:
-    """Describes why a simulated tool does not follow a path, densities being known; empty if it does."""
+    """Describes why a simulated tool of known densities does not follow a path; empty if it does."""
     try:
         rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
     except AffordanceError as error:

@@ -1,9 +1,8 @@
-"""Hundreds of lifts of many observers in closed form: belief, exerted force and measurements of an arm at rest.
+"""Computes hundreds of lifts of many observers in closed form: beliefs, forces, and measurements at rest.
 
-In each lift an observer sees an object, pushes with the believed weight of the object (``control.hold``), and then
-holds it: the observer learns from the torques of the arm at rest with the object in hand, with measurement errors.
-The arm is that of all simulations, in its home posture; nothing is simulated. Observers are the rows of arrays; what
-one of them does depends on no other.
+In each lift an observer sees an object, pushes with its believed weight (``control.hold``), then holds it, and learns
+from the noisy torques of the arm at rest with the object in its hand. The arm is that of all simulations, in its home
+posture, but no motion is simulated. Observers are the rows of arrays and are independent of each other.
 """
 
 import copy
@@ -35,35 +34,35 @@ from affordance.settings import Settings
 from affordance.vision.eye import measure_features
 from affordance.vision.features import VisionError
 
-# Object of an observer that lifts nothing in a trial.
+# Object number of an observer that lifts nothing in a trial.
 NOTHING = -1
 
 
 class LiftedObservers(NamedTuple):
-    """What B observers have learned."""
+    """State of B observers: what they have learned, and which objects they have lifted."""
 
-    state: State  # of their learner; things have the numbers of the objects
-    order: Array  # number of the lift in which each object was first lifted as a thing of its own, (B, objects)
+    state: State  # state of their learner, in which objects have the same numbers as here
+    order: Array  # number of the first lift of each object, counting objects that look the same as one, (B, objects)
 
 
 class LiftRecord(NamedTuple):
-    """Record of N lifts by B observers, (N, B) each; NaN, and 0 for a kind, where there was no such lift."""
+    """Record of N lifts by B observers, (N, B) each; NaN, or 0 for the kind, where an observer lifted nothing."""
 
     force: Array  # upward force exerted before release, [N]
     weight: Array  # true weight, [N]
     expected: Array  # expected mass, at the most probable densities before each lift, [kg]
-    believed_density: Array  # most probable density of the colour of the first part, before each lift, [kg/m^3]
-    kind: NDArray[np.intp]  # number of the object's kind in that colour after the lift, 1 for the oldest; 0 without
-    p_value: Array  # of what was felt, by the belief before; NaN if nothing is learned
+    believed_density: Array  # most probable density for the colour of the first part, before each lift, [kg/m^3]
+    kind: NDArray[np.intp]  # number of the object's kind within that colour after the lift, 1 for the oldest; or 0
+    p_value: Array  # p-value of the measurement under the belief before the lift; NaN if nothing is learned
     felt: Array  # weight at the most probable densities after the lift, [N]; NaN if nothing is learned
-    expected_by_look: Array  # weight that the look predicts of a new object, before each lift, [N]
+    expected_by_look: Array  # weight expected of a new object with this appearance, before each lift, [N]
     after: LiftedObservers
 
 
 class _SeenTool(NamedTuple):
-    """Quantities that all lifts of an object share; Phi is that of its parts, (10, num_parts), the weight in [N]."""
+    """Quantities that all lifts of an object share; Phi is that of its parts, (10, num_parts), weight is in [N]."""
 
-    appearance: Appearance  # with the known colours
+    appearance: Appearance  # appearance, in known colours
     colours: tuple[int, ...]  # indices of the parts' colours
     Phi: Array
     tau: Array  # true torques of the arm holding the object, shape (num_joints,), [N m]
@@ -71,7 +70,11 @@ class _SeenTool(NamedTuple):
 
 
 def check_closed_form(settings: Settings) -> WeberNoise:
-    """Returns the torque noise; raises a BadArgumentError unless features are exact, with one error per trial."""
+    """Checks that settings allow closed-form lifts, and returns the torque noise.
+
+    Raises:
+        BadArgumentError: Unless features are exact, and the torque noise is one error per trial.
+    """
     noise, where = settings.noise, "for lifts in closed form"
     if not isinstance(noise, WeberNoise):
         raise BadArgumentError("Settings", "noise", f"is {type(noise).__name__}, must be WeberNoise {where}")
@@ -83,10 +86,13 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Lifts of a set of objects in closed form; quantities shared by all lifts are computed once."""
+    """Closed-form lifts of a set of objects; quantities that all lifts share are computed once."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
-        """Computes what does not change between lifts; errors are those of ``check_closed_form`` and ``load_arm``."""
+        """Computes the quantities that all lifts share.
+
+        Errors are those of ``check_closed_form`` and ``load_arm``.
+        """
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
         self.settings = settings
@@ -101,21 +107,21 @@ class StaticLifter:
         self._first = np.array([each.colours[0] for each in self._tools])
 
     def start(self, seeds: Sequence[tuple[int, ...]]) -> LiftedObservers:
-        """Returns observers without experience, each with a seed of what its learner draws at the start."""
+        """Creates observers without experience, each with a seed for its learner's random draws at the start."""
         learner, size = self._learner, len(seeds)
         draws = ObserverDraws([(*seed, 0) for seed in seeds])
         state = learner.start(draws, learner.parameters, self.settings.prior, len(self.colours), size)
         return LiftedObservers(state, np.full((size, len(self._tools)), np.inf))
 
-    def note(self, observers: LiftedObservers, number: int) -> LiftedObservers:
-        """Returns observers, all of whom have met an object: whatever they learn of it, they learn elsewhere."""
+    def mark_met(self, observers: LiftedObservers, number: int) -> LiftedObservers:
+        """Marks an object as met by all observers; they learn nothing from this."""
         order = observers.order.copy()
         things = self.identify(np.full(len(order), number), order)
         order[np.arange(len(order)), things] = np.minimum(order[np.arange(len(order)), things], 0.0)
         return observers._replace(order=order)
 
     def list_things(self, observers: LiftedObservers) -> tuple[Thing, ...]:
-        """Lists the things of the only observer, by number; those never met look like nothing."""
+        """Lists the objects of a single observer, by number; those never met have no appearance."""
         pairs = zip(self._tools, np.isfinite(observers.order[0]), strict=True)
         return tuple(
             Thing(tool.appearance, tuple(dict.fromkeys(tool.colours))) if is_met else Thing((), ())
@@ -123,8 +129,8 @@ class StaticLifter:
         )
 
     def draw_errors(self, seeds: Sequence[tuple[int, ...]], num_lifts: int) -> Array:
-        """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), each by seed and number."""
-        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a seed that ends in 0 is the same without
+        """Draws gain and offset errors of N lifts of B observers, (N, B, 2, num_joints), by seed and lift number."""
+        numbers, num_joints = range(1, num_lifts + 1), self._tau.shape[1]  # a trailing 0 would not change a seed
         drawn = [[self._noise.draw_trial_errors((*seed, number), num_joints) for seed in seeds] for number in numbers]
         return np.array(drawn).reshape(num_lifts, len(seeds), 2, num_joints)
 
@@ -141,17 +147,17 @@ class StaticLifter:
 
         Args:
             objects: Number of the object that each observer lifts, (N, B); NOTHING for none.
-            observers: State that they have learned before.
-            errors: Errors of measurement; see ``draw_errors``.
-            seeds: Seed of each observer, for what its learner draws in a lift, together with the lift's number.
-            teaches: True where an observer learns from a lift, (N, B); None for all of them.
-            pushes: Model of the pushes; None for exactly the weight that they believe in.
+            observers: State of the observers before the first lift.
+            errors: Measurement errors; see ``draw_errors``.
+            seeds: Seed of each observer; together with the lift's number, it seeds its learner's draws in a lift.
+            teaches: True where an observer learns from a lift, (N, B); None for all lifts.
+            pushes: Push parameters; None for pushes that equal the believed weight.
 
         The computing time of a lift is that of the learner's ``expect`` and ``learn``, for all observers at once.
         """
         state, order, everyone = observers.state, observers.order.copy(), np.arange(objects.shape[1])
         force, expected, believed, p_value, felt, by_look = (np.full(objects.shape, np.nan) for _ in range(6))
-        last = np.full(len(everyone), np.nan)  # weight that was believed at the lift before, [N]
+        last = np.full(len(everyone), np.nan)  # weight believed in the previous lift, [N]
         kind, learned = np.zeros(objects.shape, dtype=np.intp), np.zeros(len(everyone), dtype=np.intp)
         is_taught = (objects != NOTHING) & (np.ones(objects.shape, dtype=bool) if teaches is None else teaches)
         for number, (chosen, taught) in enumerate(zip(objects, is_taught, strict=True)):
@@ -200,19 +206,19 @@ class StaticLifter:
         return np.array([self._noise.weber_fraction, self._noise.threshold])
 
     def of_learner(self, learner: Learner) -> "StaticLifter":
-        """Returns lifts of the same objects by observers of another learner."""
+        """Returns a copy with the same objects, whose observers have another learner."""
         other = copy.copy(self)
         other._learner = learner
         return other
 
     def list_colours(self, number: int) -> tuple[int, ...]:
-        """Lists the indices of the colours of an object, each once."""
+        """Lists the indices of the colours of an object without repetition."""
         return tuple(dict.fromkeys(self._tools[number].colours))
 
     def feel(
         self, state: State, seen: Seen, lifted: NDArray[np.intp], Phi: Array, errors: Array, draws: Draws
     ) -> Lesson:
-        """Lets B observers learn from what they feel of an object each, with errors of shape (B, 2, num_joints)."""
+        """Lets B observers learn from measurements of one object each, with errors (B, 2, num_joints)."""
         gain, offset = np.moveaxis(errors, 1, 0)
         residual = self._tau[lifted] * (1.0 + gain) + offset - self._hold.tau_arm
         percept = StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, residual, self._noise)
@@ -240,7 +246,7 @@ class StaticLifter:
         )
 
     def gather(self, lifted: NDArray[np.intp], colours: tuple[int, ...]) -> Array:
-        """Builds the inertia maps of objects, (n,), with a column for each of their m colours, (n, 10, m)."""
+        """Builds the inertia maps of n objects, with one column for each of m colours, (n, 10, m)."""
         numbers, places = np.unique(lifted, return_inverse=True)
         maps = []
         for tool in (self._tools[number] for number in numbers):
@@ -249,14 +255,20 @@ class StaticLifter:
         return np.array(maps)[places]
 
     def identify(self, chosen: NDArray[np.intp], order: Array) -> NDArray[np.intp]:
-        """Finds which thing an object is, (B,): the first that was lifted of those that look the same, or itself."""
+        """Finds the object as which each observer recognises a chosen one, (B,).
+
+        It is the first lifted object that looks the same, or otherwise the chosen one.
+        """
         known = np.where(self._same[chosen], order, np.inf)
         return np.where(np.isfinite(known).any(axis=1), known.argmin(axis=1), np.maximum(chosen, 0))
 
     def _group(
         self, chosen: NDArray[np.intp], things: NDArray[np.intp], taught: Mask
     ) -> Iterator[tuple[NDArray[np.intp], tuple[int, ...]]]:
-        """Yields groups of observers that lift objects of the same colours, and all learn or do not: their rows."""
+        """Groups observers by the colours of their objects and by whether they learn.
+
+        Yields: Rows of each group's observers, and the colours.
+        """
         looks = [tuple(dict.fromkeys(tool.colours)) for tool in self._tools]
         numbers = np.array([looks.index(each) for each in looks])[things]
         keys = np.where(chosen == NOTHING, NOTHING, 2 * numbers + taught)
@@ -264,7 +276,7 @@ class StaticLifter:
             yield np.flatnonzero(keys == key), looks[key // 2]
 
     def _estimate(self, before: Normals, mode: Array, seeds: Sequence[tuple[int, ...]]) -> Array:
-        """Computes the densities that represent beliefs in control, (n, m), drawn by seed if they are drawn."""
+        """Computes the densities that control uses, (n, m); sampled ones are drawn with the seeds."""
         if (point_estimate := self.settings.point_estimate) is PointEstimate.MODE:
             return mode
         beliefs = (
@@ -276,7 +288,10 @@ class StaticLifter:
         )
 
     def _number_kinds(self, state: State, seen: Seen, first: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Finds the number of an object's kind in the colour of its first part, from 1; 0 without kinds, (n,)."""
+        """Finds the numbers, from 1, of the objects' kinds within the colour of the first part, (n,).
+
+        They are 0 for a learner without kinds.
+        """
         groups = self._learner.group(state)
         if groups.counts is None:
             return np.zeros(len(first), dtype=np.intp)

@@ -28,17 +28,17 @@ from affordance.vision.eye import Eye
 
 _LOG = logging.getLogger(__name__)
 
-# Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB of memory.
+# Number of Diagrams in a runner's cache, enough for a task or two. A Diagram takes 0.1 s to build and 2 MB of memory.
 _MAX_DIAGRAMS = 8
-# Longer presentations are assumed to be a mistake of units: a second takes 0.05 s to compute, [s].
+# Longest presentation, [s]; a longer one is probably in the wrong unit. Simulating a second takes 0.05 s.
 DURATION_MAX = 3600.0
-# Most periods of control, samples or logs in a presentation.
+# Largest number of control, sample or log periods in a presentation.
 _MOST_PERIODS = 200_000
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
-    """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts.
+    """Runner of trials, which builds Diagrams at first use and reuses recent ones with new Contexts.
 
     Example:
         >>> from affordance import MODELS, TrialRunner, load_tools
@@ -57,16 +57,16 @@ class TrialRunner:
         robot: ArmOwner | None = None,
         display: Display | None = None,
     ) -> None:
-        """Stores what all trials share.
+        """Stores the settings, eye and robot that all trials share.
 
         Args:
             settings: Settings of all simulations.
-            eye: Function that gives the features of an object that is looked at; that of the settings if None.
+            eye: Function that gives the features of an object; None for that of the settings.
             robot: Robot whose arm holds objects; None for the arm of the settings.
-            display: Function that adds systems that show the plant to its Diagrams; None to show nothing.
+            display: Function that adds systems to the Diagrams that show the plant; None to show nothing.
 
         Raises:
-            BadArgumentError: The settings are not a Settings, or the robot has no arm.
+            BadArgumentError: The settings are not a Settings object, or the robot has no arm.
         """
         self._eye, self._display = eye, display
         self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
@@ -81,13 +81,13 @@ class TrialRunner:
         return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
 
     def start_memory(self, seed: Seed = 0) -> MaterialMemory:
-        """Returns the initial memory of an observer, by the learner of the settings.
+        """Returns the initial memory of an observer with the learner of the settings.
 
         Args:
             seed: Seed of the learner's random draws, if it makes any; different for each observer.
 
         Raises:
-            BadArgumentError: The seed is not a seed.
+            BadArgumentError: The seed is invalid.
         """
         return start_memory(self.settings.learner, seed)
 
@@ -99,7 +99,7 @@ class TrialRunner:
         *,
         has_clamp: bool = False,
     ) -> TrialDiagram:
-        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if given."""
+        """Returns the Diagram for presentations of a duration, [s], with tool shapes, nail and clamp if given."""
         shapes = () if tool is None else tool.appearance
         placement = () if nail is None else nail.key
         key = (duration, has_clamp, *shapes, *placement)
@@ -119,23 +119,23 @@ class TrialRunner:
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial of holding an object in the arm's home posture, where it touches nothing; see ``run``."""
+        """Runs a trial in which an object is held in the arm's home posture, without contact; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs one trial, from rest at the start of the task and with the object attached.
+        """Runs one trial with the object attached to the hand, from rest at the start of the task.
 
         Args:
-            tool: Object whose true densities act in the plant.
+            tool: Object in the hand; the plant has its true densities.
             task: Task that is done with it.
-            memory: Belief about materials when the trial begins.
+            memory: Belief about materials at the start of the trial.
             duration: Duration of the trial, at least one sample period, [s].
-            seed: Seed of every random draw of the trial: a whole number, or several.
+            seed: Seed of all random draws of the trial: a whole number, or several.
 
         Returns: Record of the trial.
 
         Raises:
-            BadArgumentError: An argument is of the wrong kind or out of bounds.
+            BadArgumentError: An argument has the wrong type or is out of bounds.
         """
         check_duration(duration, self.settings)
         _check_trial(tool, memory)
@@ -144,27 +144,32 @@ class TrialRunner:
         return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
     def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: MaterialMemory, seed: Seed) -> Simulator:
-        """Sets up a trial in a new Context, ready to be advanced; arguments as for ``run``."""
+        """Sets up a trial in a new Context, ready to be advanced; arguments are those of ``run``."""
         context = trial.diagram.CreateDefaultContext()
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
         return present(trial, context, tool, task, seed)
 
 
 class Observer:
-    """Observer who is given objects to hold, one after the other.
+    """Observer that is given objects to hold, one after the other.
 
-    All presentations run in one Context. Each begins from the defaults except for the state of the
-    ``material_memory``, which the event at the end of the previous presentation has updated.
+    All presentations run in one Context. Each starts from the default state, except that of the ``material_memory``,
+    which the event at the end of the previous presentation has updated.
     """
 
     def __init__(
         self, runner: TrialRunner, memory: MaterialMemory, *, duration: float, remembered: tuple[Colour, ...] = ()
     ) -> None:
-        """Sets the memory before the first presentation, and the duration of every presentation, [s].
+        """Sets the memory before the first presentation, and the duration of every presentation.
 
-        A duration is at least one sample period. Of the memory only the colours ``remembered`` are kept beyond a
-        presentation, or all if there are none. A memory of the wrong kind, or a duration out of bounds, raises a
-        BadArgumentError.
+        Args:
+            runner: Runner of the trials.
+            memory: Belief about materials before the first presentation.
+            duration: Duration of a presentation, at least one sample period, [s].
+            remembered: Colours that the memory keeps after a presentation; empty for all.
+
+        Raises:
+            BadArgumentError: If the memory has the wrong type, or the duration is out of bounds.
         """
         check_duration(duration, runner.settings)
         check_kind("memory", memory, MaterialMemory, _MEMORIES)
@@ -180,7 +185,7 @@ class Observer:
         return self._trial.memory.get_memory(self._memory_context)
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Runs a trial of holding an object in the home posture; the seed determines every random draw."""
+        """Runs a trial in which an object is held in the home posture; the seed determines all random draws."""
         _check_trial(tool, self.memory)
         trial = self._trial
         for system in trial.diagram.GetSystems():
@@ -199,11 +204,13 @@ def get_runner(settings: Settings) -> TrialRunner:
 
 
 def check_duration(duration: float, settings: Settings) -> None:
-    """Raises a BadArgumentError for less than a sample, without which nothing is learned, or for too long a time.
+    """Checks the duration of a presentation, [s].
 
-    That is DURATION_MAX, or _MOST_PERIODS of control, samples or logs, whose rows are held in memory.
+    Raises:
+        BadArgumentError: If it is shorter than a sample period, so that nothing would be learned, or longer than
+            DURATION_MAX or than _MOST_PERIODS control, sample or log periods, whose rows are kept in memory.
     """
-    unit = "s, a period of the samples at least"
+    unit = "s, with at least one sample period"
     check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
     name = min(("control_period", "sample_period", "log_period"), key=lambda name: float(getattr(settings, name)))
     longest = _MOST_PERIODS * getattr(settings, name)
@@ -218,7 +225,7 @@ def _check_trial(tool: Tool, memory: MaterialMemory) -> None:
 
 
 def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: Seed) -> Simulator:
-    """Sets up the presentation of an object in a fresh Context whose memory is set; ready to be advanced."""
+    """Sets up the presentation of an object in a new Context that contains the memory; ready to be advanced."""
     settings, seed = trial.settings, check_seed(seed)
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
     trial.arm.set_payload(plant_context, tool.parameters)
@@ -236,7 +243,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
 
 
 def finish(trial: TrialDiagram, simulator: Simulator, tool: Tool) -> TrialRecord:
-    """Advances a trial to its end, at which the memory learns, and reads its record."""
+    """Advances a trial to its end, when the memory learns, and reads its record."""
     simulator.AdvanceTo(trial.duration + END_MARGIN)
     simulator.AdvancePendingEvents()
     return _read_record(trial, simulator.get_context(), tool)
@@ -255,9 +262,9 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
     )
     log = trial.state_log.FindLog(context)
     times = np.array(log.sample_times())
-    # A change of the integrator during a trial logs that moment twice: of equal times the last counts.
+    # If the integrator is changed during a trial, that time is logged twice, and the last row counts.
     rows = np.append(np.diff(times) > 0.0, True)
-    x = np.array(log.data().T)[rows]  # a copy: the log is used again for the next presentation
+    x = np.array(log.data().T)[rows]  # a copy, because the next presentation reuses the log
     q, v = np.split(x, 2, axis=1)
     return TrialRecord(
         times=times[rows],
@@ -291,7 +298,10 @@ def _read_percept(trial: TrialDiagram, context: Context, tool: Tool) -> Percept:
 
 
 def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[str, ...]:
-    """Names the joints too weak to hold arm and tool at rest at q_start, (num_joints,), [rad], and logs a warning."""
+    """Lists the joints that are too weak to hold arm and tool at rest at q_start, (num_joints,), [rad].
+
+    Logs a warning if there are any.
+    """
     trial.model.set_payload(tool.parameters)
     trial.model.set_posture(q_start)
     overloads = trial.arm.find_overloads(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
@@ -304,7 +314,7 @@ def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[s
 
 
 def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:
-    """Computes the height of a point Q of the tool above its first position, against gravity, (N,), [m]."""
+    """Computes the height of a point Q of the tool relative to its first position, against gravity, (N,), [m]."""
     up = -trial.chain.gravity_W / np.linalg.norm(trial.chain.gravity_W)
     heights = trial.chain.compute_positions(q, p_TQ) @ up
     above: Array = heights - heights[0]

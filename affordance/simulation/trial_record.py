@@ -16,7 +16,7 @@ from affordance.vision.features import ComponentFeatures
 
 
 class Percept(NamedTuple):
-    """Percept of an object in a trial: features in the frame of the hand, and statistics of measured torques."""
+    """Percept of an object in a trial: features in the hand frame, and statistics of measured torques."""
 
     object_name: str
     features: tuple[ComponentFeatures, ...]
@@ -33,19 +33,19 @@ class TrialRecord(NamedTuple):
         times: Logged times, (N,), [s].
         q: Joint angles, (N, num_joints), [rad].
         v: Joint velocities, (N, num_joints), [rad/s].
-        tau: Torques over the control period that ends at each time (zero at t = 0), (N, num_joints), [N m].
+        tau: Torques over the control period that ends at each time, zero at t = 0, (N, num_joints), [N m].
         height_centre: Height of the tool's geometric centre above its position at t = 0, (N,), [m].
         height_grip: Height of the grip To above its position at t = 0, (N,), [m].
         height_com: Height of the true centre of mass above its position at t = 0, (N,), [m].
         memory: Belief about all materials after the trial.
         log_evidence: Log of the prior predictive density of the measurements.
-        counts: Numbers of control periods in which a limit was active, and in which the solver failed to find a plan.
-            A plan exists whatever the object weighs; ``overloaded`` says whether the object can be held at all.
+        counts: Numbers of control periods in which a limit was active, and in which the solver found no plan. A plan
+            exists whatever the object weighs; ``overloaded`` shows whether the object can be held at all.
         p_value: Probability of measurements at least as surprising as these, under the belief before the trial.
-        samples: Numbers of torque samples that were accepted, and that were rejected, by reason.
-        overloaded: Names of the joints too weak to hold arm and object at rest at the start of the trial: the arm
-            then sinks whatever the belief.
-        posteriors: Belief about the object during the trial, if the settings ask for that log.
+        samples: Numbers of torque samples that were accepted, and that were rejected for each reason.
+        overloaded: Names of the joints that are too weak to hold arm and object at rest at the start of the trial;
+            if there are any, the arm sinks whatever the belief.
+        posteriors: Beliefs about the object during the trial, if the settings give them a log period.
         percept: Percept of the object; None if nothing was felt.
 
     Example:
@@ -81,7 +81,7 @@ class TrialRecord(NamedTuple):
         return build_table("Trial", ["what", "value"], self._list_facts())
 
     def _list_facts(self) -> list[tuple[str, str]]:
-        """Lists the main facts of the trial, name and value."""
+        """Lists names and values of the trial's main results."""
         rows, joints = self.q.shape
         farthest = max(self.height_centre, key=abs)
         facts = [

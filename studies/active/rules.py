@@ -6,7 +6,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.hold_worth import Decision, PossibleHold, measure_information
+from affordance.choice.hold_worth import Decision, PossibleHold, compute_information
 from studies.active.world import Workshop, advise, build_hold_geometry, decide, recall_felt
 
 # Samples of a belief, and normal points of the closed form.
@@ -50,7 +50,7 @@ def pick_by_information(
         own = mu + workshop.settings.prior.deviation_sd * rng.standard_normal(mu.shape)
         geometry = build_hold_geometry(workshop, name, memory)
         possible = PossibleHold(name, geometry, np.maximum(own, 0.0), np.zeros((len(own), len(geometry.Phi_errors))))
-        found[name] = measure_information(possible, workshop.static, workshop.settings.noise, covariance)
+        found[name] = compute_information(possible, workshop.static, workshop.settings.noise, covariance)
     return max(left, key=lambda name: found[name])
 
 

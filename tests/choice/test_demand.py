@@ -63,7 +63,7 @@ def test_blow_demands_what_its_swing_does(arm):
     tool = STICK.gripped_by(STICK.grips[0])
     cost = load_hammer(MODELS / "nail.yaml").build_cost(ArmModel(arm), tool.components, Settings())
     pi = tool.parameters[None]
-    near = int(np.searchsorted(cost.speeds, cost.find_speed(pi)[0]))
+    near = int(np.searchsorted(cost.speeds, cost.compute_speed(pi)[0]))
     demand, low, high = (each.compute_demand(pi) for each in (cost, cost.motions[near - 1], cost.motions[near]))
     for found, below, above in zip(demand, low, high, strict=True):
         assert (np.minimum(below, above) <= found * (1.0 + 1e-9)).all()

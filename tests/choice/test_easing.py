@@ -29,18 +29,16 @@ def test_path_beyond_reach_says_where_by_how_much_and_what_could_be_done(task: R
     assert "leaves the path by 0." in said
     assert " m, must stay within 0.02 m: near point " in said
     assert ", where " in said
-    assert said.endswith(" it could")
-    assert "; 0." in said or "; mirrored" in said or "times slower" in said
+    assert re.search(r"; the task would be feasible (0\.|mirrored|.* times slower)", said)
 
 
 def test_task_of_which_nothing_is_easy_enough_says_what_was_tried() -> None:
     said = explain(Reach(replace(FAR, points=((1.9, 0.0, 1.9),), duration=0.3)), GripBounds())
-    assert said.endswith(
-        "; 0.25 times as large, mirrored, 2 times slower, the easiest that was tried, it could not either"
-    )
+    tried = "0.25 times as large, mirrored, 2 times slower"
+    assert said.endswith(f"; the task would not be feasible even {tried}, the easiest variant tried")
 
 
 def test_tool_that_is_too_heavy_could_be_lighter() -> None:
     best = rank(list_one(), Keep(1.0), KNOWN, SETTINGS, criterion=Criterion.GRIP, num_samples=50).best
     said = explain(Keep(1.0), GripBounds(force=0.5 * best.amounts.force.mean))
-    assert re.search(r"with 0\.(49|48|47|46) times its weight it could$", said)
+    assert re.search(r"; the task would be feasible with 0\.(49|48|47|46) times its weight$", said)

@@ -32,7 +32,7 @@ TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 @pytest.mark.parametrize("force", [180.0, 427.0])
 def test_speed_gives_the_tip_the_energy_that_nail_and_contact_take(planned, own_model, hammer, grip, force):
     """Kinetic energy at the end of the swing, with Drake's mass matrix, is the energy that nail and contact take."""
-    (speed,) = planned[grip].find_speed(PI[grip][None], force)
+    (speed,) = planned[grip].compute_speed(PI[grip][None], force)
     target, nail = planned[grip].target, hammer.nail
     swing = plan_strike(planned[grip], hammer, own_model, PI[grip], DEFAULT_SETTINGS, force=force).swing
     own_model.set_payload(PI[grip])
@@ -83,14 +83,14 @@ def test_body_that_cannot_be_is_infeasible_and_leaves_the_others_as_they_are(pla
 
 
 def test_lighter_tool_must_be_faster(planned):
-    speeds = planned["wood"].find_speed(np.array([1.0, 0.5, 0.1, 0.0])[:, None] * PI["wood"])
+    speeds = planned["wood"].compute_speed(np.array([1.0, 0.5, 0.1, 0.0])[:, None] * PI["wood"])
     assert (np.diff(speeds) > 0.0).all()
 
 
 def test_table_ends_where_the_bare_arm_is_fast_enough(hammer, own_model):
     gentle = dataclasses.replace(hammer, force=200.0)
     planned = gentle.build_cost(own_model, HELD["wood"].components, DEFAULT_SETTINGS)
-    (fastest,) = planned.find_speed(np.zeros((1, 10)))
+    (fastest,) = planned.compute_speed(np.zeros((1, 10)))
     assert planned.speeds[-2] < fastest <= planned.speeds[-1]
 
 
@@ -135,7 +135,7 @@ def test_blow_just_beyond_the_table_is_refused_and_a_weak_one_takes_the_slowest_
     """Forces up to 0.1 % beyond that of the fastest swing are refused; one that drives nothing needs no speed."""
     cost, tool = planned["wood"], PI["wood"]
     forces = np.geomspace(hammer.force, 20.0 * hammer.force, 3000)
-    fast = np.array([cost.find_speed(tool[None], force)[0] for force in forces])
+    fast = np.array([cost.compute_speed(tool[None], force)[0] for force in forces])
     beyond = forces[np.argmax(fast > cost.speeds[-1])]
     with pytest.raises(AffordanceError, match="needs a tip speed of"):
         plan_strike(cost, hammer, own_model, tool, DEFAULT_SETTINGS, force=float(beyond))
@@ -162,7 +162,7 @@ def test_lack_names_speed_or_the_joint_that_lacks_torque(hammer, planned, own_mo
     assert float(said[2]) == pytest.approx(loads.max(), rel=0.02)
     assert loads.max() > 2.0
     fast = ask_for_depth(hammer, 0.5).build_cost(own_model, parts, DEFAULT_SETTINGS)
-    (speed,) = fast.find_speed(PI["wood"][None])
+    (speed,) = fast.compute_speed(PI["wood"][None])
     message = f"the tip must strike with {speed:.3g} m/s, the joints' limits allow {fast.speeds[-1]:.3g} m/s"
     assert fast.explain_infeasibility(PI["wood"]) == message
 
@@ -208,7 +208,7 @@ def test_face_that_looks_elsewhere_is_named_with_the_roll_that_turns_it(
     blow = dataclasses.replace(hammer, duration=duration)
     point = (0.07, 0.015 * normal[1], 0.015 * normal[2])
     found = blow.build_cost(own_model, [build_part(point, normal)], DEFAULT_SETTINGS).infeasible_reason
-    said = f"the face looks {looks} in this grip, the blow goes down; rpy_deg [{roll}, 0, 0] turns it"
+    said = f"the face points {looks} in this grip, but the blow goes down; rpy_deg [{roll}, 0, 0] turns it"
     assert said in found
     turned = build_part(point, normal, roll)
     assert blow.build_cost(own_model, [turned], DEFAULT_SETTINGS).infeasible_reason == ""
@@ -218,7 +218,7 @@ def test_face_along_the_hand_is_named_without_a_roll(hammer, own_model):
     """No turn about the hand's x makes a face look down that looks along it."""
     along = build_part((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
     found = hammer.build_cost(own_model, [along], DEFAULT_SETTINGS).infeasible_reason
-    assert found.endswith("the face looks ahead in this grip, the blow goes down")
+    assert found.endswith("the face points ahead in this grip, but the blow goes down")
 
 
 def test_horizon_ends_at_the_strike_and_plans_go_on_through_it(hammer, planned, own_model):
@@ -266,7 +266,7 @@ def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, g
     task, model = load_hammer(models / "nail.yaml"), ArmModel(load_arm(models / ARM.name))
     planned = task.build_cost(model, HELD[grip].components, DEFAULT_SETTINGS)
     assert planned.speeds[-1] < 1.0
-    for speed in (0.5625, float(planned.find_speed(PI[grip][None])[0])):
+    for speed in (0.5625, float(planned.compute_speed(PI[grip][None])[0])):
         interpolated = planned.compute_at_speed(PI[grip][None], np.array([speed]))
         swing = find_swing(model, planned.target, task, speed, None)
         exact = MotionCost(model, sample_swing(swing, TICK)).compute(PI[grip][None])

@@ -9,9 +9,9 @@ from affordance.choice.hold_worth import (
     Outlook,
     PossibleHold,
     PricedDecisions,
+    compute_information,
+    compute_worth,
     feel,
-    measure_information,
-    measure_worth,
 )
 from affordance.objects.inertia import Geometry
 from affordance.plant.arm import ARM
@@ -34,7 +34,7 @@ def decide(*costs, feasible=None, uses=1.0):
 
 
 def worth_of(percepts, decisions):
-    return measure_worth(percepts, PricedDecisions(decisions))
+    return compute_worth(percepts, PricedDecisions(decisions))
 
 
 @pytest.mark.parametrize(("mean", "noise"), [(0.0, 1.0), (0.7, 0.5), (-1.5, 0.3), (0.2, 5.0)])
@@ -149,7 +149,7 @@ def test_infeasible_samples_are_charged_and_information_is_never_of_negative_wor
     assert decision.mark_best().mean(axis=1) == pytest.approx([share, 1.0 - share])
     assert decision.find_best() == 0
     for option, mean in enumerate((share + 3.0 * (1.0 - share), 1.5)):
-        assert decision.measure_regret(option) == pytest.approx(mean - (share + 1.5 * (1.0 - share)))
+        assert decision.compute_regret(option) == pytest.approx(mean - (share + 1.5 * (1.0 - share)))
 
 
 def test_nothing_feasible_is_worth_nothing():
@@ -191,7 +191,7 @@ def test_percepts_are_those_of_a_hold_and_keep_its_information(rng):
     slope, at = np.polyfit(percept[:, 0], mu[:, 0], 1)
     left = (mu[:, 0] - slope * percept[:, 0] - at).var()
     assert left == pytest.approx(expected, rel=0.05)
-    found = measure_information(hold, static, noise, np.cov(mu.T).reshape(1, 1))
+    found = compute_information(hold, static, noise, np.cov(mu.T).reshape(1, 1))
     assert found == pytest.approx(0.5 * np.log(800.0**2 / expected), rel=0.05)
 
 

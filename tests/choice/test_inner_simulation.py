@@ -82,7 +82,7 @@ def test_error_of_seeing_is_that_of_one_look():
 @pytest.mark.parametrize("count", [0, 2])
 def test_options_need_names_of_their_own(count):
     option = list_options(STICK)[0]
-    with pytest.raises(AffordanceError, match=r"must be at least one and each of another name"):
+    with pytest.raises(AffordanceError, match=r"must be at least one, with different names"):
         plan_choice([option] * count, REACH)
 
 

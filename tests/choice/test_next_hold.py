@@ -142,8 +142,8 @@ def test_a_thing_of_another_kind_tells_nothing_about_its_colour(question):
 def test_questions_that_are_none_are_refused(question):
     for candidates, questions, message in (
         ([], [question], "objects to hold are"),
-        ([OAK, OAK], [question], "each of another name"),
-        ([OAK], [], "nothing is to be decided"),
+        ([OAK, OAK], [question], "with different names"),
+        ([OAK], [], "there is no task to decide"),
     ):
         with pytest.raises(AffordanceError, match=message):
             advise_hold(candidates, questions, MaterialMemory(), DEFAULT_SETTINGS)

@@ -70,7 +70,7 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path):
     words = ("--empty", empty, "--loaded", heavy, "--reference-mass", 2.0 * PAYLOAD[0])
     place = tmp_path / "memory.sqlite"
     text = _run(folder, *words, "--out", tmp_path, "--memory", place).out
-    assert f"{place} learns nothing: no object was given as a camera saw it (--object)" in " ".join(text.split())
+    assert f"{place} learns nothing: no object seen by a camera was given (--object)" in " ".join(text.split())
     assert not place.exists()
     assert "Mass of each half with gains from the other" in text
     assert "set_target_payload(" in text
@@ -182,7 +182,7 @@ def test_lines_and_claims_are_left_out_where_the_flange_is_not_known(folder, tmp
     old = [tmp_path / "six", "--description", description, "--empty", empty, "--loaded", loaded]
     old += ["--reference-mass", 2.0 * PAYLOAD[0], "--samples", 500]
     for words, reason in (
-        (old, "six does not say which tip the robot's file has: import it again, or name one"),
+        (old, "six does not contain the name of the tip in the robot's file: import it again, or use --flange"),
         (["--demo"], "controllers do not know hand_grip, our frame of the hand (name one"),
     ):
         text = answer("identify", *words).out
@@ -210,7 +210,7 @@ def test_the_frame_of_a_wrist_sensor_is_no_flange(folder, tmp_path):
     (tmp_path / "held.yaml").write_text(text)
     words = ["--loaded", tmp_path / "held.csv"]
     text = _run(folder, *words).out
-    assert "no lines, because a controller takes no payload in the frame of a sensor, flange (name" in text
+    assert "no lines, because a controller accepts no payload in the sensor frame flange (name" in text
     lines = _run(folder, *words, "--flange", "link_6").out
     found = _run(folder, *words, "--json").content
     centre = ", ".join(show_number(value, 5) for value in found["com_m"] + np.array([0.08, 0.0, 0.0]))
@@ -225,7 +225,7 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
     with open_memory(memory) as ledger:
         before = ledger.recall().belief
     text = _run(folder, *words, "--loaded", loaded).out
-    assert "learns nothing: it has learned from this run before" in text
+    assert "learns nothing: it already contains this run" in text
     assert "kg/m^3, 90 % interval" in text
     with open_memory(memory) as ledger:
         assert len(ledger) == 1
@@ -233,7 +233,7 @@ def test_a_seen_object_teaches_a_memory_once(folder, tmp_path):
     with open_memory(memory) as ledger, open_memory(tmp_path / "earlier.sqlite") as earlier:
         earlier.append([replace(ledger.list_trials()[0], source_hash=read_run(Path(loaded)).former_fingerprint)])
     assert (
-        "learned from this run before"
+        "learns nothing: it already contains this run"
         in _run(folder, *words[:-1], tmp_path / "earlier.sqlite", "--loaded", loaded).out
     )
     renamed = tmp_path / "\u202eagain.csv"
@@ -300,7 +300,7 @@ def test_options_of_an_object_want_one(folder):
     empty, loaded = _name(folder, "empty", "loaded")
     for option in (["--object-name", "stick"], ["--object-pose", 0, 0, 0, 0, 0, 0]):
         answer_of = answer("identify", folder / "robot.urdf", "--empty", empty, "--loaded", loaded, *option, status=2)
-        assert f"{option[0]}: is about a seen object, must be given with --object" in answer_of.err
+        assert f"{option[0]}: describes a seen object, must be given with --object" in answer_of.err
 
 
 def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_behind(folder, tmp_path, monkeypatch):
@@ -401,12 +401,12 @@ def test_libraries_that_take_long_to_import_are_left_out(children):
         ("--memory nowhere/memory.sqlite", "memory.sqlite: cannot be created: there is no folder"),
         (
             "--memory new.sqlite --same-colour #b07a45=#305a95",
-            "--same-colour: is about remembered colours, but new.sqlite does not exist",
+            "--same-colour: applies to remembered colours, but new.sqlite does not exist",
         ),
         ("--object-pose 0 0 3 0 0 0", "--object-pose Z: is 3.0, must be from -2 to 2"),
         (
             "--set mpc.horizon=1",
-            "--set: mpc.horizon: has no effect here: a seen object uses only the settings of the prior",
+            "--set: mpc.horizon: has no effect here: a seen object uses only the prior's settings",
         ),
     ],
 )

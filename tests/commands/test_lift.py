@@ -153,5 +153,5 @@ def test_parameter_and_slip_of_ones_own_learner(folder):
     said = refuse_command(*words, "--learner", f"{own}:Mine")
     assert said.endswith("slip.py: line 6, in learn: KeyError: 'gian'")
     changed = ("--set", "learner.kappa=0.3")
-    assert "is of one learner, must come with one --learner" in refuse_command(*words, *changed)
+    assert "belongs to one learner, must be given with exactly one --learner" in refuse_command(*words, *changed)
     assert answer(*words, "--learner", "kinds_map", *changed).lines

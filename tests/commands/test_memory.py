@@ -142,7 +142,7 @@ def test_commands_that_are_refused_make_no_memory(memory, tmp_path):
             "verify workshop.sqlite --same-colour #b38050=#b07a45",
             "--same-colour: has no effect on verify, must be given with show only",
         ),
-        ("forget workshop.sqlite", "forget: must be given what to forget: --robot, --object"),
+        ("forget workshop.sqlite", "forget: selects no trials, must be given --robot, --object"),
         ("forget workshop.sqlite --since noon", "since: is 'noon', must be a time"),
         (
             "forget workshop.sqlite --robot arn",

@@ -33,4 +33,4 @@ def test_no_file_is_written_over(tmp_path: Path) -> None:
     path.write_text("mine")
     assert "exists already, must be a new file" in answer("new-tools", path, status=2).err
     assert path.read_text() == "mine"
-    assert "must be in a folder that exists" in answer("new-tools", tmp_path / "no" / "mine.yaml", status=2).err
+    assert "must be in an existing folder, but" in answer("new-tools", tmp_path / "no" / "mine.yaml", status=2).err

@@ -113,7 +113,7 @@ def test_task_that_one_of_two_tools_can_do_is_told_beside_the_other(tmp_path):
     """A task that cannot be done does not hide the advice about another."""
     words = ["hold", "hammer", "--samples", 800, "--only", "mallet", "--max-grip-force", 10, "--know", "nothing"]
     said = answer("next", *words).lines
-    assert said[1].startswith("hold: nothing can be taken yet: the mallet by ")
+    assert said[1].startswith("hold: no option is usable yet: the mallet by ")
     assert said[2].startswith("hammer: no option can do it (P = ")
 
 
@@ -123,9 +123,7 @@ def test_tool_that_a_ranking_would_not_take_is_not_taken(tmp_path):
     words += ["--know", "nothing"]
     refused, advised = answer("rank", *words, status=2), answer("next", *words)
     nearest = re.search(r"nearest is (.* by \w+): is feasible with a probability of (0\.\d+)", refused.err)
-    assert advised.lines[1].startswith(
-        f"hammer: nothing can be taken yet: the {nearest[1]} is the nearest, feasible "
-    )
+    assert advised.lines[1].startswith(f"hammer: no option is usable yet: the {nearest[1]} comes nearest, feasible ")
     assert advised.lines[0].startswith("Hold the ")
     (decision,) = answer("next", *words, "--json").content["decisions"]
     assert decision["is_usable"] is False

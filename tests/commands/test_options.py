@@ -19,7 +19,7 @@ PROTOCOLS_ARE_GONE = (
         ),
         ("run mine.yaml", PROTOCOLS_ARE_GONE),
         ("predict mine.yaml", PROTOCOLS_ARE_GONE),
-        ("predict vision", "experiment: is 'vision', whose observers all have one learner"),
+        ("predict vision", "experiment: is 'vision', which uses one learner for all observers"),
         ("predict linear_pluss", "did you mean 'linear_plus'?"),
         ("watch vision", "experiment: is 'vision', in which nothing moves, must be weight, com, reach, hammer"),
         ("watch wieght", "experiment: is 'wieght', must be one of weight, com, reach, hammer"),

@@ -106,4 +106,4 @@ def test_folder_below_a_file_is_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "notes.txt").touch()
     said = refuse_command("tutorials", "--out", "notes.txt")
-    assert said == "affordance: --out: is 'notes.txt', which is or lies below a file, must be a folder"
+    assert said == "affordance: --out: is 'notes.txt', which is a file or is inside one, must be a folder"

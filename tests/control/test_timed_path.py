@@ -87,8 +87,8 @@ GOOD = "duration: 2.0\ntolerance: 0.02\npoints: [[0.1, 0, 0.2], [0.3, -0.1, 0.2]
         ("tolerance: 0.02", "tolerance: -1", "tolerance: is -1, must be from 0.0001 to 2"),
         ("[0.1, 0, 0.2]", "[0.1, 0]", "points[0]: is [0.1, 0], must be a list of 3 numbers"),
         ("[0.1, 0, 0.2]", "[0.1, .nan, 0.2]", "points[0][1]: is nan, must be from -2 to 2"),
-        ("[0.1, 0, 0.2]", "[0, 0, 0]", "points[0]: lies 0 m from the point before"),
-        ("[0.3, -0.1, 0.2]", "[0.1, 0, 0.2]", "points[1]: lies 0 m from the point before, must be at least 0.001"),
+        ("[0.1, 0, 0.2]", "[0, 0, 0]", "points[0]: is 0 m from the previous point"),
+        ("[0.3, -0.1, 0.2]", "[0.1, 0, 0.2]", "points[1]: is 0 m from the previous point, must be at least 0.001"),
         ("[[0.1, 0, 0.2], [0.3, -0.1, 0.2]]", "[]", "points: is [], must be a list with at least one entry"),
     ],
 )

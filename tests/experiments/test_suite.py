@@ -183,7 +183,7 @@ def test_memory_is_refused_where_nothing_is_felt(made_up, tmp_path):
 
 def test_folder_that_lies_below_a_file_and_a_joint_that_there_is_not_are_refused_first(made_up, tmp_path):
     (tmp_path / "file").touch()
-    assert "lies below a file" in refuse(run_suite, ["one"], Setup(out=tmp_path / "file"))
+    assert "is a file or is inside one" in refuse(run_suite, ["one"], Setup(out=tmp_path / "file"))
     setup = Setup(out=tmp_path / "out").change(faults=Faults(stuck_joint="knee"))
     assert "knee" in refuse(run_suite, ["one"], setup)
     assert made_up.done == []

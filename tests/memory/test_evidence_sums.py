@@ -131,6 +131,6 @@ def test_materials_and_looks_are_bounded(monkeypatch):
     assert refuse(sum_trials, trials, PRIOR) == "colours: are of 6 materials, must be of at most 5"
     same = [hold("bar", (colour,), (900.0,), i) for i, colour in enumerate(colours)]
     assert list(sum_trials(same[:3], PRIOR).things) == ["bar", "bar #2", "bar #3"]
-    assert "object: is 'bar' as 3 things are that look otherwise, must have another name" in refuse(
+    assert "object: is 'bar', the name of 3 different objects already, must be another name" in refuse(
         sum_trials, same, PRIOR
     )

@@ -38,7 +38,7 @@ def test_an_exported_memory_is_read_as_it_was(tmp_path):
 
 
 def test_lines_and_files_are_bounded(write, monkeypatch):
-    assert "line 3: is a record of more than 1 MB, must be smaller" in refuse(
+    assert "line 3: has a record of more than 1 MB, must be smaller" in refuse(
         read_trials, write(HEAD, "", "x" * 1_000_001), Prior()
     )
     assert "has 1 MB, must have at most 1 MB" in refuse(read_trials, write("[" * 1_000_010), Prior())
@@ -74,7 +74,7 @@ def _remember(number, precision):
     ("content", "message"),
     [
         (_remember(3, 1e20), "features[0]: is 1e+20, must be from -1e+17 to 1e+17"),
-        (_remember(40, 1.0) | {"taught_by": [str(i) for i in range(10_000)]}, "makes records of 16000000 numbers"),
+        (_remember(40, 1.0) | {"taught_by": [str(i) for i in range(10_000)]}, "would need 16000000 numbers"),
         (_remember(2, 1.0) | {"taught_by": ["\x1b[2J"]}, "must be without the hidden character U+001B"),
         (_remember(2, 1.0) | {"taught_by": 3}, "taught_by: must be a list of texts"),
     ],

@@ -295,7 +295,7 @@ def test_files_that_are_no_memory_are_refused_in_a_line_and_left_as_they_are(tmp
         (3, "place: is 3, must be the path"),
         ("nowhere/memory.sqlite", "cannot be created: there is no folder 'nowhere'"),
         ("a\0b.sqlite", r"place: is 'a.x00b.sqlite', must be the path"),
-        ("sqlite:///memory.sqlite", "^sqlite://...: is a URL, must be the path of an SQLite file; robots share what"),
+        ("sqlite:///memory.sqlite", "^sqlite://...: is a URL, must be the path of an SQLite file; to share memories"),
         (Path("sqlite:///memory.sqlite"), "^sqlite://...: is a URL"),
         ("postgresql://me:secret@host:abc/memory", "^postgresql://...: is a URL, must be the path of an SQLite file"),
         ("mysql+driver://me:sec ret@host/memory?password=secret", r"^mysql\+driver://...: is a URL"),

@@ -99,9 +99,9 @@ def test_chains_and_circles_of_pairs_are_joined(pairs, at_hand, joined):
 
 
 def test_two_materials_at_hand_and_unknown_colours_are_refused(ledgers):
-    wanted = "--same-colour: counts wood and brass as one, must be one material at hand and other colours"
+    wanted = "--same-colour: joins wood and brass, must join one material at hand and other colours"
     assert wanted in refuse(join_colours, [(WOOD, _BLUE), (_BLUE, BRASS)], {"wood": WOOD, "brass": BRASS})
-    wanted = "--same-colour: counts #b2804c and #b2804c as one, which are one material already, must be two that look"
+    wanted = "--same-colour: joins #b2804c and #b2804c, which already count as one material, must join two different"
     assert wanted in refuse(join_colours, [(WOOD, _BLUE), (WOOD, WOOD)])
     for learner in LEARNERS.values():
         with pytest.raises(BadValueError, match="same colours: name #1ab233, which no part in the memory has; the"):

@@ -172,7 +172,7 @@ def test_a_record_that_is_too_large_is_not_written(tmp_path):
     trial, *_ = hold_workshop(1)
     large = replace(trial, geometry=replace(trial.geometry, Phi_errors=np.full((6000, 10, 1), 1.0 / 3.0)))
     with open_memory(tmp_path / "memory.sqlite") as ledger:
-        message = f"trial {large.id}: is a record of more than 1 MB, must be smaller"
+        message = f"trial {large.id}: has a record of more than 1 MB, must be smaller"
         assert refuse(ledger.append, [large], error=BadArgumentError) == message
         assert ledger.append([trial]) == 1
 

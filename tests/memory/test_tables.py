@@ -60,7 +60,11 @@ def _replace_table(changed):
 def test_what_is_not_as_the_program_writes_it_is_refused_and_not_calculated(place, script, named, monkeypatch):
     _execute(place, script)
     before = place.read_bytes()
-    message = f"{named}: is not as this program writes it, must be a plain memory" if named else "of another program"
+    message = (
+        f"{named}: differs from what this program writes, must be as in a memory that a command has written"
+        if named
+        else "of another program"
+    )
     assert message in refuse(open_memory, place)
     assert place.read_bytes() == before
 
@@ -121,11 +125,14 @@ def test_a_trial_that_is_stored_twice_is_refused(place):
 @pytest.mark.parametrize(
     ("script", "message"),
     [
-        ("UPDATE trials SET content = cast(content AS BLOB)", "holds other than texts, must be a plain memory"),
+        (
+            "UPDATE trials SET content = cast(content AS BLOB)",
+            "has a column that is not text, must be written by this program",
+        ),
         ("UPDATE trials SET id = 7 || id WHERE rowid = 3", "column id is '7"),
-        ("UPDATE trials SET time = x'00'", "holds other than texts"),
+        ("UPDATE trials SET time = x'00'", "has a column that is not text"),
         ("UPDATE trials SET robot = cast(x'ff' AS TEXT)", "Could not decode to UTF-8"),
-        ("UPDATE trials SET content = hex(zeroblob(500500))", "is a record of more than 1 MB, must be smaller"),
+        ("UPDATE trials SET content = hex(zeroblob(500500))", "has a record of more than 1 MB, must be smaller"),
         ("UPDATE trials SET content = hex(zeroblob(600000))", "cannot be read: string or blob too big"),
         ("UPDATE about SET value = zeroblob(1000) WHERE name = 'schema'", "must be '3': another version"),
         ("UPDATE about SET value = 7 WHERE name = 'program'", "is a database of another program"),

@@ -92,7 +92,7 @@ def test_times_sort_as_texts(text, shown):
             {"model": MeanDensities(), "features": np.full(56, -1e18)},
             r"features\[0\]: is -1e\+18, must be from -1e\+17",
         ),
-        ({"model": WeberNoise(0.0, 0.0)}, "features: has no precision: Singular matrix"),
+        ({"model": WeberNoise(0.0, 0.0)}, "features: has no valid precision: Singular matrix"),
         (
             {"geometry": Geometry(np.full((10, 2), 1e8), np.zeros((0, 10, 2)))},
             r"geometry\.Phi\[0\]\[0\]: is 1e\+08, must be",

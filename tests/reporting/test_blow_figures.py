@@ -52,7 +52,7 @@ def test_blows_are_drawn_from_the_first_touch_in_millimetres_and_milliseconds(re
         assert pushed[-1] == pytest.approx(duration, abs=0.21)
     assert wood.get_color() != steel.get_color()
     assert wood.get_linestyle() != steel.get_linestyle()
-    demanded = lines["demanded peak (427 N)"]
+    demanded = lines["required peak (427 N)"]
     assert (demanded.get_ydata()[0], demanded.get_linestyle()) == (427.0, ":")
     assert max(line.get_ydata().max() for line in travel.get_lines()) == pytest.approx(12.0)
     # The axes show all of both blows and little more; the contact's peak lies outside and is stated in the legend.

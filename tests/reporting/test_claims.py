@@ -41,7 +41,7 @@ def test_every_comparison_is_tested():
 
 def test_criterion_without_a_bound_or_with_another_is_a_mistake_of_the_program():
     for bounds in ({}, {"atleast": 1.0}):
-        with pytest.raises(TypeError, match="must be of above, at_least, at_most, below"):
+        with pytest.raises(TypeError, match="must be among above, at_least, at_most, below"):
             judge(1.0, **bounds)
 
 

@@ -76,7 +76,7 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
     assert [line.get_label() for line in drawn] == ["one", "two", "decoy"]
     np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
     assert len({line.get_color() for line in drawn}) == 3
-    assert [text.get_text() for text in one.get_legend().get_texts()] == ["goal: the height when given"]
+    assert [text.get_text() for text in one.get_legend().get_texts()] == ["goal: the height at the start"]
     np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
 
 

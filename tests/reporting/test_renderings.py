@@ -101,5 +101,5 @@ def test_arm_alone_can_be_taken(poses):
 
 
 def test_no_close_up_without_a_nail(poses):
-    with pytest.raises(ValueError, match="no close-up without a nail: stick"):
+    with pytest.raises(ValueError, match="a close-up needs a nail, but the pose with stick has none"):
         render_close_ups(ARM, [poses[0]._replace(placement=None)], width=WIDTH, height=HEIGHT)

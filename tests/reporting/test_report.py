@@ -139,7 +139,7 @@ def test_head_leads_to_the_page_about_trust_in_a_clone_only(folder, monkeypatch,
     page = write_both(folder)
     assert ('<a href="../docs/trust.md">How far to trust it</a>' in page) == is_clone
     assert (
-        "said in the project&#39;s docs/trust.md" in page or "said in the project's docs/trust.md" in page
+        "listed in the project&#39;s docs/trust.md" in page or "listed in the project's docs/trust.md" in page
     ) != is_clone
 
 

@@ -133,4 +133,4 @@ def test_cluster_without_workers_of_one_thread_is_refused(tmp_path, monkeypatch,
 
 def test_worker_with_other_libraries_is_refused(cluster, monkeypatch):
     monkeypatch.setattr("affordance.runs.repeats.list_versions", lambda: {"numpy": "0"})
-    assert "which differs in this program" in refuse(use, cluster.address)
+    assert "whose program, models or libraries differ from those here" in refuse(use, cluster.address)

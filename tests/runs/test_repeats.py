@@ -279,7 +279,7 @@ def test_path_that_is_or_lies_below_a_file_is_refused(tmp_path):
     file = tmp_path / "file"
     file.write_text("", encoding="utf-8")
     for path in (file, file / "below"):
-        with pytest.raises(BadValueError, match=r"--out: is '.*', which is or lies below a file, must be a folder"):
+        with pytest.raises(BadValueError, match=r"--out: is '.*', which is a file or is inside one, must be"):
             prepare_folder(path)
     assert file.read_text(encoding="utf-8") == ""
 

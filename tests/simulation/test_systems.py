@@ -328,7 +328,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
                 assert (np.abs(expected) < arm.limits.tau_max).all()
                 np.testing.assert_allclose(advance(x), expected, atol=1e-9)
     assert system.get_counts(context) == (0, 6 + 52)
-    assert "no new plan, as the solver failed" in caplog.text
+    assert "no new plan, because the solver failed" in caplog.text
 
 
 def test_state_that_is_not_finite_keeps_the_last_torque(controller, at_home, caplog):

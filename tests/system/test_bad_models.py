@@ -124,7 +124,7 @@ def change(file: Path, old: str, new: str) -> None:
             "material: beech, looks_like: steel}",
             "stick.components[1].looks_like: is 'steel', must be what it is made of, 'beech'",
         ),
-        ("reach", PATH, "[-0.25, 0.40, 0.10]", "[-0.10, 0.20, 0.20]", "points[1]: lies 0 m from the point before"),
+        ("reach", PATH, "[-0.25, 0.40, 0.10]", "[-0.10, 0.20, 0.20]", "points[1]: is 0 m from the previous point"),
         ("reach", PATH, "duration: 2.0", "duration: -2", "reach.yaml: duration: is -2, must be from 0.05 to 60"),
         (
             "reach",

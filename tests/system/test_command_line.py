@@ -47,7 +47,7 @@ def run(monkeypatch, capsys):
     ("words", "said"),
     [
         (["--models", "models"], "arm.dmd.yaml: "),
-        (["--out", "file"], "is or lies below a file, must be a folder"),
+        (["--out", "file"], "is a file or is inside one, must be a folder"),
     ],
 )
 def test_what_cannot_be_run_is_refused_before_anything_is_written(tmp_path, models, run, monkeypatch, words, said):

@@ -183,7 +183,7 @@ def build_load(size):
         (lambda: hold(RODS[0], NOVICE, duration=1e9), "duration: is 1000000000.0, must be from 0.1"),
         (lambda: build_load(46.0), "components: weigh 4.08e[+]08 kg, must weigh at most 10000 kg; lengths are in m"),
         # Calls that returned the prior for a posterior.
-        (lambda: hold(RODS[0], NOVICE, duration=0.05), "duration: is 0.05, must be from 0.1 to 3600 s, a"),
+        (lambda: hold(RODS[0], NOVICE, duration=0.05), "duration: is 0.05, must be from 0.1 to 3600 s, with"),
         (lambda: Settings(sample_period=NAN), "Settings: sample_period: is nan, must be from 0.0001 to 60"),
         (lambda: WeberNoise(weber_fraction=NAN), "WeberNoise: weber_fraction: is nan, must be from 0 to 1"),
         (lambda: WhiteNoise(sd=NAN), "WhiteNoise: sd: is nan, must be from 1e-12 to 10000"),

@@ -38,7 +38,7 @@ def test_motion_of_least_work_costs_what_it_did_where_it_was_found(own_model, ta
     found = least_work.plan_least_work(blows, hammer, own_model, HELD.parameters, DEFAULT_SETTINGS)
     assert isinstance(found, BlowCost)
     pi = HELD.parameters[None]
-    speed = blows.find_speed(pi)
+    speed = blows.compute_speed(pi)
     assert found.compute_at_speed(pi, speed).work[0] == pytest.approx(blows.compute(pi).work[0], rel=0.03)
     # Run slower it follows the same way with less power, and strikes as much slower.
     assert (np.diff(found.speeds) > 0.0).all()
