@@ -140,7 +140,7 @@ class _Show:
         self._continue(trial, simulator)
         if self.scene.was_pulled:
             rows = {"Moved": facts.describe_motion(record), "Surprise": "cannot be said: you pulled"}
-            self.scene.tell(rows)
+            self.scene.tell(rows, note=_PULLED)  # it may have begun before this hold
             return self.scene.take_wish()
         self.setup.remember(record)
         self.memory = record.memory

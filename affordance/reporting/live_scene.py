@@ -41,7 +41,7 @@ _RED = Rgba(0.8, 0.2, 0.1, 1.0)
 DENSITY, SIZE = "Density, times", "Size, times"
 _SLIDERS = ((DENSITY, "Density", 0.1, 2.0), (SIZE, "Size", 0.5, 1.5))
 # Time between looks for a wish, and between measurements of the pace, [s].
-_PATIENCE, _PACE = 0.1, 1.0
+_PATIENCE, _PACE = 0.1, 0.4
 # Stiffness of the spring by which a visitor pulls a body, over the body's mass, [1/s^2]: a tenth of a metre lifts it.
 _STIFFNESS = 100.0
 
