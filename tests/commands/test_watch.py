@@ -10,11 +10,9 @@ from helpers.trials import hold
 from helpers.watched import EXTENT, HEIGHT, RADIUS, watch
 from playwright.sync_api import TimeoutError
 
-from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.commands.watch import _Show
 from affordance.memory.ledger import open_memory
-from affordance.reporting.live_facts import trace_densities
 from affordance.reporting.live_scene import LiveScene, Wish
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_arm
@@ -62,8 +60,8 @@ def test_buttons_and_sliders_change_what_a_browser_shows(children, weight):
     assert 10 < int(pace.group(1)) < 150
 
 
-def test_a_pulled_object_feels_lighter_and_the_hold_is_not_remembered(children, tmp_path):
-    """Downwards it feels heavier, until it is let go. Only the first of two holds is remembered."""
+def test_a_pulled_object_feels_heavier_and_the_hold_is_not_remembered(children, tmp_path):
+    """Pulled downwards it feels heavier, until it is let go. Of three holds the one between is not remembered."""
     path = tmp_path / "memory.sqlite"
     heavier = """mass => {
         const row = [...document.querySelectorAll("#panel dt")].find(each => each.textContent == "After feeling");
@@ -233,15 +231,6 @@ def test_scaled_objects_weigh_as_their_volume_and_density(weight):
     tool = weight.tools[0]
     assert tool.scaled(0.5, 1.2).mass == pytest.approx(0.5 * 1.2**3 * tool.mass, rel=1e-12)
     np.testing.assert_allclose(tool.scaled(1.0, 1.2).p_TTcm, 1.2 * tool.p_TTcm, rtol=1e-12)
-
-
-def test_curves_are_the_marginal_densities(weight):
-    """The curve of a hardly truncated normal distribution is its density over the peak's, to 2 %."""
-    memory = MaterialMemory.from_densities({"steel": 7850.0}).add_colours([], Prior())
-    (curve,) = trace_densities(memory.belief)
-    sd = float(np.sqrt(memory.belief.covariance[0, 0]))
-    bell = np.exp(-0.5 * ((curve[:, 0] - 7850.0) / sd) ** 2)
-    np.testing.assert_allclose(curve[:, 1], bell, atol=0.02)
 
 
 def test_an_observer_learns_the_same_while_it_is_watched(weight):
