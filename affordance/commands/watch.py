@@ -43,6 +43,7 @@ _PAUSE = 1.0  # between presentations, [s]
 # Notes beside the scene.
 _PULLED = "You pulled: this hold is not remembered."
 _OVER = "The hold is over: choose what comes next. Until then you can pull; nothing more is learned."
+_DONE = "The task is over: choose what comes next."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -169,7 +170,7 @@ class _Show:
     def _rest(self, seconds: float) -> Wish | None:
         """Holds the object on for some time, [s], from which nothing is learned, or until a wish; returns it."""
         if seconds == np.inf and not self.scene.was_pulled:
-            self.scene.tell({}, note=_OVER)
+            self.scene.tell({}, note=_OVER if self.held else _DONE)
         if self.held is None:
             return self.scene.wait(seconds)
         trial, simulator = self.held

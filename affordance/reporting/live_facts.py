@@ -68,7 +68,7 @@ def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
     verdict = "right" if costs[chosen] <= min(costs.values()) else "wrong"
     order = [chosen, *(grip for grip in costs if grip != chosen)]
     parts = (
-        f"{_name(grip)} {f'takes {costs[grip]:.1f} {unit}' if np.isfinite(costs[grip]) else 'cannot do it'}"
+        f"by {grip.replace('_', ' ')} {f'{costs[grip]:.1f} {unit}' if np.isfinite(costs[grip]) else 'it cannot be done'}"
         for grip in order
     )
     return f"{verdict}: {', '.join(parts)}"
@@ -107,7 +107,7 @@ def draw_density_chart(tool: Tool, expected: ObjectBelief | None, felt: ObjectBe
     ]
     most = 1.1 * max([density for density, _ in truths] + [curve[-1, 0] for curve, _, _ in curves if len(curve)])
     return _build_chart(
-        min(most, _DENSITY_MAX / 1000.0), curves, [(each, show_colour(colour, 0.4)) for each, colour in truths]
+        min(most, _DENSITY_MAX / 1000.0), curves, [(each, show_colour(colour, 0.6)) for each, colour in truths]
     )
 
 
@@ -149,7 +149,3 @@ def _build_chart(
         "truths": [(value / most, colour) for value, colour in truths],
         "ticks": [(value / most, f"{value:g}") for value in np.arange(0.0, most, step).round(6).tolist()],
     }
-
-
-def _name(grip: str) -> str:
-    return f"by {grip.replace('_', ' ')}"
