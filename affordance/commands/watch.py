@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
@@ -17,6 +18,7 @@ from affordance.choice.picking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.commands import options
 from affordance.commands.setups import check_experiment, read_setup
+from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import BadValueError
 from affordance.experiments import com, experience, next_lift, weight
 from affordance.experiments.grips import plan_grips
@@ -27,15 +29,21 @@ from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
+from affordance.reporting import live_facts as facts
 from affordance.reporting.live_scene import LiveScene, Wish
 from affordance.robots.kept import open_robot
 from affordance.simulation.blow import run_blow
+from affordance.simulation.diagram import END_MARGIN, TrialDiagram
 from affordance.simulation.trial import TrialRunner, finish
 
 _WATCHABLE = tuple(name for name in NAMES if name != "vision")
 # A decoy looks like the object before it, and has this share of its density.
 _DECOY = 0.1
 _PAUSE = 1.0  # between presentations, [s]
+# Notes beside the scene.
+_PULLED = "You pulled: this hold is not remembered."
+_OVER = "The hold is over: choose what comes next. Until then you can pull; nothing more is learned."
+_DONE = "The task is over: choose what comes next."
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -65,10 +73,10 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.repeats, arguments.jobs, arguments.out = 1, 1, Path("results")
     setup = read_setup(arguments, robot, options.read_changes(arguments))
     show = _Show(arguments.experiment, setup)
-    address = show.scene.address
-    port = address.rsplit(":", 1)[1]
+    address = show.scene.page.address
+    tunnels = " ".join(f"-L {port}:localhost:{port}" for port in show.scene.ports)
     print(f"Watch {arguments.experiment} at {address} (Ctrl-C ends it)", end="; ")
-    print(f"from another machine first: ssh -L {port}:localhost:{port} {socket.gethostname()}", flush=True)
+    print(f"from another machine first: ssh {tunnels} {socket.gethostname()}", flush=True)
     if sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
         webbrowser.open_new_tab(address)
     try:
@@ -87,6 +95,8 @@ class _Show:
         self.tools, self.duration, task = _begin(name, setup)
         self.start = self.memory = setup.start_memory(0)
         self.trial = 0
+        self.held: tuple[TrialDiagram, Simulator] | None = None
+        shown = list(self.tools)
         self.task: Reach | Hammer | None = None
         if task is not None:
             print("Planning the task with every grip, which takes some seconds.", flush=True)
@@ -94,10 +104,12 @@ class _Show:
             choices = plan_grips([novel], self.task, self.settings, seed=setup.seed, jobs=1, description="plans")
             self.choice: Choice = choices[novel.name]
             self.grips = novel.list_gripped()
+            shown += self.grips.values()
         # A memory may be of more than these objects.
         known = load_materials(self.settings.arm.parent / MATERIALS.name)
         parts = [*known.values(), *(part.looks_like for tool in self.tools for part in tool.components)]
-        self.scene = LiveScene(self.settings.arm, {part.colour: part.name.replace("_", " ") for part in parts})
+        names = {part.colour: part.name.replace("_", " ") for part in parts}
+        self.scene = LiveScene(self.settings.arm, names, shown)
         self.runner = TrialRunner(self.settings, display=self.scene.add_to)
 
     def run(self) -> None:
@@ -107,7 +119,7 @@ class _Show:
             tool = self.tools[place % len(self.tools)]
             wish = self._hold(tool, is_decoy=is_decoy) or self._do_task()
             is_last = place == len(self.tools) - 1
-            wish = wish or self.scene.wait(np.inf if is_last or is_decoy else _PAUSE)
+            wish = wish or self._rest(np.inf if is_last or is_decoy else _PAUSE)
             is_decoy = wish is Wish.DECOY
             if wish is Wish.RESET:
                 self.memory, place = self.start, 0
@@ -122,24 +134,69 @@ class _Show:
         trial = self.runner.get_diagram(self.duration, tool)
         simulator = self.runner.prepare(trial, tool, trial.hold, self.memory, (self.setup.seed, 0, self.trial))
         self.trial += 1
-        simulator.AdvanceTo(self.duration)
-        if not self.scene.is_wanted:
-            record = finish(trial, simulator, tool)
-            self.setup.remember(record)
-            self.memory = record.memory
-            self.scene.announce("felt", tool, self.memory)
+        self._advance(trial, simulator, self.duration + END_MARGIN, _PULLED)
+        if self.scene.is_wanted:
+            return self.scene.take_wish()
+        record = finish(trial, simulator, tool)
+        self._continue(trial, simulator)
+        if self.scene.was_pulled:
+            rows = {"Moved": facts.describe_motion(record), "Surprise": "cannot be said: you pulled"}
+            self.scene.tell(rows, note=_PULLED)  # it may have begun before this hold
+            return self.scene.take_wish()
+        self.setup.remember(record)
+        self.memory = record.memory
+        surprise = facts.describe_surprise(record, learns_from_outliers=self.settings.learns_from_outliers)
+        self.scene.tell({"Moved": facts.describe_motion(record), "Surprise": surprise}, self.memory)
+        print(f"felt: {tool.name.replace('_', ' ')}, {tool.mass:.2f} kg", flush=True)
+        return self.scene.take_wish()
+
+    def _advance(self, trial: TrialDiagram, simulator: Simulator, end: float, note: str | None = None) -> None:
+        """Advances a hold to a time, or a wish; where a visitor begins or ends to pull, the belief begins anew.
+
+        A pull is then noted beside the scene, if there is a note for it.
+        """
+        reached = SimulatorStatus.ReturnReason.kReachedBoundaryTime
+        while simulator.AdvanceTo(end).reason() != reached and not self.scene.is_wanted:
+            trial.estimator.forget(trial.estimator.GetMyMutableContextFromRoot(simulator.get_mutable_context()))
+            self.scene.tell({}, note=note)
+
+    def _continue(self, trial: TrialDiagram, simulator: Simulator) -> None:
+        """Lets a hold that is over go on as if it were not, for ``_rest``."""
+        context = simulator.get_mutable_context()
+        trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), self.memory)
+        trial.estimator.resume(trial.estimator.GetMyMutableContextFromRoot(context))
+        self.held = trial, simulator
+
+    def _rest(self, seconds: float) -> Wish | None:
+        """Holds the object on for some time, [s], from which nothing is learned, or until a wish; returns it."""
+        if seconds == np.inf and not self.scene.was_pulled:
+            self.scene.tell({}, note=_OVER if self.held else _DONE)
+        if self.held is None:
+            return self.scene.wait(seconds)
+        trial, simulator = self.held
+        context = simulator.get_mutable_context()
+        while seconds > 0.0 and not self.scene.is_wanted:
+            # The clock is set back, as the memory would learn again at twice the duration.
+            context.SetTime(self.duration + 0.001)
+            for log in (trial.state_log, trial.tau_log):
+                log.FindMutableLog(context).Clear()
+            simulator.Initialize()
+            self._advance(trial, simulator, context.get_time() + min(seconds, 0.9 * self.duration))
+            seconds -= 0.9 * self.duration
         return self.scene.take_wish()
 
     def _do_task(self) -> Wish | None:
         """Chooses a grip of the novel tool by the present belief, and does the task with it; returns a wish."""
         if self.task is None:
             return None
+        self.held = None
         rng = np.random.default_rng([self.setup.seed, 0, self.trial, 1])
         costs = self.choice.compute_costs(self.choice.draw_parameters(self.memory, rng, 1))
         (chosen,) = pick_cheapest(costs, rng)  # each grip can do it, or planning had said so
         option, cost = self.choice.options[chosen], self.choice.cost_models[chosen]
         held = self.grips[option.grip]
         self.scene.announce(f"chosen by {option.grip.replace('_', ' ')}", held, self.memory, follows=False)
+        self.scene.tell({"Grip": self._judge(option.grip)})
         if isinstance(self.task, Reach):
             trial = self.runner.get_diagram(self.task.duration, held)
             following = self.task.begin(trial.model, held.p_TTfree)
@@ -152,6 +209,15 @@ class _Show:
             strike = plan_strike(cost, self.task, model, held.parameters, self.settings)
             run_blow(self.runner, held, strike, self.memory, seed=(self.setup.seed, 1, self.trial))
         return self.scene.take_wish()
+
+    def _judge(self, chosen: str) -> str:
+        """Describes whether a grip is the cheapest at the true densities."""
+        parameters = np.array([self.grips[option.grip].parameters for option in self.choice.options])
+        costs = self.choice.compute_costs(parameters[:, None])
+        cost = np.where(costs.feasible, costs.cost, np.inf)[:, 0]
+        by_grip = {option.grip: float(each) for option, each in zip(self.choice.options, cost, strict=True)}
+        unit = "N² m² s" if self.settings.cost_measure is CostMeasure.EFFORT else "J"
+        return facts.describe_grip(by_grip, chosen, unit)
 
 
 def _begin(name: str, setup: Setup) -> tuple[Sequence[Tool], float, tuple[Reach | Hammer, Tool] | None]:

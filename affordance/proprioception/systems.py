@@ -93,6 +93,10 @@ class DensityEstimator(SampledSystem):
         for group in (self._statistics, self._counts):
             context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
 
+    def resume(self, context: Context) -> None:
+        """Continues the last complete presentation, as if it had not ended."""
+        context.SetDiscreteState(self._statistics, np.array(context.get_discrete_state(self._last).value()))
+
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
         measurement = self._measurement.Eval(context)

@@ -29,12 +29,15 @@ from affordance.files.atomic import write_text
 from affordance.objects.tool import Tool
 from affordance.plant.load import attach_tool, parse_arm
 from affordance.plant.nail import NailPlacement, add_nail
+from affordance.reporting.side_view import SideView, find_direction, list_corners, place_camera
 
 # Meshcat's path of the line that a hand or a tool is to follow, by default at the height to hold.
 HELD_HEIGHT = "asked for"
 _FRAMES_PER_SECOND = 30.0
 # Pause between two scenes on the last frame of the first, [s].
 _PAUSE = 0.5
+# Frames from one look at where everything is, for the camera, to the next.
+_LOOKS = 5
 # Path of Meshcat's camera, and its magnification in slow motion.
 _CAMERA = "/Cameras/default/rotated/<object>"
 _ZOOM = 5.0
@@ -42,25 +45,26 @@ _ZOOM = 5.0
 _ZOOMING = 0.7
 
 
-# Bar at the foot of a page, with places for title and captions, each of which begins with its first time.
-# A narrow window, as of a telephone, sees as much to the sides as one whose width is ``wide`` times its height.
+# Bar at the foot of a page, with places for title, captions, each of which begins with its first time, and the
+# tangents of half the angles that are seen at least, to the sides and upwards, above the bar.
 _BAR = """<meta name="viewport" content="width=device-width, initial-scale=1">
 <style>
 #bar{position:fixed;left:0;right:0;bottom:0;padding:8px 12px;background:#ffffffe6;font:14px/1.5 sans-serif;
 display:grid;grid-template-columns:auto 1fr auto;gap:2px 12px;align-items:center}#bar b,#bar div{grid-column:1/-1}
-#bar span{display:none}#bar span.now{display:inline}#bar button{width:5em;font:inherit}#bar output{min-width:8em}
+.dg,#bar span{display:none}#bar span.now{display:inline}#bar button{width:5em;font:inherit}
+#bar output{min-width:8em}
 </style>
 <div id="bar"><b>%s</b><div>%s</div><button type="button">Pause</button>
 <input type="range" min="0" step="0.01" aria-label="time"><output></output></div>
 <script>
 (() => {
-  const film = viewer.animator, bar = document.getElementById("bar"), wide = 1.35, half = Math.PI * 75 / 360;
+  const film = viewer.animator, bar = document.getElementById("bar"), [wide, high] = %s;
   const [button, slider, clock] = bar.querySelectorAll("button, input, output"), lines = bar.querySelectorAll("span");
   const starts = Array.from(lines, line => parseFloat(line.textContent));
   let fitted = 0;  // ratio of width to height to which the angle of view was fitted
   const fit = () => {
-    const narrow = Math.max(1, wide / viewer.camera.aspect);
-    viewer.camera.fov = 360 / Math.PI * Math.atan(narrow * Math.tan(half));
+    const free = Math.max(0.3, 1 - 2 * bar.offsetHeight / window.innerHeight);  // the bar covers the foot
+    viewer.camera.fov = 360 / Math.PI * Math.atan(Math.max(wide / viewer.camera.aspect, high / free));
     viewer.camera.updateProjectionMatrix();
     viewer.set_dirty();
     fitted = viewer.camera.aspect;
@@ -131,14 +135,14 @@ def write_replay(
                 raise ValueError(f"{path}: slow is {scene.slow}, must be {bound}")
     meshcat = open_meshcat(str(path))
     try:
-        captions = _record(meshcat, directives, scenes, p_WG)
+        captions, view = _record(meshcat, directives, scenes, p_WG)
         page = meshcat.StaticHtml()
     finally:
         # Meshcat ends the process if it is freed by a thread other than the one that made it, and the garbage
         # collector runs in whatever thread comes by. So it is freed here.
         del meshcat
         gc.collect()
-    write_text(path, _add_captions(page, title, captions))
+    write_text(path, _add_bar(page, title, captions, view))
 
 
 def open_meshcat(what: str) -> Meshcat:
@@ -149,8 +153,10 @@ def open_meshcat(what: str) -> Meshcat:
         raise AffordanceError(f"{what}: cannot be drawn: {error}") from error
 
 
-def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None) -> list[str]:
-    """Plays the scenes into Meshcat's recording; returns the caption of each."""
+def _record(
+    meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None
+) -> tuple[list[str], SideView]:
+    """Plays the scenes into Meshcat's recording; returns the caption of each, and the view of the camera."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
@@ -170,6 +176,9 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
     plant_context = plant.GetMyMutableContextFromRoot(context)
     placements = [scene.placement for scene in scenes if scene.placement is not None]
     set_stage(meshcat, plant, plant_context, hand, p_WG, placements)
+    out = find_direction(plant, plant_context, hand)
+    query_port, graph_context = scene_graph.get_query_output_port(), scene_graph.GetMyContextFromRoot(context)
+    seen = [] if p_WG is None else [p_WG]
 
     meshcat.StartRecording(_FRAMES_PER_SECOND, set_visualizations_while_recording=False)
     start = 0.0
@@ -182,7 +191,7 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
                 meshcat.SetProperty(f"arm/{path}", "visible", other_number == number, start)
         shown = slow_down(scene)
         end = start + shown.times[-1] + _PAUSE
-        for time in np.arange(0.0, end - start, 1.0 / _FRAMES_PER_SECOND):
+        for frame, time in enumerate(np.arange(0.0, end - start, 1.0 / _FRAMES_PER_SECOND)):
             row = min(int(np.searchsorted(shown.times, time)), len(shown.q) - 1)
             state = np.zeros(plant.num_positions())
             state[: shown.q.shape[1]] = shown.q[row]
@@ -191,6 +200,8 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
             plant.SetPositions(plant_context, state)
             context.SetTime(start + time)
             diagram.ForcedPublish(context)
+            if frame % _LOOKS == 0:
+                seen.append(list_corners(query_port.Eval(graph_context)))
             if any(other.slow is not None for other in scenes):
                 meshcat.SetProperty(_CAMERA, "zoom", _zoom(scene.slow, float(time)), start + float(time))
         captions.append(f"{start:.1f} to {end - _PAUSE:.1f} s: {_describe(scene, start)}")
@@ -198,7 +209,11 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
     meshcat.StopRecording()
     meshcat.get_mutable_recording().set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
     meshcat.PublishRecording()
-    return captions
+    # The camera zooms in on the middle of the picture.
+    middle = np.mean([placement.p_WNo for placement in placements], axis=0) if placements else None
+    view = place_camera(np.concatenate(seen), out, middle)
+    meshcat.SetCameraPose(view.place, view.target)
+    return captions, view
 
 
 def slow_down(scene: Scene) -> Scene:
@@ -250,19 +265,10 @@ def set_stage(
     p_WG: Array | None,
     placements: Sequence[NailPlacement],
 ) -> None:
-    """Points the camera at the arm from its side, or past the hand at the nails, and draws the demanded path."""
+    """Draws the demanded path, or the height to hold if there is no nail, before a white background."""
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
-    middle = p_WBo + 0.72 * (p_WH - p_WBo)
-    reach = float(np.linalg.norm(p_WH - p_WBo))
-    side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)
-    if placements:
-        # The camera zooms in on the middle of the picture.
-        middle = np.mean([placement.p_WNo for placement in placements], axis=0)
-        meshcat.SetCameraPose(middle - 1.35 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
-    else:
-        meshcat.SetCameraPose(middle - 0.8 * side + np.array([0.0, 0.0, 0.15 * reach]), middle)
     if p_WG is None and not placements:
         p_WG = find_held_height(p_WBo, p_WH)
     if p_WG is not None:
@@ -273,8 +279,9 @@ def set_stage(
     meshcat.SetProperty("/Axes", "visible", False)
 
 
-def _add_captions(page: str, title: str, captions: Sequence[str]) -> str:
+def _add_bar(page: str, title: str, captions: Sequence[str], view: SideView) -> str:
     """Sets the title of the page and adds a bar to its foot: play, clock, time, and the caption of what is shown."""
     lines = "".join(f"<span>{html.escape(caption)}</span>" for caption in captions)
+    bar = _BAR % (html.escape(title), lines, [view.wide, view.high])
     page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")
-    return page.replace("</body>", f"{_BAR % (html.escape(title), lines)}\n</body>")
+    return page.replace("</body>", f"{bar}\n</body>")

@@ -7,6 +7,7 @@ import msgpack
 import numpy as np
 import pytest
 from helpers.browser import open_page
+from helpers.watched import EXTENT
 
 from affordance.choice.hammer import load_hammer
 from affordance.exceptions import AffordanceError
@@ -34,24 +35,6 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
     assert 1e6 < len(page) < 5e6
 
 
-# Extent of arm and object on the page, from -1 to 1: least and greatest to the right, and upwards.
-_EXTENT = """() => {
-    const box = [1, -1, 1, -1];
-    viewer.camera.updateMatrixWorld();
-    viewer.scene_tree.find(["drake", "arm"]).object.traverseVisible(node => {
-        if (!node.geometry) return;
-        const points = node.geometry.attributes.position;
-        for (let i = 0; i < points.count; i++) {
-            const p = new MeshCat.THREE.Vector3().fromBufferAttribute(points, i);
-            p.applyMatrix4(node.matrixWorld).project(viewer.camera);
-            [box[0], box[1]] = [Math.min(box[0], p.x), Math.max(box[1], p.x)];
-            [box[2], box[3]] = [Math.min(box[2], p.y), Math.max(box[3], p.y)];
-        }
-    });
-    return box;
-}"""
-
-
 @pytest.mark.parametrize(("width", "height"), [(420, 750), (1200, 700), (1200, 420)])
 def test_arm_is_wholly_seen_and_large_above_a_bar_that_plays(tmp_path, weight, scenes, width, height):
     """The arm takes more than half of the width, if the window is not low; clock and caption follow the bar."""
@@ -67,7 +50,7 @@ def test_arm_is_wholly_seen_and_large_above_a_bar_that_plays(tmp_path, weight, s
             bar.locator("input").fill(time)
             page.wait_for_function(f"() => document.querySelector('#bar .now').textContent == '{caption}'")
             assert clock.text_content() == f"{time} of 1.4 s"
-            left, right, low, high = page.evaluate(_EXTENT)
+            left, right, low, high = page.evaluate(EXTENT)
             assert -1.0 < left < right < 1.0
             assert -1.0 < low < high < 1.0
             assert height < 0.5 * width or right - left > 1.0

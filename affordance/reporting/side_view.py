@@ -1,0 +1,67 @@
+"""Camera at the side of an arm, from which all of a motion is seen as large as the window allows."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import QueryObject, Role
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import Context
+
+from affordance.arrays import Array
+
+# Room at the edges of a picture, as a factor; height of the camera above the scene, as a share of its distance.
+_MARGIN, _ABOVE = 1.12, 0.15
+_UP = np.array([0.0, 0.0, 1.0])
+# Corners of a box, in half widths.
+_CORNERS = np.stack(np.meshgrid(*3 * [[-1.0, 1.0]]), axis=-1).reshape(-1, 3)
+
+
+class SideView(NamedTuple):
+    """Place and target of a camera, (3,), [m], and tangents of half the angles that it must see."""
+
+    place: Array
+    target: Array
+    wide: float
+    high: float
+
+
+def list_corners(query: QueryObject) -> Array:
+    """Lists the corners of boxes around all shapes that are drawn, (N, 3), [m]."""
+    inspector = query.inspector()
+    corners = []
+    for frame in inspector.GetAllFrameIds():
+        for geometry in inspector.GetGeometries(frame, Role.kIllustration):
+            if (box := inspector.GetObbInGeometryFrame(geometry)) is not None:
+                X_WB = query.GetPoseInWorld(geometry) @ box.pose()
+                corners.append((X_WB @ (_CORNERS * box.half_width()).T).T)
+    return np.concatenate(corners) if corners else np.zeros((0, 3))
+
+
+def find_direction(plant: MultibodyPlant, context: Context, hand: Frame) -> Array:
+    """Finds the horizontal direction from an arm's base to its hand, (3,); that of x where there is none."""
+    first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
+    places = [frame.CalcPoseInWorld(context).translation() for frame in (first_joint.frame_on_parent(), hand)]
+    out = (places[1] - places[0]) * [1.0, 1.0, 0.0]
+    length = float(np.linalg.norm(out))
+    return out / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
+
+
+def place_camera(points: Array, out: Array, middle: Sequence[float] | Array | None = None) -> SideView:
+    """Places a camera so that points, (N, 3), [m], are seen, with a horizontal direction, (3,), to the right.
+
+    The middle of the picture, (3,), [m], is that of the points if none is given.
+    """
+    axes = np.array([out, _UP, np.cross(out, _UP)])  # to the right, up and towards the camera
+    low, high = (points @ axes.T).min(axis=0), (points @ axes.T).max(axis=0)
+    target = np.array(middle) if middle is not None else 0.5 * (low + high) @ axes
+    right, up, front = np.maximum(high - axes @ target, axes @ target - low)
+    far = 2.0 * max(right, up) + front
+    place = target + far * (axes[2] + _ABOVE * _UP)
+    ahead = (target - place) / np.linalg.norm(target - place)
+    depths = (points - place) @ ahead
+    tangents = [
+        _MARGIN * float(np.abs((points - place) @ axis / depths).max()) for axis in (out, np.cross(out, ahead))
+    ]
+    return SideView(place, target, *tangents)
