@@ -190,8 +190,8 @@ def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
     Args:
         tree: Fit.
         by: ``participant`` sums the pushes of each, so that whole participants are left out; this only makes sense
-            for a pooled fit. ``push`` has an entry for each known push. Later pushes are still predicted from what was
-            felt in the lift that is left out.
+            for a pooled fit. ``push`` has an entry for each known push. Later pushes are still predicted from what
+            was felt in the lift that is left out.
     """
     if by not in ("participant", "push"):
         raise BadValueError("arrange_for_loo", "by", describe_choice(by, ("participant", "push")))

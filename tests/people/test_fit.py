@@ -101,32 +101,32 @@ def ragged(table):
     """Fits with two chains, pooled and each, of people one of whom has fewer lifts."""
     lifts = pd.read_csv(table)
     lifts.iloc[:-5].to_csv(table.with_name("ragged.csv"), index=False)
-    question = replace(ask(table.with_name("ragged.csv"), OWN_MEMORY), chains=2)
+    question = replace(ask(table.with_name("ragged.csv"), OWN_MEMORY, draws=16), chains=2)
     pooled = fit_pooled(question)
     return question, pooled, describe_fit(question, pooled), describe_fit(question, fit_each(question))
 
 
 def test_chains_are_independent_samplers(ragged, table):
     question, pooled, tree, each = ragged
-    assert tree["posterior"]["push_error"].shape == (2, 8)
-    assert each["log_likelihood"]["push"].shape == (2, 8, 2, 24)
+    assert tree["posterior"]["push_error"].shape == (2, 16)
+    assert each["log_likelihood"]["push"].shape == (2, 16, 2, 24)
     first = fit_pooled(replace(question, chains=1))
     np.testing.assert_array_equal(tree["posterior"]["push_error"][0], question.convert(first.normal)[:, 0])
     assert not np.isin(tree["posterior"]["push_error"][1], tree["posterior"]["push_error"][0]).any()
-    assert tree["prior"]["push_error"].shape == (2, 8)
+    assert tree["prior"]["push_error"].shape == (2, 16)
     np.testing.assert_allclose(
-        tree["log_likelihood"]["push"].sum("trial").values.reshape(16, 2), pooled.log_likelihoods.sum(axis=2)
+        tree["log_likelihood"]["push"].sum("trial").values.reshape(32, 2), pooled.log_likelihoods.sum(axis=2)
     )
 
 
 def test_what_arviz_leaves_out_has_no_missing_values(ragged):
     tree = ragged[2]
-    assert int(tree["log_likelihood"]["push"].isnull().sum()) == 16 * 5
+    assert int(tree["log_likelihood"]["push"].isnull().sum()) == 32 * 5
     people = arrange_for_loo(tree)["log_likelihood"]["push"]
     assert people.dims == ("chain", "draw", "participant")
     pushes = arrange_for_loo(tree, "push")["log_likelihood"]["push"]
     assert pushes.dims == ("chain", "draw", "number")
-    assert pushes.shape == (2, 8, 2 * 24 - 5)
+    assert pushes.shape == (2, 16, 2 * 24 - 5)
     assert np.isfinite(people).all()
     assert np.isfinite(pushes).all()
     np.testing.assert_allclose(people.sum("participant"), pushes.sum("number"))
