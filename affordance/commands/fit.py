@@ -2,6 +2,7 @@
 
 import argparse
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--learner", required=True, metavar="LEARNER", help=NAMES)
     what = "parameters to fit, as kappa,own_drift (default: push_error and what the learner has to be fitted)"
     add("--free", metavar="NAMES", help=what)
+    add("--chains", type=int, default=1, metavar="C", help="independent samplers, for r_hat of ArviZ (default 1)")
     add("--pooled", action="store_true", help="one value for all participants (default: one for each)")
     add("--json", action="store_true", help="print the result as JSON")
     add_out(parser)
@@ -39,7 +41,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Prints means and 90 % intervals of the free parameters, and log scores one step ahead."""
     settings, lifts = read_setting(arguments)
     names = None if arguments.free is None else [each.strip() for each in arguments.free.split(",")]
+    if not 1 <= arguments.chains <= 16:
+        nearest = min(max(arguments.chains, 1), 16)
+        raise BadValueError("--chains", "", f"is {arguments.chains}, must be from 1 to 16; the nearest is {nearest}")
     question = ask(arguments, settings, lifts, load_learner(arguments.learner), names)
+    question = replace(question, chains=arguments.chains)
     if not question.free:
         raise BadValueError("--free", "", "is empty, must name a parameter")
     people: dict[str, dict[str, Any]] = {}

@@ -4,7 +4,7 @@ A participant sees two colours never seen before; one is of a material eleven ti
 felt only in the two objects of Simulation II, steel far from or near the hand, of equal weight. After 0, 1, 2 and 6
 lifts the participant points to an end of a novel stick of both, once to reach along a path and once to hit a nail,
 and never lifts it. Nobody has done it yet. Expected: the right end is chosen by chance at first, and then by a share
-that learners differ in; who is right to reach is right to hit, as one belief serves both tasks.
+that learners differ in. Answers in a filled data sheet are read by ``read_choices`` of ``two_ends_people.py``.
 
     affordance run two_ends
 
@@ -52,7 +52,12 @@ TASKS = ("reach", "hammer")
 SEED = 20261127  # of the trial table alone
 FROZEN = "af41ac041244c904c8506824be9db914c16e57dfe44a3e0b93c849ee0dcc8106"  # SHA-256 of the trial table as CSV
 # Columns of the data sheet that the experimenter fills in.
-FILLED_IN = ("chosen_end", "push_N", "response_time_s", "remark")
+FILLED_IN = ("chosen_end", "push_N", "response_time", "remark")  # seconds, as BIDS has it
+INSTRUCTIONS = {
+    "": "Lift the object as in practice, and put it down.",
+    "reach": "Point to the end, left or right, by which you would take the stick to reach along the path with it.",
+    "hammer": "Point to the end, left or right, by which you would take the stick to hit the nail with it.",
+}
 ALPHA, POWER = 0.05, 0.8  # one-sided
 
 
@@ -88,9 +93,10 @@ def hash_trials(table: pd.DataFrame) -> str:
 
 
 def build_data_sheet() -> pd.DataFrame:
-    """Builds the data sheet: the trials, numbered, with empty columns to be filled in."""
+    """Builds the data sheet: the trials, numbered, with an instruction and empty columns to be filled in."""
     table = build_trials()
     table.insert(1, "trial", table.groupby("participant").cumcount() + 1)
+    table["instruction"] = table["task"].map(INSTRUCTIONS)
     return table.assign(**dict.fromkeys(FILLED_IN, ""))
 
 
@@ -148,11 +154,14 @@ def _list_learners(setup: Setup) -> Sequence[Learner]:
 def measure(choices: pd.DataFrame) -> pd.DataFrame:
     """Measures shares of observers, by learner and number of lifts: right in each task, and in both or in neither."""
     wide = choices.pivot(index=["learner", "observer", "lifts"], columns="task", values="right")
-    wide["agree"] = wide["reach"] == wide["hammer"]
+    wide["agree"] = (wide["reach"] == wide["hammer"]).where(wide.notna().all(axis=1))
     rows = []
     for (learner, lifts), own in wide.groupby(["learner", "lifts"], sort=False):
         for name in (*TASKS, "agree"):
-            hits, count = int(own[name].sum()), len(own)
+            answers = own[name].dropna()
+            hits, count = int(answers.sum()), len(answers)
+            if not count:
+                continue
             share, low, high = (float(each) for each in estimate_proportion(np.array(hits), count))
             rows.append((learner, lifts, name, share, low, high, count))
     return pd.DataFrame(rows, columns=["learner", "lifts", "measure", "share", "low", "high", "observers"])
@@ -273,10 +282,12 @@ def draw(shares: pd.DataFrame) -> Figure:
                 place, rows["share"], error, fmt="o-", markersize=3.5, capsize=2.0, color=colour, label=name
             )
         panel.axhline(0.5, color="0.7", linewidth=0.8)
+        panel.set_xticks(ASKED)
         panel.set_title(title, fontsize=FONT_SIZE)
         panel.set_xlabel("lifts of other objects")
         panel.set_ylim(0.0, 1.02)
         tidy(panel)
-    panels[0].set_ylabel("share of observers")
+    panels[0].set_ylabel("share of participants")
+    panels[0].text(ASKED[-1], 0.48, "chance", color="0.5", ha="right", va="top", fontsize=FONT_SIZE - 2)
     panels[-1].legend(fontsize=FONT_SIZE - 2, frameon=False, loc="lower right")
     return figure

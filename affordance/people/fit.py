@@ -1,7 +1,7 @@
 """Fits of a learner to people's lifts, person by person or pooled, as an xarray DataTree that ArviZ 1 takes."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -11,16 +11,17 @@ from scipy.special import logsumexp
 
 from affordance.arrays import Array, about
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.atomic import write_atomic
 from affordance.people.free_parameters import FreeParameter
 from affordance.people.particle_filter import compute_log_likelihoods
 from affordance.people.pushes import Lifts
-from affordance.people.tempered_smc import Draws, draw_prior, sample
+from affordance.people.tempered_smc import Draws, draw_prior, merge, sample
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
+from affordance.version import __version__
 
-GROUPS = ("posterior", "log_likelihood", "observed_data", "sample_stats")
+GROUPS = ("posterior", "prior", "log_likelihood", "observed_data", "sample_stats")
 # Most rows of arrays at once, most numbers of one of them, as every object may become a kind, whose densities are
 # joint, and most lifts of rows for each evaluation of a likelihood (SECURITY.md).
 _MOST_ROWS, _MOST_NUMBERS, _MOST_WORK = 100_000, 100_000_000, 200_000_000
@@ -40,6 +41,7 @@ class Question:
         moves: Random walks after each stage of the sampler.
         seed: Seed of all random numbers.
         jobs: Number of processes; participants are shared among them.
+        chains: Number of independent samplers, each with its own draws and particles.
     """
 
     lifts: Lifts
@@ -51,6 +53,7 @@ class Question:
     moves: int = 2
     seed: int = 0
     jobs: int = 1
+    chains: int = 1
 
     def __post_init__(self) -> None:
         """Raises a BadValueError for a fit that would take too much memory or time."""
@@ -101,9 +104,12 @@ def stack(parts: Sequence[Array]) -> Array:
 
 
 def fit_each(question: Question) -> list[Draws]:
-    """Draws from the posterior of each participant alone."""
-    tasks = [partial(_fit_one, question, place) for place in range(len(question.lifts.people))]
-    return run_tasks(tasks, jobs=question.jobs, description="fit")
+    """Draws from the posterior of each participant alone, all chains one after the other."""
+    chains = _split_chains(question)
+    people = range(len(question.lifts.people))
+    tasks = [partial(_fit_one, chain, place) for place in people for chain in chains]
+    found = run_tasks(tasks, jobs=question.jobs, description="fit")
+    return [merge(found[len(chains) * place : len(chains) * (place + 1)]) for place in people]
 
 
 def _fit_one(question: Question, place: int) -> Draws:
@@ -112,51 +118,91 @@ def _fit_one(question: Question, place: int) -> Draws:
 
 
 def fit_pooled(question: Question) -> Draws:
-    """Draws from the posterior of parameters that all participants share."""
-    options = {"count": question.draws, "moves": question.moves, "seed": question.seed}
-    return sample(question.compute_all, len(question.free), **options)
+    """Draws from the posterior of parameters that all participants share, all chains one after the other."""
+    return merge(
+        [
+            sample(chain.compute_all, len(chain.free), count=chain.draws, moves=chain.moves, seed=chain.seed)
+            for chain in _split_chains(question)
+        ]
+    )
+
+
+def _split_chains(question: Question) -> list[Question]:
+    """Splits a question into its chains; the first has the question's own seed."""
+    others = np.random.SeedSequence(question.seed).generate_state(question.chains - 1)
+    return [replace(question, seed=seed, chains=1) for seed in (question.seed, *map(int, others))]
 
 
 def describe_fit(question: Question, found: Draws | Sequence[Draws]) -> xr.DataTree:
     """Describes a fit, pooled or one of each participant, as a tree of datasets with the groups that ArviZ names.
 
-    Returns: ``posterior`` (chain, draw) or (chain, draw, participant), ``log_likelihood`` (chain, draw, participant,
-        trial), ``observed_data`` (participant, trial), and ``sample_stats``.
+    Returns: ``posterior`` (chain, draw) or (chain, draw, participant), ``prior`` (chain, draw), ``log_likelihood``
+        (chain, draw, participant, trial), ``observed_data`` (participant, trial), and ``sample_stats``.
     """
-    people = question.lifts.people
+    people, size = question.lifts.people, (question.chains, question.draws)
     is_pooled = isinstance(found, Draws)
     each = [found] if isinstance(found, Draws) else list(found)
-    values = np.stack([question.convert(one.normal) for one in each], axis=1)  # (D, fits, F)
     parts = found.log_likelihoods if isinstance(found, Draws) else stack([one.log_likelihoods for one in each])
     observed = _pad([person.pushes for person in people], np.nan)
-    axes = ("chain", "draw") if is_pooled else ("chain", "draw", "participant")
+    draws = {"chain": np.arange(size[0]), "draw": np.arange(size[1])}
     names = {"participant": [person.name for person in people], "trial": np.arange(1, observed.shape[1] + 1)}
+    values = np.stack([question.convert(one.normal) for one in each], axis=1).reshape(*size, len(each), -1)
+    before = question.convert(each[0].prior_normal).reshape(*size, -1)
+    axes = ("chain", "draw", "participant")
     posterior = {
-        name: (axes, values[None, :, 0, column] if is_pooled else values[None, :, :, column])
+        name: (axes[:2], values[:, :, 0, column]) if is_pooled else (axes, values[..., column])
         for column, name in enumerate(question.names)
     }
-    stages = max(len(one.powers) for one in each)
+    prior = {name: (axes[:2], before[..., column]) for column, name in enumerate(question.names)}
+    powers, rates = ([getattr(one, name) for one in each] for name in ("powers", "acceptance"))
     statistics = {
-        "power": (("fit", "stage"), _pad([one.powers for one in each], np.nan, stages), about("1", "of likelihood")),
-        "acceptance_rate": (("fit", "stage"), _pad([one.acceptance for one in each], np.nan, stages), about("1", "")),
+        "power": (("fit", "chain", "stage"), _pad(powers, np.nan), about("1", "of likelihood")),
+        "acceptance_rate": (("fit", "chain", "stage"), _pad(rates, np.nan), about("1", "")),
         "log_evidence": ("fit", [one.log_evidence for one in each], about("1", "log marginal likelihood")),
     }
-    there = np.isfinite(observed)
+    likely = np.where(np.isfinite(observed), parts, np.nan).reshape(*size, *observed.shape)
     tree = {
-        "posterior": xr.Dataset(posterior, {} if is_pooled else {"participant": names["participant"]}),
-        "log_likelihood": xr.Dataset(
-            {"push": (("chain", "draw", "participant", "trial"), np.where(there, parts, np.nan)[None])}, names
-        ),
+        "posterior": xr.Dataset(posterior, draws if is_pooled else {**draws, "participant": names["participant"]}),
+        "prior": xr.Dataset(prior, draws),
+        "log_likelihood": xr.Dataset({"push": ((*axes, "trial"), likely)}, {**draws, **names}),
         "observed_data": xr.Dataset({"push": (("participant", "trial"), observed, about("N", "push"))}, names),
-        "sample_stats": xr.Dataset(statistics),
+        "sample_stats": xr.Dataset(statistics, {"chain": draws["chain"]}),
     }
     about_it = {"learner": question.learner.name, "particles": question.particles, "seed": question.seed}
-    return xr.DataTree.from_dict({name: group.assign_attrs(about_it) for name, group in tree.items()})
+    made_by = {"inference_library": "visual-inertial-affordances", "inference_library_version": __version__}
+    return xr.DataTree.from_dict({name: group.assign_attrs(about_it, **made_by) for name, group in tree.items()})
 
 
-def _pad(rows: Sequence[Array], value: float, size: int = 0) -> Array:
-    size = max(size, *(len(each) for each in rows))
-    return np.array([np.pad(np.asarray(each, float), (0, size - len(each)), constant_values=value) for each in rows])
+def _pad(rows: Sequence[Array], value: float) -> Array:
+    """Stacks arrays, padded at the end of their last dimension."""
+    size = max(np.shape(each)[-1] for each in rows)
+    return np.array([_lengthen(np.asarray(each, float), size, value) for each in rows])
+
+
+def _lengthen(row: Array, size: int, value: float) -> Array:
+    width = [(0, 0)] * (row.ndim - 1) + [(0, size - row.shape[-1])]
+    return np.pad(row, width, constant_values=value)
+
+
+def arrange_for_loo(tree: xr.DataTree, by: str = "participant") -> xr.DataTree:
+    """Arranges the log likelihood of a fit for ``arviz.loo`` and ``arviz.compare``, which take no missing values.
+
+    Args:
+        tree: Fit.
+        by: ``participant`` sums the pushes of each, so that whole participants are left out; this only makes sense
+            for a pooled fit. ``push`` has an entry for each known push. Later pushes are still predicted from what
+            was felt in the lift that is left out.
+    """
+    if by not in ("participant", "push"):
+        raise BadValueError("arrange_for_loo", "by", describe_choice(by, ("participant", "push")))
+    each = tree["log_likelihood"].to_dataset()
+    if by == "participant":
+        arranged = each.sum("trial")
+    else:
+        arranged = each.stack(number=("participant", "trial")).dropna("number").reset_index("number")
+    return xr.DataTree.from_dict(
+        {name: group.to_dataset() for name, group in tree.children.items()} | {"log_likelihood": arranged}
+    )
 
 
 def score_ahead(log_likelihoods: Array, log_weights: Array | None = None) -> Array:

@@ -6,7 +6,7 @@ hypotheses inside of the likelihood forbid gradients. The likelihood is estimate
 so that it is a function of its argument.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,8 +25,8 @@ class Draws(NamedTuple):
     Attributes:
         normal: Arguments, (D, F).
         log_likelihoods: Further results of the function for each, (D, ...).
-        powers: Power of the likelihood after each stage; the last is 1.
-        acceptance: Share of moves that were accepted at each stage.
+        powers: Power of the likelihood after each stage, (chains, stages); the last is 1, or NaN after it.
+        acceptance: Share of moves that were accepted at each stage, (chains, stages).
         log_evidence: Log probability density of the data.
         prior_normal: Draws of the prior with which it began, (D, F).
         prior_log_likelihoods: Further results of the function for these, (D, ...).
@@ -87,7 +87,22 @@ def sample(compute: Callable[[Array], Array], size: int, *, count: int, moves: i
             accepted += float(is_taken.mean()) / moves
         powers.append(power)
         acceptance.append(accepted)
-    return Draws(normal, parts, np.array(powers), np.array(acceptance), log_evidence, start, first)
+    return Draws(normal, parts, np.array([powers]), np.array([acceptance]), log_evidence, start, first)
+
+
+def merge(chains: Sequence[Draws]) -> Draws:
+    """Merges the draws of independent samplers, one after the other; the evidence is their mean."""
+    stages = max(each.powers.shape[1] for each in chains)
+    powers, acceptance = (
+        np.vstack([np.pad(each, ((0, 0), (0, stages - each.shape[1])), constant_values=np.nan) for each in parts])
+        for parts in ([each.powers for each in chains], [each.acceptance for each in chains])
+    )
+    evidence = float(logsumexp([each.log_evidence for each in chains])) - np.log(len(chains))
+    normal, parts, start, first = (
+        np.concatenate([getattr(each, name) for each in chains])
+        for name in ("normal", "log_likelihoods", "prior_normal", "prior_log_likelihoods")
+    )
+    return Draws(normal, parts, powers, acceptance, evidence, start, first)
 
 
 def _sum(parts: Array) -> Array:

@@ -1,6 +1,8 @@
 """Fits: scores one step ahead and left out by hand, groups of the tree, and the commands."""
 
 import json
+import warnings
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -15,7 +17,16 @@ from affordance.control.participant import Participant
 from affordance.experiments.lifts import cylinder, repeat, run_lifts
 from affordance.experiments.observers import Setup
 from affordance.people.comparison import compare
-from affordance.people.fit import Question, describe_fit, fit_each, fit_pooled, leave_out, read_fit, score_ahead
+from affordance.people.fit import (
+    Question,
+    arrange_for_loo,
+    describe_fit,
+    fit_each,
+    fit_pooled,
+    leave_out,
+    read_fit,
+    score_ahead,
+)
 from affordance.people.free_parameters import list_free
 from affordance.people.pushes import read_lifts
 from affordance.settings import Settings
@@ -72,7 +83,7 @@ def test_groups_and_dimensions_are_those_of_arviz(table):
     question = ask(table, OWN_MEMORY)
     each = describe_fit(question, fit_each(question))
     pooled = describe_fit(question, fit_pooled(question))
-    assert {*each.children} == {"posterior", "log_likelihood", "observed_data", "sample_stats"}
+    assert {*each.children} == {"posterior", "prior", "log_likelihood", "observed_data", "sample_stats"}
     assert each["posterior"]["push_error"].dims == ("chain", "draw", "participant")
     assert pooled["posterior"]["push_error"].dims == ("chain", "draw")
     for tree in (each, pooled):
@@ -83,6 +94,57 @@ def test_groups_and_dimensions_are_those_of_arviz(table):
     lifts = pd.read_csv(table)
     np.testing.assert_allclose(each["observed_data"]["push"].values.ravel(), lifts["force"])
     assert 0.1 < float(pooled["posterior"]["push_error"].mean()) < 0.4
+
+
+@pytest.fixture(scope="module")
+def ragged(table):
+    """Fits with two chains, pooled and each, of people one of whom has fewer lifts."""
+    lifts = pd.read_csv(table)
+    lifts.iloc[:-5].to_csv(table.with_name("ragged.csv"), index=False)
+    question = replace(ask(table.with_name("ragged.csv"), OWN_MEMORY, draws=16), chains=2)
+    pooled = fit_pooled(question)
+    return question, pooled, describe_fit(question, pooled), describe_fit(question, fit_each(question))
+
+
+def test_chains_are_independent_samplers(ragged, table):
+    question, pooled, tree, each = ragged
+    assert tree["posterior"]["push_error"].shape == (2, 16)
+    assert each["log_likelihood"]["push"].shape == (2, 16, 2, 24)
+    first = fit_pooled(replace(question, chains=1))
+    np.testing.assert_array_equal(tree["posterior"]["push_error"][0], question.convert(first.normal)[:, 0])
+    assert not np.isin(tree["posterior"]["push_error"][1], tree["posterior"]["push_error"][0]).any()
+    assert tree["prior"]["push_error"].shape == (2, 16)
+    np.testing.assert_allclose(
+        tree["log_likelihood"]["push"].sum("trial").values.reshape(32, 2), pooled.log_likelihoods.sum(axis=2)
+    )
+
+
+def test_what_arviz_leaves_out_has_no_missing_values(ragged):
+    tree = ragged[2]
+    assert int(tree["log_likelihood"]["push"].isnull().sum()) == 32 * 5
+    people = arrange_for_loo(tree)["log_likelihood"]["push"]
+    assert people.dims == ("chain", "draw", "participant")
+    pushes = arrange_for_loo(tree, "push")["log_likelihood"]["push"]
+    assert pushes.dims == ("chain", "draw", "number")
+    assert pushes.shape == (2, 16, 2 * 24 - 5)
+    assert np.isfinite(people).all()
+    assert np.isfinite(pushes).all()
+    np.testing.assert_allclose(people.sum("participant"), pushes.sum("number"))
+    assert "by: is 'lift', must be one of participant, push" in refuse(arrange_for_loo, tree, "lift")
+
+
+def test_arviz_reads_a_fit(ragged):
+    """Where ArviZ 1 is installed (extra people): its summary, and participants left out as leave_out does it."""
+    arviz = pytest.importorskip("arviz", minversion="1.0")
+    _, pooled, tree, each = ragged
+    assert arviz.summary(each, var_names=["push_error"]).shape[0] == 2
+    assert np.isfinite(float(arviz.summary(tree, round_to="none")["r_hat"].iloc[0]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # few draws
+        loo = arviz.loo(arrange_for_loo(tree), pointwise=True)
+        table = arviz.compare({"a": arrange_for_loo(tree, "push"), "b": arrange_for_loo(each, "push")})
+    np.testing.assert_allclose(loo.elpd_i, leave_out(pooled.log_likelihoods)[0].sum(axis=1), atol=0.5)
+    assert len(table) == 2
 
 
 def test_the_learner_of_simulated_people_predicts_them_best(table):
@@ -117,6 +179,7 @@ def test_fit_and_comparison_as_commands(table, tmp_path):
         (["--free", "push_error,push_error"], "--free: has push_error twice"),
         (["--draws", "2"], "--draws: is 2, must be from 4 to 10000; the nearest is 4"),
         (["--draws", "10000", "--particles", "100"], "--draws: is 10000, must be at most 1000 with 100 particles"),
+        (["--chains", "0"], "--chains: is 0, must be from 1 to 16; the nearest is 1"),
         (["--of", "people"], "lifts.csv: --of: is 'people', must be"),
         (["--set", "learner.kappa=2"], "--set: learner.kappa: has no effect here"),
     ],

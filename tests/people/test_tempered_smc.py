@@ -13,7 +13,7 @@ def test_posterior_and_evidence_of_a_normal_likelihood():
     assert draws.normal.mean() == pytest.approx(1.5 / 1.04, abs=0.02)
     assert draws.normal.std() == pytest.approx(np.sqrt(0.04 / 1.04), rel=0.05)
     assert draws.log_evidence == pytest.approx(norm.logpdf(1.5, 0.0, np.sqrt(1.04)), abs=0.1)
-    assert draws.powers[-1] == 1.0
+    assert draws.powers[0, -1] == 1.0
     assert (np.diff(draws.powers) > 0.0).all()
     assert ((draws.acceptance > 0.1) & (draws.acceptance < 0.9)).all()
     np.testing.assert_allclose(draws.log_likelihoods, norm.logpdf(1.5, draws.normal, 0.2))
@@ -36,7 +36,7 @@ def test_parts_of_a_likelihood_are_kept_and_their_sum_counts():
 
 def test_a_flat_likelihood_leaves_the_prior():
     draws = sample(lambda z: np.zeros(len(z)), 1, count=512, moves=1, seed=0)
-    assert draws.powers.tolist() == [1.0]
+    assert draws.powers.tolist() == [[1.0]]
     assert draws.log_evidence == pytest.approx(0.0)
     assert (draws.normal.mean(), draws.normal.std()) == pytest.approx((0.0, 1.0), abs=0.1)
 
