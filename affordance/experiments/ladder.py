@@ -1,7 +1,7 @@
 """Development as a ladder: Simulation I by what is remembered, with an adult's arm and with an infant's.
 
-Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here a rung, a learner, stands for an
-age, so that what an age does is a prediction that can fail:
+Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here a rung, a learner, stands for
+an age, so that what an age does is a prediction that can fail:
 
     nothing_remembered   each hold begins at the prior; what is felt counts within the hold only
     own_memory           an object's own density, known from its second hold on
@@ -41,13 +41,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from affordance.arrays import about
 from affordance.belief.learner import Learner
 from affordance.belief.learners import DENSITY, NOTHING_REMEMBERED, OWN_MEMORY, label_learner
 from affordance.exceptions import BadValueError
 from affordance.experiments.holds import describe_holds, tabulate_holds
+from affordance.experiments.ladder_drawings import ARMS, draw, tabulate
 from affordance.experiments.objects import check_can_be_held, check_no_grips, read_tools
 from affordance.experiments.observers import Setup, find_excursion, run_observers
 from affordance.experiments.prediction import ObserverNumbers
@@ -57,25 +57,15 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.reporting.claims import NONE, ClaimResult, Criterion, check, claim, with_interval
-from affordance.reporting.figures import DECOY_COLOUR, FONT_SIZE, OBJECT_COLOURS, tidy
-from affordance.reporting.formatting import count_observers, label
+from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
 
 OBJECTS = "tools/ladder.yaml"  # in the folder of models; the last two are the decoys
 INFANT = "infant.dmd.yaml"  # in the folder of models
-ARMS = ("adult", "infant")
 RUNGS = (NOTHING_REMEMBERED, OWN_MEMORY, DENSITY)
 OBSERVERS = 48  # of each learner and arm, unless another number is asked for
 NO_MEMORY = "whose observers differ in learner and arm"  # a lasting memory is of one
 DURATION = 1.0  # of each hold, [s]
-# What infants did, by the learner that stands for their age. Nine and twelve months: Bower 1974, Development in
-# Infancy, on motor behaviour (a translation was read); eighteen months: the same, from memory, not checked. Mounoud
-# and Bower's article was not seen. The paper (I, IV-A) puts the last rung at 9 months.
-AGES = {
-    "nothing_remembered": ("9 months", "the arm drops each time, even when the object was given several times"),
-    "own_memory": ("12 months", "the drop is gone when the object is given again"),
-    "density": ("18 months; the paper: 9 months", "a longer rod is expected to be heavier; a light one flies up"),
-}
 MEANINGS = {
     "first_m": "largest excursion in the first hold of each rod, m",
     "second_m": "largest excursion in its second hold, m",
@@ -103,10 +93,11 @@ def run(setup: Setup) -> Results:
         figures={
             "ladder": (
                 (
-                    "Largest excursion of each object, down or up, in its first hold (filled) and its second (open),"
-                    " with 95 % intervals of the mean. A column is a learner; a row is an arm."
+                    "Largest excursion of each object, down or up: mean with its 95 % interval. A column is a"
+                    " learner, with the age that it stands for; a row is an arm. Rods are in the order in which they"
+                    " were held, from short to long. Where nothing is remembered, observers do not differ."
                 ),
-                partial(draw, numbers["arms"], tools),
+                partial(draw, numbers),
             )
         },
         tables={"What infants did, and what each learner does.": tabulate(numbers["arms"])},
@@ -276,7 +267,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
     nothing, own, look = (each.name for each in RUNGS)
     return [
         claim("nothing_remembered", "ours, a prediction; Bower of 9 months",
-              "Who remembers nothing sinks with every rod, farther with a longer one, and as far when it comes again.",
+              "Who remembers nothing sinks with every rod, farther with a longer one, and as far when it returns.",
               *compare("largest excursion, m", lambda a: a[nothing]["first_m"], below=0),
               *compare("its change from rod to rod, m", lambda a: np.diff(a[nothing]["first_m"]), below=0),
               *compare("second hold over first", lambda a: a[nothing]["second_m"] / a[nothing]["first_m"],
@@ -293,7 +284,7 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
               *compare("size of the excursion, first holds of the other rods over it",
                        lambda a: a[look]["first_size_m"][1:] / a[look]["first_size_m"][0], below=0.5)),
         claim("decoys", "ours, a prediction; paper IV-A",
-              "A decoy of a length never held is lifted by look alone; one that looks like a known rod by memory too.",
+              "A decoy of a new length is lifted by look alone; one that looks like a known rod by memory too.",
               *compare("lift of the decoys by look, m",
                        lambda a: np.array([a[look]["decoy_m"], a[look]["new_decoy_m"]]), above=0),
               *compare("nothing remembered, over the lifts by look",
@@ -311,26 +302,6 @@ def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]
     ]  # fmt: skip
 
 
-def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
-    """Tabulates what infants did beside what each learner does: excursions in cm, adult's arm / infant's arm."""
-    rows = {}
-    for learner in n["adult"]:
-        age, did = AGES.get(learner, ("", ""))
-        row = {"infants": age, "what they did": did}
-        for title, name, place in (
-            ("first rod, first hold (cm)", "first_m", 0),
-            ("first rod, second hold (cm)", "second_m", 0),
-            ("longest rod, first hold (cm)", "first_m", -1),
-            ("longest rod, second hold (cm)", "second_m", -1),
-            ("decoy like it (cm)", "decoy_m", ...),
-            ("decoy of a new length (cm)", "new_decoy_m", ...),
-        ):
-            values = [100.0 * float(np.asarray(n[arm][learner][name])[place]) for arm in ARMS]
-            row[title] = " / ".join(f"{value:+.1f}" for value in values)
-        rows[label_learner(learner)] = row
-    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("learner")
-
-
 def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
     """Describes the first hold of the longest rod, which tells memory of a look from that of objects."""
     return [
@@ -346,44 +317,3 @@ def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str) -> pd.
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])
     table = tabulate_holds(data, tools, learner=learner, block="", objects=held)
     return table.assign(cycle=np.tile([*np.tile([1, 2], rods), 1, 1], data.sizes["observer"]))
-
-
-def draw(n: Mapping[str, Mapping[str, Mapping[str, Any]]], tools: Mapping[str, Sequence[Tool]]) -> Figure:
-    """Draws the excursions of each object, a row of panels for each arm and a column for each learner."""
-    learners = [*n["adult"]]
-    figure = Figure(figsize=(4.0 * len(learners), 6.4))
-    panels = figure.subplots(len(ARMS), len(learners), sharex=True, sharey="row", squeeze=False)
-    for row, arm in zip(panels, ARMS, strict=True):
-        names = [label(tool.name) for tool in tools["adult"]]
-        for panel, learner in zip(row, learners, strict=True):
-            found = n[arm][learner]
-            rods = np.arange(len(names) - 2)
-            decoys = {
-                "decoy": (len(rods) + np.arange(2.0), [found["decoy_m"], found["new_decoy_m"]],
-                          [found["decoy_m_ci95"], found["new_decoy_m_ci95"]], DECOY_COLOUR, "s", "full"),
-            }  # fmt: skip
-            marks = {
-                "first hold": (rods - 0.12, found["first_m"], found["first_m_ci95"], OBJECT_COLOURS[0], "o", "full"),
-                "second hold": (
-                    rods + 0.12,
-                    found["second_m"],
-                    found["second_m_ci95"],
-                    OBJECT_COLOURS[0],
-                    "o",
-                    "none",
-                ),
-                **decoys,
-            }
-            panel.axhline(0.0, color="0.6", linewidth=0.8)
-            for name, (places, mean, ci95, colour, marker, fill) in marks.items():
-                mean, low, high = (100.0 * np.asarray(each) for each in (mean, *np.moveaxis(np.asarray(ci95), -1, 0)))
-                error = np.maximum(0.0, [mean - low, high - mean])
-                panel.errorbar(places, mean, error, fmt=marker, fillstyle=fill, capsize=2.0, color=colour, label=name)
-            panel.set_xticks(np.arange(len(names)), names, rotation=40, ha="right")
-            tidy(panel)
-        row[0].set_ylabel(f"{arm}'s arm: excursion (cm)")
-    for panel, learner in zip(panels[0], learners, strict=True):
-        age = AGES.get(learner, ("",))[0]
-        panel.set_title(f"{label_learner(learner)}\n{age}", fontsize=FONT_SIZE)
-    panels[0][-1].legend(frameon=False, fontsize=FONT_SIZE - 1)
-    return figure
