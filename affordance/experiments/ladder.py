@@ -109,7 +109,7 @@ def run(setup: Setup) -> Results:
         ],
         lifts=pd.concat(
             [
-                tabulate_lifts(data.sel(arm=arm, learner=learner), tools[arm], learner).assign(block=arm)
+                tabulate_lifts(data.sel(arm=arm, learner=learner), tools[arm], learner, arm)
                 for arm in ARMS
                 for learner in learners
             ]
@@ -311,9 +311,10 @@ def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
     ]
 
 
-def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str) -> pd.DataFrame:
-    """Tabulates all holds of the observers of a learner with an arm."""
-    rods = len(tools) - 2
+def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
+    """Tabulates all holds of a learner with an arm; observers with the infant's arm are numbered after the others."""
+    rods, observers = len(tools) - 2, data.sizes["observer"]
     held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])
-    table = tabulate_holds(data, tools, learner=learner, block="", objects=held)
-    return table.assign(cycle=np.tile([*np.tile([1, 2], rods), 1, 1], data.sizes["observer"]))
+    table = tabulate_holds(data, tools, learner=learner, block=arm, objects=held)
+    table["observer"] += ARMS.index(arm) * observers
+    return table.assign(cycle=np.tile([*np.tile([1, 2], rods), 1, 1], observers))

@@ -52,8 +52,8 @@ def draw(n: Mapping[str, Any]) -> Figure:
             _draw_excursions(panel, n["arms"][arm][learner])
         row[0].set_ylabel(f"{arm}'s arm, reach {100.0 * n['reach_m'][arm]:.0f} cm:\nexcursion (cm)")
     for panel, learner in zip(panels[0], learners, strict=True):
-        age = AGES.get(learner, ("",))[0]
-        panel.set_title(f"{label_learner(learner)}\n{age}", fontsize=FONT_SIZE)
+        age = f"\nstands for {AGES[learner][0]}" if learner in AGES else ""
+        panel.set_title(f"{label_learner(learner)}{age}", fontsize=FONT_SIZE)
     panels[0][-1].legend(frameon=False, fontsize=FONT_SIZE - 1, loc="lower right")
     return figure
 
