@@ -306,7 +306,7 @@ def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
     """Describes the first hold of the longest rod, which tells memory of a look from that of objects."""
     return [
         f"{label_learner(learner)}: the longest rod, held for the first time, moves by"
-        f" {100.0 * found['first_m'][-1]:+.1f} cm (adult's arm)"
+        f" {100.0 * found['first_m'][-1]:+z.1f} cm (adult's arm)"
         for learner, found in n["adult"].items()
     ]
 

@@ -37,7 +37,7 @@ def tabulate(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> pd.DataFrame:
             ("decoy of a new length (cm)", "new_decoy_m", ...),
         ):
             values = [100.0 * float(np.asarray(n[arm][learner][name])[place]) for arm in ARMS]
-            row[title] = " / ".join(f"{value:+.1f}" for value in values)
+            row[title] = " / ".join(f"{value:+z.1f}" for value in values)
         rows[label_learner(learner)] = row
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("learner")
 
