@@ -55,7 +55,7 @@ from affordance.experiments.results import Results
 from affordance.objects.tool import Tool, list_colours
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.proprioception.torque_noise import WeberNoise
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.reporting.claims import NONE, ClaimResult, Criterion, check, claim, with_interval
 from affordance.reporting.formatting import count_observers
 from affordance.simulation.trial import Observer, get_runner
@@ -168,11 +168,11 @@ def set_up_arm(setup: Setup, arm: str) -> Setup:
     """Returns the setup of an arm; the smallest torque that the infant's feels is scaled as its effort limits are."""
     if arm == "adult":
         return setup
-    noise = setup.settings.noise
+    ratio, noise = compare_strength(setup), setup.settings.noise
     if isinstance(noise, WeberNoise):
-        noise = replace(noise, threshold=compare_strength(setup) * noise.threshold)
-    else:
-        noise = replace(noise, sd=compare_strength(setup) * noise.sd)
+        noise = replace(noise, threshold=ratio * noise.threshold)
+    elif isinstance(noise, WhiteNoise):
+        noise = replace(noise, sd=ratio * noise.sd)
     return setup.change(arm=setup.models / INFANT, noise=noise)
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from affordance.arrays import Array
 from affordance.belief.learners import label_learner
 from affordance.reporting.figures import DECOY_COLOUR, FONT_SIZE, OBJECT_COLOURS, tidy
 
@@ -61,15 +62,18 @@ def draw(n: Mapping[str, Any]) -> Figure:
 def _draw_excursions(panel: Axes, found: Mapping[str, Any]) -> None:
     rods = np.arange(len(found["first_m"]))
     names = [*(f"rod {1 + rod}" for rod in rods), f"decoy like rod {len(rods)}", "decoy, new length"]
-    decoys = [np.array([found[f"{each}{end}"] for each in ("decoy_m", "new_decoy_m")]) for end in ("", "_ci95")]
+    decoys = {end: np.array([found[f"{each}{end}"] for each in ("decoy_m", "new_decoy_m")]) for end in ("", "_ci95")}
     panel.axhline(0.0, color="0.6", linewidth=0.8)
-    for name, places, mean, ci95, colour, marker, fill in (
-        ("first hold", rods - 0.12, found["first_m"], found["first_m_ci95"], OBJECT_COLOURS[0], "o", "full"),
-        ("second hold", rods + 0.12, found["second_m"], found["second_m_ci95"], OBJECT_COLOURS[0], "o", "none"),
-        ("decoy, held once", len(rods) + np.arange(2.0), *decoys, DECOY_COLOUR, "s", "full"),
-    ):
-        middle, low, high = (100.0 * each for each in (mean, *np.moveaxis(ci95, -1, 0)))
-        error = np.maximum(0.0, [middle - low, high - middle])
-        panel.errorbar(places, middle, error, fmt=marker, fillstyle=fill, capsize=2.0, color=colour, label=name)
+
+    def mark(name: str, places: Any, mean: Array, ci95: Array, **style: Any) -> None:
+        middle, error = 100.0 * mean, 100.0 * np.maximum(0.0, [mean - ci95[..., 0], ci95[..., 1] - mean])
+        panel.errorbar(places, middle, error, capsize=2.0, label=name, **style)
+
+    colour = OBJECT_COLOURS[0]
+    mark("first hold", rods - 0.12, found["first_m"], found["first_m_ci95"], fmt="o", color=colour)
+    mark(
+        "second hold", rods + 0.12, found["second_m"], found["second_m_ci95"], fmt="o", color=colour, fillstyle="none"
+    )
+    mark("decoy, held once", len(rods) + np.arange(2.0), decoys[""], decoys["_ci95"], fmt="s", color=DECOY_COLOUR)
     panel.set_xticks(np.arange(len(names)), names, rotation=35, ha="right")
     tidy(panel)
