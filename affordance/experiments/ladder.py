@@ -208,7 +208,7 @@ def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
     learned = hand.memory
     for each in (decoy, new_decoy):  # each as if it were the only one
         hand = Observer(get_runner(setup.settings), learned, duration=DURATION)
-        befores.append(learned)
+        befores.append(hand.memory)
         records.append(hand.hold(each, seed=(setup.seed, observer, len(held))))
     held += [decoy, new_decoy]
     return xr.Dataset(
