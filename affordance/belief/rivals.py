@@ -1,7 +1,8 @@
-"""Learners that are compared with those of the program on people's lifts: own memory, and own and shared memory.
+"""Learners that are compared with those of the program: nothing remembered, own memory, own and shared memory.
 
-Neither is used by an arm. The first has a density for each object and none for a look; the second has a density for
-each look and a deviation from it for each object, both moved by a share of each error (delta rules).
+No working arm uses them. The first forgets every lift; the second has a density for each object and none for a look;
+the third has a density for each look and a deviation from it for each object, both moved by a share of each error
+(delta rules).
 """
 
 from collections.abc import Sequence
@@ -65,6 +66,28 @@ class OwnMemory(Learner):
     def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
         felt = {name: state[name][:, list(things)] for name in (FELT_PRECISION, FELT_INFORMATION)}
         return {**state, **felt, "colours": state["colours"][:, list(colours)]}
+
+
+class NothingRemembered(OwnMemory):
+    """Learner that forgets: each lift begins at the prior, and what is felt counts within that lift only."""
+
+    @property
+    @override
+    def name(self) -> str:
+        return "nothing_remembered"
+
+    @property
+    @override
+    def label(self) -> str:
+        return "nothing remembered"
+
+    @override
+    def learn(self, state: State, seen: Seen, find_likelihood: FindLikelihood, rng: Draws) -> Lesson:
+        return super().learn(state, seen, find_likelihood, rng)._replace(state=state)
+
+    @override
+    def select(self, state: State, colours: Sequence[int], things: Sequence[int]) -> State:
+        return {**state, "colours": state["colours"][:, list(colours)]}  # nothing is kept of things
 
 
 class OwnAndShared(Learner):

@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from affordance.belief.learners import LEARNERS, RIVALS
 from affordance.commands.catalogue import COMMANDS, EXPERIMENTS, load_command
 from affordance.commands.parser import OneLineParser
 from affordance.experiments.suite import NAMES
@@ -12,6 +13,8 @@ from affordance.files.model_folder import list_studies
 
 # Completions of positional arguments; for all other commands the shell completes file names.
 _WORDS = {"run": ("all", *NAMES), "predict": NAMES, "watch": NAMES, "study": tuple(list_studies())}
+# Words after an option that also takes others, such as a file of one's own.
+_VALUES = {"--learner": (*LEARNERS, *RIVALS)}
 _BASH = """\
 _affordance() {{
     local word=${{COMP_WORDS[COMP_CWORD]}} command=${{COMP_WORDS[1]}} before=${{COMP_WORDS[COMP_CWORD-1]}} words=
@@ -67,7 +70,9 @@ def _list_options(name: str) -> Iterator[_Option]:
     yield _Option(("-q", "--quiet"), "print only the answer", ())
     for action in parser._actions:
         if action.help is not argparse.SUPPRESS:
-            yield _Option(tuple(action.option_strings), action.help or "", tuple(map(str, action.choices or ())))
+            names = tuple(action.option_strings)
+            words = action.choices or next((_VALUES[each] for each in names if each in _VALUES), ())
+            yield _Option(names, action.help or "", tuple(map(str, words)))
 
 
 def _write_bash(options: dict[str, list[_Option]]) -> str:
@@ -75,14 +80,14 @@ def _write_bash(options: dict[str, list[_Option]]) -> str:
     choices, cases = [], []
     for name, known in options.items():
         words = [word for each in known for word in (each.names or each.choices)]
-        also = "".join(f"|{each}" for each in EXPERIMENTS) if name == "run" else ""
-        cases.append(f"        {name}{also}) words={shlex.quote(' '.join(words))} ;;")
+        commands = (name, *EXPERIMENTS) if name == "run" else (name,)
+        cases.append(f"        {'|'.join(commands)}) words={shlex.quote(' '.join(words))} ;;")
         for each in known:
             if each.names and each.choices:
-                places = "|".join(f'"{name} {option}"' for option in each.names)
+                places = "|".join(f'"{command} {option}"' for command in commands for option in each.names)
                 choices.append(f"        {places}) words={shlex.quote(' '.join(each.choices))} ;;")
-    commands = shlex.quote(" ".join([*COMMANDS, *EXPERIMENTS, "--help", "--version"]))
-    return _BASH.format(commands=commands, choices="\n".join(choices), options="\n".join(cases))
+    first = shlex.quote(" ".join([*COMMANDS, *EXPERIMENTS, "--help", "--version"]))
+    return _BASH.format(commands=first, choices="\n".join(choices), options="\n".join(cases))
 
 
 def _write_fish(options: dict[str, list[_Option]]) -> Iterator[str]:
@@ -95,5 +100,6 @@ def _write_fish(options: dict[str, list[_Option]]) -> Iterator[str]:
             names = [f"-l {each[2:]}" if each.startswith("--") else f"-s {each[1:]}" for each in each.names]
             words = [f"-a {shlex.quote(' '.join(each.choices))}"] if each.choices else []
             if names or words:
-                exclusive = ["-x"] if each.choices and names else []
+                takes_files = any(option in _VALUES for option in each.names)
+                exclusive = ["-r" if takes_files else "-x"] if each.choices and names else []
                 yield " ".join([start, *names, *exclusive, *words, f"-d {shlex.quote(each.help)}"])

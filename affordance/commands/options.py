@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from affordance.arguments import JOBS, REPEATS, check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import LEARNERS
+from affordance.belief.learners import LEARNERS, RIVALS
 from affordance.commands.parser import OUTPUT, ROBOT, find_group
 from affordance.exceptions import PROSE, AffordanceError, BadValueError, describe_choice, show_text
 from affordance.files.atomic import to_plain, write_json, write_text
@@ -97,7 +97,7 @@ def add_set(
 def add_learner(parser: argparse.ArgumentParser) -> None:
     """Adds ``--learner``; see ``read_changes``."""
     default = DEFAULT_SETTINGS.learner.name
-    what = f"{', '.join(LEARNERS)}, or your own as FILE.py:CLASS, whose code is run (default {default})"
+    what = f"{', '.join([*LEARNERS, *RIVALS])}, or your own as FILE.py:CLASS, whose code is run (default {default})"
     parser.add_argument("--learner", metavar="LEARNER", help=what)
 
 

@@ -72,11 +72,11 @@ class Experiment(NamedTuple):
 
 # Experiments of `affordance run all`, in order, and the others; each is a module here.
 OF_THE_PAPER = ("weight", "com", "reach", "hammer", "vision")
-NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift")
+NAMES = (*OF_THE_PAPER, "linear_plus", "linear_plus_plus", "spoilt_family", "two_families", "next_lift", "ladder")
 # Designs for a laboratory, which predict and claim nothing.
 DESIGNS = ("two_ends", "shallow_family")
 # Experiments whose objects are held by a simulated arm, which pushes with what it believes in.
-_HELD = (*OF_THE_PAPER, "next_lift")
+_HELD = (*OF_THE_PAPER, "next_lift", "ladder")
 # Folders of what compares finished runs; it holds no longer once there is another run.
 COMPARISONS = ("agreement", "vision_comparison")
 # Folders of results that no table, and no experiment of a user, may write to.

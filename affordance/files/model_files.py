@@ -7,7 +7,7 @@ from pathlib import Path
 from affordance.files.bounded import MESH, read_bytes
 
 # Files and folders of a folder of models.
-_ARM = "arm.dmd.yaml"
+_ARMS = "*.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")
 _PACKAGE = "package.xml"
@@ -39,7 +39,8 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]
     meshes = [mesh for path in there for mesh in _list_meshes(path)]
-    return tuple(sorted({*list_arm_files(folder / _ARM), *there, *meshes}))
+    arms = [path for directives in folder.glob(_ARMS) for path in list_arm_files(directives)]
+    return tuple(sorted({*arms, *there, *meshes}))
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:

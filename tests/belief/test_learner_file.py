@@ -162,7 +162,7 @@ def test_settings_list_parameters_with_unit_and_source():
     [
         ("kinds", "--learner: is 'kinds', must be one of density, kinds_map, kinds_drawn"),
         ("nowhere.py:Mine", "--learner: is 'nowhere.py', which is not a Python file"),
-        ("{mine}", "kinds_drawn, own_memory, own_and_shared, or one's own, as {mine}:CLASS"),
+        ("{mine}", "kinds_drawn, nothing_remembered, own_memory, own_and_shared, or one's own, as {mine}:CLASS"),
         ("{mine}:mine", "mine.py: class: is 'mine', must be one of Mine; did you mean Mine?"),
         ("{mine}:other", "mine.py: class: is 'other', must be one of Mine"),
         ("{mine}:Abstract", "mine.py: Abstract: has no method 'believe', which a learner must have"),

@@ -1,11 +1,19 @@
-"""Own memory, and own and shared memory: against Bayes' rule and delta rules written out by hand."""
+"""Nothing remembered, own memory, own and shared memory: against Bayes' rule and delta rules written out by hand."""
 
 import numpy as np
 import pytest
 
 from affordance.belief.learner import Seen
 from affordance.belief.learner_file import load_learner
-from affordance.belief.learners import LEARNERS, OWN_AND_SHARED, OWN_MEMORY, RIVALS, label_learner, list_learners
+from affordance.belief.learners import (
+    LEARNERS,
+    NOTHING_REMEMBERED,
+    OWN_AND_SHARED,
+    OWN_MEMORY,
+    RIVALS,
+    label_learner,
+    list_learners,
+)
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.prior import Prior
 
@@ -45,6 +53,21 @@ def test_own_memory_is_bayes_rule_for_each_object_alone():
     np.testing.assert_allclose(OWN_MEMORY.believe(state).mean, PRIOR.mode)
 
 
+def test_nothing_remembered_feels_each_lift_and_forgets_it():
+    """What is felt is Bayes' rule from the prior, in the second lift of an object as in its first."""
+    state = start(NOTHING_REMEMBERED)
+    precision = PRIOR.sd**-2 + 1.0 / 500.0**2
+    mean = (PRIOR.mode / PRIOR.sd**2 + 3000.0 / 500.0**2) / precision
+    for _ in range(2):
+        lesson = NOTHING_REMEMBERED.learn(state, see(1), feel(3000.0, 500.0), None)
+        np.testing.assert_allclose(lesson.densities.mean, [[mean]] * 2)
+        state = lesson.state
+    for seen in (see(0), see(1)):
+        expected = NOTHING_REMEMBERED.expect(state, seen)
+        np.testing.assert_allclose((expected.mean[0, 0], expected.covariance[0, 0, 0]), (PRIOR.mode, PRIOR.sd**2))
+    np.testing.assert_allclose(NOTHING_REMEMBERED.believe(state).mean, PRIOR.mode)
+
+
 def test_own_and_shared_are_two_delta_rules():
     learner = OWN_AND_SHARED.change(own_rate=0.3, shared_rate=0.1)
     state = start(learner)
@@ -71,12 +94,13 @@ def test_colours_are_met_and_selected(learner):
     np.testing.assert_allclose(learner.believe(met).mean[:, 2], PRIOR.mode)
     kept = learner.select(met, [1, 0, 2], [0])
     np.testing.assert_allclose(learner.believe(kept).mean, learner.believe(met).mean[:, [1, 0, 2]])
-    assert kept[next(iter({*kept} & {"own", "felt_information"}))].shape[1] == 1
+    if learner is not NOTHING_REMEMBERED:
+        assert kept[next(iter({*kept} & {"own", "felt_information"}))].shape[1] == 1
     np.testing.assert_allclose(learner.expect(met, see(0, 0, 1)).mean, before)
 
 
 def test_rivals_are_found_by_name_and_simulated_only_where_they_are_named():
-    assert [load_learner(name) for name in RIVALS] == [OWN_MEMORY, OWN_AND_SHARED]
+    assert [load_learner(name) for name in RIVALS] == [NOTHING_REMEMBERED, OWN_MEMORY, OWN_AND_SHARED]
     assert label_learner("own_memory") == "own memory of each object"
     assert not {*RIVALS} & {*LEARNERS}
     assert list_learners(LEARNERS["density"]) == [*LEARNERS.values()]

@@ -27,6 +27,8 @@ def script(tmp_path_factory):
         (["rank", "--se"], "--see --seed --set"),
         (["rank", "--see", ""], "drawing features pictures"),
         (["run", "two"], "two_families"),
+        (["weight", "--learner", "no"], "nothing_remembered"),
+        (["compare-learners", "--learner", "own"], "own_memory own_and_shared"),
         (["weight", "--rep"], "--repeats"),
         (["memory", "we"], "weigh"),
         (["run", "--observ"], ""),  # a former name, which is not shown
@@ -45,6 +47,11 @@ def test_script_is_of_the_shell_and_names_every_command(shell, tmp_path):
     if shutil.which(shell):
         (tmp_path / "script").write_text(text)
         subprocess.run([shell, "-n", str(tmp_path / "script")], check=True)
+
+
+def test_fish_completes_learners_and_files():
+    (line,) = [each for each in answer("completion", "fish").out.splitlines() if "from fit' -l learner" in each]
+    assert " -r -a 'density kinds_map kinds_drawn nothing_remembered own_memory own_and_shared' -d " in line
 
 
 def test_another_shell_is_refused():

@@ -19,6 +19,7 @@ from affordance.belief.learners import DENSITY, KINDS_MAP, LEARNERS
 from affordance.experiments import (
     com,
     experience,
+    ladder,
     linear,
     next_lift,
     suite,
@@ -91,6 +92,15 @@ def lift_without_doubts(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimRe
     return next_lift.judge({each.name: found for each, found in zip(learners, numbers, strict=True)})
 
 
+def hold_on_every_rung(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
+    """The ladder by holds of 0.6 s, with two rods."""
+    patch.setattr(ladder, "DURATION", 0.6)
+    held = {arm: [*tools[:1], *tools[3:]] for arm, tools in ladder.read(setup).items()}
+    patch.setattr(ladder, "read", lambda setup: held)
+    data = ladder.collect(setup)
+    return ladder.judge({arm: ladder.summarise(data.sel(arm=arm)) for arm in ladder.ARMS})
+
+
 def see_slowly_and_too_small(patch: pytest.MonkeyPatch, setup: Setup) -> list[ClaimResult]:
     """Three objects, a quarter larger than those before the camera, by a detector that takes 0.2 s at least."""
     draw, detect = vision.draw_numbered_object, CameraSensor.detect_parts
@@ -141,6 +151,10 @@ CHANGED: Mapping[str, Mapping[str, tuple[Run, dict[str, object], str]]] = {
     "next_lift": {
         "nobody doubts what was felt": (lift_without_doubts, {}, "like_next brass_last three_lifts"),
     },
+    "ladder": {
+        "no samples": (hold_on_every_rung, NO_SAMPLES, "own_memory look decoys infant"),
+        "denser prior": (hold_on_every_rung, {"prior": DENSER.prior}, "nothing_remembered look decoys"),
+    },
     "vision": {
         "slow detector of objects a quarter larger than seen": (
             see_slowly_and_too_small,
@@ -155,6 +169,7 @@ NOT_MET = {
     "reach": {"increases", "learned"},
     "hammer": {"after_one", "after_two"},
     "spoilt_family": {"apart"},
+    "ladder": {"decoys"},
     "vision": {"coverage", "time"},
 }
 

@@ -45,6 +45,14 @@ def test_files_that_name_each_other_are_listed_once(tmp_path):
 def test_models_are_the_arm_and_the_tasks_with_their_meshes(models):
     (models / "workshop" / "meshes" / "stray.obj").write_text("", encoding="utf-8")
     found = list_names(list_model_files(models), models)
-    assert {"arm.sdf", "materials.yaml", "nail.yaml", "tools/weight.yaml", "paths/reach.yaml"} <= set(found)
+    assert {
+        "arm.sdf",
+        "infant.dmd.yaml",
+        "infant.sdf",
+        "materials.yaml",
+        "nail.yaml",
+        "tools/weight.yaml",
+        "paths/reach.yaml",
+    } <= set(found)
     assert "workshop/meshes/mallet.obj" in found
     assert not [name for name in found if "stray" in name or name.endswith((".md", ".py", ".csv"))]

@@ -17,7 +17,7 @@ import pandas as pd
 import pytest
 
 from affordance.choice import off_axis
-from affordance.experiments import hammer, next_lift, observers, reach
+from affordance.experiments import hammer, ladder, next_lift, observers, reach
 from affordance.experiments.observers import Setup
 from affordance.experiments.results import write_results
 from affordance.experiments.suite import NAMES, find_experiment
@@ -56,7 +56,8 @@ def run_shipped(name: str, out: Path) -> Run:
     """Runs a shipped experiment with two observers, and writes its results.
 
     Simulations III and IV are about the first two of their tools, whose parts are moved in two ways only for the
-    number that says what moving them changes; what is lifted next is chosen by a quarter of the samples.
+    number that says what moving them changes; what is lifted next is chosen by a quarter of the samples,
+    and rods of the ladder are held for 0.6 s.
     """
     models = MODELS if name not in ("reach", "hammer") else make_models(out / f"models_{name}", num_novel=2)
     setup, start = Setup(observers=OBSERVERS, out=out, models=models), time.perf_counter()
@@ -90,10 +91,11 @@ def make_models(folder: Path, *, num_novel: int) -> Path:
 
 @contextmanager
 def save_time() -> Iterator[None]:
-    """Moves the parts of each tool in two ways only (``test_off_axis.py`` tries all), and draws few samples."""
+    """Moves the parts of each tool in two ways only (all: ``test_off_axis.py``), draws few samples, holds briefly."""
     every = off_axis.list_shifted
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(next_lift, "SAMPLES", 250)
+        patch.setattr(ladder, "DURATION", 0.6)
         patch.setattr(off_axis, "list_shifted", lambda tool: [*every(tool)][:2])
         yield
 

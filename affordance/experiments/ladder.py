@@ -1,0 +1,320 @@
+"""Development as a ladder: Simulation I by what is remembered, with an adult's arm and with an infant's.
+
+Mounoud and Bower (1974, Cognition 3:29-40) gave rods to infants of several ages. Here a rung, a learner, stands for
+an age, so that what an age does is a prediction that can fail:
+
+    nothing_remembered   each hold begins at the prior; what is felt counts within the hold only
+    own_memory           an object's own density, known from its second hold on
+    density              the density of a look: what rods of that colour weighed
+
+The four rods of Simulation I are held from short to long, each twice in a row. Then, each with the memory that the
+rods left, a decoy that looks like the longest rod, and one of a length that was never held (22.5 cm); both are of
+beech and look like brass. What an observer does is the largest excursion of the object's centre within a second, in
+which the arm of Simulation I has sunk farthest, and has risen to within 0.1 mm.
+
+The infant's arm (models/infant.sdf) cannot hold the rods from 15 cm on at arm's length: they load its wrist with up
+to 2.4 times its effort limit, whatever is believed. So it holds rods whose lengths are scaled by the ratio of the two
+reaches (0.44). The smallest torque that it feels is scaled as its effort limits are (0.125), as both are torques.
+
+Expected, stated before the first run, of the means over observers and with either arm:
+
+1. Nothing remembered: the arm sinks with every rod, farther with a longer one, and as far in the second hold of a rod
+   as in the first. Both decoys rise, as beech is less dense than the mode of the prior, but by less than a quarter of
+   what they rise by look.
+2. Own memory: in the first hold of each rod the arm sinks as if nothing were remembered; in the second its excursion
+   is less than half as large. The decoy that looks like the longest rod is taken for it and rises, at least half as
+   far as by look; the one of a new length rises by less than a quarter of that.
+3. Density by look: only the first hold of the first rod goes wrong. Excursions in the first holds of all other rods
+   are less than half of it. Both decoys rise.
+4. The infant's arm does the same as the adult's, but its excursions in second holds are a larger share of those in
+   first holds: its rods weigh less beside the smallest torque that is felt, so that one hold tells it less.
+
+So a decoy that looks like a rod that was held does not tell rung 2 from rung 3, and the first hold of a new rod does.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from affordance.arrays import about
+from affordance.belief.learner import Learner
+from affordance.belief.learners import DENSITY, NOTHING_REMEMBERED, OWN_MEMORY, label_learner
+from affordance.exceptions import BadValueError
+from affordance.experiments.holds import describe_holds, tabulate_holds
+from affordance.experiments.ladder_drawings import ARMS, draw, tabulate
+from affordance.experiments.objects import check_can_be_held, check_no_grips, read_tools
+from affordance.experiments.observers import Setup, find_excursion, run_observers
+from affordance.experiments.prediction import ObserverNumbers
+from affordance.experiments.results import Results
+from affordance.objects.tool import Tool, list_colours
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.reporting.claims import NONE, ClaimResult, Criterion, check, claim, with_interval
+from affordance.reporting.formatting import count_observers
+from affordance.simulation.trial import Observer, get_runner
+
+OBJECTS = "tools/ladder.yaml"  # in the folder of models; the last two are the decoys
+INFANT = "infant.dmd.yaml"  # in the folder of models
+RUNGS = (NOTHING_REMEMBERED, OWN_MEMORY, DENSITY)
+OBSERVERS = 48  # of each learner and arm, unless another number is asked for
+NO_MEMORY = "whose observers differ in learner and arm"  # a lasting memory is of one
+DURATION = 1.0  # of each hold, [s]
+MEANINGS = {
+    "first_m": "largest excursion in the first hold of each rod, m",
+    "second_m": "largest excursion in its second hold, m",
+    "decoy_m": "largest excursion of the decoy that looks like the longest rod, m",
+    "new_decoy_m": "largest excursion of the decoy of a length never held, m",
+}
+
+
+def run(setup: Setup) -> Results:
+    """Runs the experiment."""
+    tools, data = read(setup), collect(setup)
+    numbers = {"arms": {arm: summarise(data.sel(arm=arm)) for arm in ARMS}, **describe_arms(setup, tools)}
+    learners = [str(each) for each in data.learner.values]
+    return Results(
+        order=53,
+        title="Development as a ladder: what is remembered, and with which arm",
+        summary=(
+            f"{count_observers(setup.observers)} of each learner held {len(tools['adult']) - 2} rods twice each, and"
+            " two decoys, with an adult's arm and, rods being scaled to it, with that of an infant of 9 to 11 months."
+        ),
+        finding="; ".join(_describe(numbers["arms"])) + ".",
+        data=data,
+        numbers=numbers,
+        claims=judge(numbers["arms"]),
+        figures={
+            "ladder": (
+                (
+                    "Largest excursion of each object, down or up: mean with its 95 % interval. A column is a"
+                    " learner, with the age that it stands for; a row is an arm. Rods are in the order in which they"
+                    " were held, from short to long. Where nothing is remembered, observers do not differ."
+                ),
+                partial(draw, numbers),
+            )
+        },
+        tables={"What infants did, and what each learner does.": tabulate(numbers["arms"])},
+        remarks=[
+            (
+                "Infants of 6 and 7 months, who do not even adapt to a weight while they hold it, are below the"
+                " ladder: every learner here feels what it holds."
+            ),
+        ],
+        lifts=pd.concat(
+            [
+                tabulate_lifts(data.sel(arm=arm, learner=learner), tools[arm], learner, arm)
+                for arm in ARMS
+                for learner in learners
+            ]
+        ),
+        learners=learners,
+    )
+
+
+def predict(setup: Setup) -> ObserverNumbers:
+    """Computes the numbers of each observer of every learner, those of either arm by its name."""
+    data = collect(setup)
+    return ObserverNumbers(
+        {
+            str(learner): {
+                f"{arm}_{name}": values
+                for arm in ARMS
+                for name, values in measure(data.sel(arm=arm, learner=learner)).items()
+            }
+            for learner in data.learner.values
+        },
+        {f"{arm}_{name}": f"{meaning}, {arm}'s arm" for arm in ARMS for name, meaning in MEANINGS.items()},
+    )
+
+
+def read(setup: Setup) -> dict[str, list[Tool]]:
+    """Reads the rods and decoys, and scales them to the infant's arm; checks that either arm can hold its own."""
+    file, infant = setup.models / OBJECTS, setup.models / INFANT
+    tools = list(read_tools(setup.models, OBJECTS))
+    if not infant.is_file():
+        raise BadValueError(infant, "", "is missing, must be in the folder of models beside the arm of an adult")
+    if len(tools) < 4:
+        raise BadValueError(file, "tools", f"has {len(tools)} entries, must have at least 4: two rods and two decoys")
+    check_no_grips(file, tools)
+    size = find_reach(infant) / find_reach(setup.settings.arm)
+    held = {"adult": tools, "infant": [tool.scaled(1.0, size) for tool in tools]}
+    for arm, each in held.items():
+        check_can_be_held(file, each, set_up_arm(setup, arm).settings)
+    return held
+
+
+def find_reach(arm: Path) -> float:
+    """Finds the horizontal distance of an arm's hand from its base in the holding posture, [m]."""
+    loaded = load_arm(arm)
+    model = ArmModel(loaded)
+    model.set_posture(loaded.home)
+    return float(np.hypot(*model.compute_hand_pose().translation()[:2]))
+
+
+def compare_strength(setup: Setup) -> float:
+    """Returns the effort limits of the infant's arm over those of the adult's."""
+    infant, adult = (load_arm(each).limits.tau_max for each in (setup.models / INFANT, setup.settings.arm))
+    return float(np.median(infant / adult))
+
+
+def set_up_arm(setup: Setup, arm: str) -> Setup:
+    """Returns the setup of an arm; the smallest torque that the infant's feels is scaled as its effort limits are."""
+    if arm == "adult":
+        return setup
+    ratio, noise = compare_strength(setup), setup.settings.noise
+    if isinstance(noise, WeberNoise):
+        noise = replace(noise, threshold=ratio * noise.threshold)
+    elif isinstance(noise, WhiteNoise):
+        noise = replace(noise, sd=ratio * noise.sd)
+    return setup.change(arm=setup.models / INFANT, noise=noise)
+
+
+def list_rungs(setup: Setup) -> list[Learner]:
+    """Lists the learners: the rungs, and that of the settings if it is another one."""
+    return [*{each.name: each for each in (*RUNGS, setup.settings.learner)}.values()]
+
+
+def collect(setup: Setup) -> xr.Dataset:
+    """Runs the observers of each learner with each arm."""
+    tools = read(setup)
+    arms = []
+    for arm in ARMS:
+        parts = [
+            run_observers("ladder", set_up_arm(setup, arm).change(learner=learner), observe, tools[arm])
+            for learner in list_rungs(setup)
+        ]
+        names = xr.DataArray([each.name for each in list_rungs(setup)], dims="learner", name="learner")
+        arms.append(xr.concat(parts, names, combine_attrs="override"))
+    return xr.concat(arms, xr.DataArray([*ARMS], dims="arm", name="arm"), combine_attrs="override")
+
+
+def observe(setup: Setup, tools: Sequence[Tool], observer: int) -> xr.Dataset:
+    """Runs one observer: heights over time in both holds of each rod and in that of each decoy."""
+    *rods, decoy, new_decoy = tools
+    memory = setup.start_memory(observer).add_colours(list_colours(tools), setup.settings.prior)
+    hand = Observer(get_runner(setup.settings), memory, duration=DURATION)
+    befores, records = [], []
+    held = [rod for rod in rods for _ in range(2)]
+    for trial, rod in enumerate(held):
+        befores.append(hand.memory)
+        records.append(hand.hold(rod, seed=(setup.seed, observer, trial)))
+    learned = hand.memory
+    for each in (decoy, new_decoy):  # each as if it were the only one
+        hand = Observer(get_runner(setup.settings), learned, duration=DURATION)
+        befores.append(hand.memory)
+        records.append(hand.hold(each, seed=(setup.seed, observer, len(held))))
+    held += [decoy, new_decoy]
+    return xr.Dataset(
+        {
+            "height": (
+                ("trial", "time"),
+                [each.height_centre for each in records],
+                about("m", "height of the object's geometric centre above where it was given"),
+            ),
+            **describe_holds(held, [*befores, learned], records, setup.settings),
+        },
+        {"time": ("time", records[0].times, about("s", "time since the object was given"))},
+    )
+
+
+def measure(data: xr.Dataset) -> dict[str, xr.DataArray]:
+    """Computes the numbers of each observer of one learner with one arm: signed largest excursions."""
+    excursion = find_excursion(data.height)
+    rods = excursion.isel(trial=slice(-2))
+    return {
+        "first_m": rods.isel(trial=slice(0, None, 2)),
+        "second_m": rods.isel(trial=slice(1, None, 2)),
+        "decoy_m": excursion.isel(trial=-2),
+        "new_decoy_m": excursion.isel(trial=-1),
+    }
+
+
+def summarise(data: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Summarises the numbers over the observers of each learner with one arm, as in metrics.json."""
+    summary = {}
+    for learner in data.learner.values:
+        found = measure(data.sel(learner=learner))
+        summary[str(learner)] = {
+            **{key: value for name, each in found.items() for key, value in with_interval(name, each).items()},
+            "first_size_m": abs(found["first_m"]).mean("observer").values,
+            "second_size_m": abs(found["second_m"]).mean("observer").values,
+        }
+    return summary
+
+
+def describe_arms(setup: Setup, tools: Mapping[str, Sequence[Tool]]) -> dict[str, Any]:
+    """Returns reach and rods of either arm, as in metrics.json."""
+    return {
+        "reach_m": {arm: find_reach(set_up_arm(setup, arm).settings.arm) for arm in ARMS},
+        "mass_true": {arm: [tool.mass for tool in tools[arm]] for arm in ARMS},
+        "strength_ratio": compare_strength(setup),
+    }
+
+
+def judge(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[ClaimResult]:
+    """Judges what was expected, of each arm; bounds were stated before the first run."""
+
+    def compare(text: str, value: Any, **bounds: float) -> list[Criterion]:
+        return [check(f"{text}, {arm}'s arm", value(n[arm]), NONE, **bounds) for arm in ARMS]
+
+    nothing, own, look = (each.name for each in RUNGS)
+    return [
+        claim("nothing_remembered", "ours, a prediction; Bower of 9 months",
+              "Who remembers nothing sinks with every rod, farther with a longer one, and as far when it returns.",
+              *compare("largest excursion, m", lambda a: a[nothing]["first_m"], below=0),
+              *compare("its change from rod to rod, m", lambda a: np.diff(a[nothing]["first_m"]), below=0),
+              *compare("second hold over first", lambda a: a[nothing]["second_m"] / a[nothing]["first_m"],
+                       at_least=0.99, at_most=1.01)),
+        claim("own_memory", "ours, a prediction; Bower of 12 months",
+              "Who remembers each object sinks with every new rod as if nothing were remembered, and not again.",
+              *compare("first hold over that of who remembers nothing",
+                       lambda a: a[own]["first_m"] / a[nothing]["first_m"], at_least=0.99, at_most=1.01),
+              *compare("size of the excursion, second hold over first",
+                       lambda a: a[own]["second_size_m"] / a[own]["first_size_m"], below=0.5)),
+        claim("look", "ours, a prediction; paper I and IV-A, Bower of 18 months",
+              "Who remembers what such rods weigh sinks with the first rod, and with no later one.",
+              *compare("first hold of the first rod, m", lambda a: a[look]["first_m"][0], below=0),
+              *compare("size of the excursion, first holds of the other rods over it",
+                       lambda a: a[look]["first_size_m"][1:] / a[look]["first_size_m"][0], below=0.5)),
+        claim("decoys", "ours, a prediction; paper IV-A",
+              "A decoy of a new length is lifted by look alone; one that looks like a known rod by memory too.",
+              *compare("lift of the decoys by look, m",
+                       lambda a: np.array([a[look]["decoy_m"], a[look]["new_decoy_m"]]), above=0),
+              *compare("nothing remembered, over the lifts by look",
+                       lambda a: np.array([a[nothing][each] / a[look][each] for each in ("decoy_m", "new_decoy_m")]),
+                       above=0, below=0.25),
+              *compare("own memory, decoy like a known rod, over the lift by look",
+                       lambda a: a[own]["decoy_m"] / a[look]["decoy_m"], at_least=0.5),
+              *compare("own memory, decoy of a new length, over the lift by look",
+                       lambda a: a[own]["new_decoy_m"] / a[look]["new_decoy_m"], below=0.25)),
+        claim("infant", "ours, a prediction",
+              "One hold tells an infant's arm less than an adult's.",
+              check("size of the excursion, second hold over first, own memory, infant's arm less adult's",
+                    np.subtract(*(np.mean(n[arm][own]["second_size_m"] / n[arm][own]["first_size_m"])
+                                  for arm in ("infant", "adult"))), NONE, above=0)),
+    ]  # fmt: skip
+
+
+def _describe(n: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
+    """Describes the first hold of the longest rod, which tells memory of a look from that of objects."""
+    return [
+        f"{label_learner(learner)}: the longest rod, held for the first time, moves by"
+        f" {100.0 * found['first_m'][-1]:+z.1f} cm (adult's arm)"
+        for learner, found in n["adult"].items()
+    ]
+
+
+def tabulate_lifts(data: xr.Dataset, tools: Sequence[Tool], learner: str, arm: str) -> pd.DataFrame:
+    """Tabulates all holds of a learner with an arm; observers with the infant's arm are numbered after the others."""
+    rods, observers = len(tools) - 2, data.sizes["observer"]
+    held = np.array([*np.repeat(np.arange(rods), 2), rods, rods + 1])
+    table = tabulate_holds(data, tools, learner=learner, block=arm, objects=held)
+    table["observer"] += ARMS.index(arm) * observers
+    return table.assign(cycle=np.tile([*np.tile([1, 2], rods), 1, 1], observers))
