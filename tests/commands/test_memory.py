@@ -169,7 +169,7 @@ HEADER = '{"program": "visual-inertial-affordances", "schema": "2"}\n'
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "given: is empty, must be a memory"),
+        ("", "given: is empty, must be an exported memory"),
         ("once upon a time", "given: is not a memory: neither exported trials nor JSON"),
         ('{"program": "x", "schema": "99"}', "given: line 1: schema: is '99' of 'x', must be '2'"),
         (
