@@ -67,10 +67,8 @@ def describe_grip(costs: Mapping[str, float], chosen: str, unit: str) -> str:
     """Describes whether the chosen grip is the cheapest at the true densities; costs by grip, infinite where none."""
     verdict = "right" if costs[chosen] <= min(costs.values()) else "wrong"
     order = [chosen, *(grip for grip in costs if grip != chosen)]
-    parts = (
-        f"by {grip.replace('_', ' ')} {f'{costs[grip]:.1f} {unit}' if np.isfinite(costs[grip]) else 'it cannot be done'}"
-        for grip in order
-    )
+    amounts = [f"{costs[grip]:.1f} {unit}" if np.isfinite(costs[grip]) else "it cannot be done" for grip in order]
+    parts = [f"by {grip.replace('_', ' ')} {amount}" for grip, amount in zip(order, amounts, strict=True)]
     return f"{verdict}: {', '.join(parts)}"
 
 
