@@ -24,6 +24,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.special import ndtri
 
+from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.belief.learners import RIVALS, label_learner, list_learners
 from affordance.choice.tasks import load_task
@@ -39,6 +40,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import Material
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
+from affordance.reporting.claims import ClaimResult, check, claim
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import estimate_proportion
 
@@ -194,6 +196,31 @@ def contrast(shares: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=columns).sort_values("people", kind="stable", ignore_index=True)
 
 
+def judge(shares: pd.DataFrame) -> list[ClaimResult]:
+    """Judges the claims: predictions of this program, which people may contradict."""
+
+    def get(column: str, lifts: int, *learners: str, task: str | None = None) -> Array:
+        is_meant = shares["measure"].isin([task] if task else TASKS) & (shares["lifts"] == lifts)
+        found: Array = shares.loc[is_meant & (shares["learner"].isin(learners) | (not learners)), column].to_numpy()
+        return found
+
+    by_look, own = ("density", "kinds_drawn", "kinds_map"), "own_memory"
+    advantage = get("share", 1, "density", task="reach") - get("share", 1, "density", task="hammer")
+    return [
+        claim("by_chance", "ours, a prediction", "Before anything is lifted, every learner chooses by chance.",
+              check("lower end of the share that is right, after 0 lifts", get("low", 0), at_most=0.5),
+              check("upper end", get("high", 0), at_least=0.5)),
+        claim("by_look", "ours, a prediction", "After two lifts, learners with densities by look are right to reach.",
+              check("lower end of the share that is right", get("low", 2, *by_look, task="reach"), above=0.5)),
+        claim("by_object", "ours, a prediction", "Memories of single objects are no help with the stick.",
+              check("lower end of the share of own memory, after 6 lifts", get("low", 6, own), at_most=0.5),
+              check("upper end", get("high", 6, own), at_least=0.5)),
+        claim("reach_first", "ours, seen in a run first",
+              "After one lift, one density is right to reach more often than to hit.",
+              check("right to reach less right to hit", advantage, above=0.1)),
+    ]  # fmt: skip
+
+
 def run(setup: Setup) -> Results:
     """Runs the experiment."""
     choices = collect(setup)
@@ -216,7 +243,7 @@ def run(setup: Setup) -> Results:
         finding="; ".join(_describe(shares)) + ".",
         data=choices,
         numbers=numbers,
-        claims=(),
+        claims=judge(shares),
         figures={
             "shares": ("Share of observers that choose the right end, with 95 % intervals.", partial(draw, shares))
         },

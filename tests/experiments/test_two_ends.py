@@ -1,16 +1,24 @@
 """Two ends: a frozen, balanced table, objects of either colour, shares and numbers of participants by hand."""
 
 import hashlib
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 from helpers.refusals import refuse
 
+from affordance.belief.learners import DENSITY, OWN_MEMORY
+from affordance.choice.ranking import rank_options
 from affordance.exceptions import AffordanceError
-from affordance.experiments import two_ends
+from affordance.experiments import table_lifts, two_ends
 from affordance.experiments.observers import Setup
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import change_settings
+from affordance.objects.load import load_tools
+from affordance.settings import DEFAULT_SETTINGS
+
+NUMB = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0}).noise
 
 TABLE = two_ends.build_trials()
 
@@ -72,6 +80,61 @@ def test_shares_by_hand():
     shares = two_ends.measure(pd.DataFrame(rows, columns=["learner", "observer", "lifts", "task", "right"]))
     found = shares.set_index("measure")["share"]
     assert (found["reach"], found["hammer"], found["agree"]) == (1.0, 0.5, 0.5)
+
+
+def choose_likely(choice, memories, seed):
+    """Chooses the end that is more probably the cheaper one, in place of the one of less expected work."""
+    ranking = rank_options(choice, memories[0], np.random.default_rng(seed), 500)
+    likely = max(ranking.ranked, key=lambda each: each.p_best).option
+    return np.array([choice.options.index(likely)]), np.array([False])
+
+
+def replace_stick(patch, file, place):
+    """Another object in place of the stick, with its ends named as those of the stick."""
+    make, dense = two_ends.make_objects, {"steel": "dense", "wood": "light"}
+
+    def make_other(models):
+        tools, other = make(models), load_tools(models / "tools" / file)[place]
+        grips = tuple(replace(each, name=dense.get(each.name, each.name)) for each in other.grips)
+        parts = [part.material.density for part in other.components]
+        return [
+            tool
+            if not tool.name.startswith("stick")
+            else replace(
+                tool,
+                grips=grips or tool.grips,
+                components=tuple(
+                    replace(part, material=(own := tool.components[int(each == max(parts))].material), looks_like=own)
+                    for part, each in zip(other.components, parts, strict=True)
+                ),
+            )
+            for tool in tools
+        ]
+
+    patch.setattr(two_ends, "make_objects", make_other)
+
+
+# One thing that is changed, with the claim that it contradicts; None changes nothing, and all claims are met.
+CHANGED = {
+    None: (lambda patch, setup: setup, ""),
+    "the stick is a hammer": (lambda patch, setup: replace_stick(patch, "novel.yaml", 1) or setup, "by_chance"),
+    "nothing is felt": (lambda patch, setup: setup.change(noise=NUMB), "by_look"),
+    "the stick is lifted": (lambda patch, setup: replace_stick(patch, "com.yaml", 0) or setup, "by_object"),
+    "the more probable end": (
+        lambda patch, setup: patch.setattr(table_lifts, "choose_by_expectation", choose_likely) or setup,
+        "reach_first",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", CHANGED)
+def test_each_claim_is_contradicted_by_one_change(what, tmp_path, monkeypatch):
+    monkeypatch.setattr(two_ends, "_list_learners", lambda setup: [DENSITY, OWN_MEMORY])
+    change, key = CHANGED[what]
+    setup = change(monkeypatch, Setup(observers=16, out=tmp_path, jobs=1))
+    met = {each.key: each.met for each in two_ends.judge(two_ends.measure(two_ends.collect(setup)))}
+    assert {*met} == {key for _, key in CHANGED.values() if key}
+    assert all(met.values()) if not key else not met[key], met
 
 
 @pytest.mark.parametrize(("one", "other", "count"), [(0.69, None, 41), (0.83, 0.99, 39), (0.9, 0.6, 25)])
