@@ -87,7 +87,7 @@ ROBOTS = {
     "include": (
         "a.sdf",
         change("<link", "<include><uri>package://drake_models/x.sdf</uri></include><link", SDF),
-        "include: is not read here",
+        "include: is not supported",
     ),
     "deep": (
         "a.urdf",
