@@ -204,7 +204,7 @@ def test_task_of_a_file_is_done_by_any_robot(robot, known, tmp_path):
     assert title.startswith("aside with two_arms, compared by the joints' expected effort; evidence about oak")
     assert sentence.startswith("Take the machinist hammer by its handle: ")
     path.write_text("kind: hold\nduration: 2\nposture: {right_j3: 2.45}\n")
-    assert "puts right_j3 at 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
+    assert "sets right_j3 to 2.45 rad, must be from -2.5 to 2.4 rad" in answer(*words, status=2).err
 
 
 KINDS = "hammer, reach, mash, carry, hold"
@@ -280,7 +280,7 @@ def test_mistake_with_an_imported_robot_is_refused(robot, tmp_path, monkeypatch,
         ),
         (
             "kind: reach\nduration: 1\ntolerance: 0.1\npoints: [[0, 0, 0.1]]\nstart: {right_j1: 2.5}\n",
-            "mine.yaml: start.right_j1: puts right_j1 at 2.5 rad, must be from -2.5 to 2.4 rad",
+            "mine.yaml: start.right_j1: sets right_j1 to 2.5 rad, must be from -2.5 to 2.4 rad",
         ),
     ],
 )
@@ -297,7 +297,7 @@ def test_joints_of_a_task_are_those_of_the_robot(robot, tmp_path, monkeypatch, t
             "",
             "--tip: is missing, must be the link or frame of two_arms.urdf that holds objects; limbs end in right_4",
         ),
-        ("--tip third_hand", "--tip: is 'third_hand', which two_arms.urdf has not; limbs end in right_4"),
+        ("--tip third_hand", "--tip: is 'third_hand', which is not in two_arms.urdf; limbs end in right_4"),
     ],
 )
 def test_tip_of_a_robots_file_must_be_given(tmp_path, monkeypatch, words, said):
